@@ -10,13 +10,14 @@
 //   lens_at   with SHAPED: its point of the lens, in radii before the squeeze
 //   colors    with SHAPED: 1 for each colour that the view is for
 // In and out
-//   sum_img   rgba; with SHAPED each times its weight
-//   weight_img  with SHAPED: the weight of each
+//   sum_img   rgba; with SHAPED instead the layers of lib/sides.lib.glsl
 // Output
 //   mean_img  rgba, half or float
 
 #ifdef SHAPED
+#define LEAST_WEIGHT 1e-6   // where the barrel hides a view: it only counts until another is seen
 #include "lib/aperture.lib.glsl"
+#include "lib/sides.lib.glsl"
 #endif
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
@@ -25,45 +26,45 @@ uniform sampler2D view_tx;
 uniform float count;
 uniform bool is_first;
 uniform bool is_new;
-layout(rgba32f) uniform image2D sum_img;
 writeonly uniform image2D mean_img;
 
 #ifdef SHAPED
-#define LEAST_WEIGHT 1e-6   // where the barrel hides a view: it only counts until another is seen
-
 uniform sampler2D depth_tx;
 uniform float focus_dioptres;
 uniform float focal_px;
 uniform vec2 lens_at;
 uniform vec4 colors;
-layout(rgba32f) uniform image2D weight_img;
 
-vec4 weight_of_view(ivec2 at) {
+void add_view(ivec2 at, inout Sides sides) {
     float dioptres = focus_dioptres - 1.0 / texelFetch(depth_tx, at, 0).r;
     vec2 place = pinhole_place(vec2(at) + 0.5, lens_at, focal_px * dioptres, aperture_axes);
-    return max(aperture_weight(lens_at, place, dioptres > 0.0), LEAST_WEIGHT) * colors;
+    add_light(sides, texelFetch(view_tx, at, 0), lens_at, place, dioptres > 0.0, colors);
+}
+
+vec4 mean_at(ivec2 at) {
+    Sides sides = no_sides();
+    if (!is_first) sides = read_sides(at);
+    if (is_new) {
+        add_view(at, sides);
+        write_sides(at, sides);
+    }
+    return mean_of(sides);
+}
+#else
+layout(rgba32f) uniform image2D sum_img;
+
+vec4 mean_at(ivec2 at) {
+    vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
+    if (is_new) {
+        sum += texelFetch(view_tx, at, 0);
+        imageStore(sum_img, at, sum);
+    }
+    return sum / count;
 }
 #endif
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(mean_img)))) return;
-    vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
-#ifdef SHAPED
-    vec4 weights = is_first ? vec4(0.0) : imageLoad(weight_img, at);
-    if (is_new) {
-        vec4 weight = weight_of_view(at);
-        sum += weight * texelFetch(view_tx, at, 0);
-        weights += weight;
-        imageStore(sum_img, at, sum);
-        imageStore(weight_img, at, weights);
-    }
-    imageStore(mean_img, at, sum / max(weights, 1e-30));
-#else
-    if (is_new) {
-        sum += texelFetch(view_tx, at, 0);
-        imageStore(sum_img, at, sum);
-    }
-    imageStore(mean_img, at, sum / count);
-#endif
+    imageStore(mean_img, at, mean_at(at));
 }

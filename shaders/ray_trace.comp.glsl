@@ -7,8 +7,8 @@
 //   the blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl, the uniforms of lib/shading.lib.glsl;
 //   with COLORS the block of the vertices' colours, with PLACES that of their second texture coordinates
 // In and out
-//   sum_img    light of all rays so far, and in alpha their number
-//   weight_img with SHAPED: by how much of each colour the light is to be divided
+//   sum_img    light of all rays so far, and in alpha their number; with SHAPED only this, and the light in
+//              the layers of lib/sides.lib.glsl
 // Outputs
 //   mean_img   rgb their mean, alpha 1
 
@@ -18,6 +18,10 @@
 #include "lib/random.lib.glsl"
 #include "lib/bvh.lib.glsl"
 #include "lib/aperture.lib.glsl"
+#ifdef SHAPED
+#define LEAST_WEIGHT 1e-6   // of a ray that the barrel stops: it only counts until one does
+#include "lib/sides.lib.glsl"
+#endif
 
 layout(local_size_x = RAY_GROUP, local_size_y = RAY_GROUP) in;
 
@@ -35,7 +39,6 @@ uniform int band_start;         // first row
 uniform bool is_first;
 #ifdef SHAPED
 uniform float axial_dioptres;   // focus of blue less that of green, and of green less that of red
-layout(rgba32f) uniform image2D weight_img;
 #endif
 layout(rgba32f) uniform image2D sum_img;
 layout(rgba32f) writeonly uniform image2D mean_img;
@@ -66,7 +69,6 @@ vec3 light_through(vec2 px, vec2 size, vec2 lens_m, float focus, out float diopt
 
 #ifdef SHAPED
 #define TRIES 16            // to meet the opening with a point of the ellipse around it
-#define LEAST_WEIGHT 1e-6   // of a ray that the barrel stops: it only counts until one does
 #define COLOR_WEIGHTS mat3(1.0)
 
 // A point between the blades, or of the image, in metres.
@@ -85,20 +87,19 @@ vec2 lens_point(uvec4 counts, vec2 first) {
 void add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum) {
     vec2 point = lens_point(counts, u.zw), p = point / aperture_axes;
     int colors = axial_dioptres == 0.0 ? 1 : 3;
-    vec3 weights = is_first ? vec3(0.0) : imageLoad(weight_img, at).rgb;
+    Sides sides = no_sides();
+    if (!is_first) sides = read_sides(at);
     for (int k = 0; k < colors; ++k) {
         float focus = focus_dioptres + (colors == 1 ? 0.0 : axial_dioptres * float(k - 1));
         float dioptres;
         vec3 light = light_through(px, size, lens_middle_m + point, focus, dioptres);
         vec2 place = pinhole_place(px, p, focal_px * dioptres, aperture_axes);
         vec3 counted = colors == 1 ? vec3(1.0) : COLOR_WEIGHTS[k];
-        counted *= max(aperture_weight(p, place, dioptres > 0.0), LEAST_WEIGHT);
-        sum.rgb += counted * light;
-        weights += counted;
+        add_light(sides, vec4(light, 1.0), p, place, dioptres > 0.0, vec4(counted, 0.0));
     }
     sum.a += 1.0;
-    imageStore(weight_img, at, vec4(weights, 0.0));
-    imageStore(mean_img, at, vec4(sum.rgb / weights, 1.0));
+    write_sides(at, sides);
+    imageStore(mean_img, at, vec4(mean_of(sides).rgb, 1.0));
 }
 #endif
 
@@ -116,7 +117,7 @@ void main() {
         add_ray(at, uvec4(at, uint(sum.a), uint(seed)), u, px, vec2(size), sum);
         imageStore(sum_img, at, sum);
     }
-    else imageStore(mean_img, at, vec4(sum.rgb / imageLoad(weight_img, at).rgb, 1.0));
+    else imageStore(mean_img, at, vec4(mean_of(read_sides(at)).rgb, 1.0));
 #else
         float dioptres;
         vec3 light = light_through(px, vec2(size), lens_middle_m + aperture_point(u.zw), focus_dioptres, dioptres);

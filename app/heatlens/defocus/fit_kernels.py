@@ -25,6 +25,12 @@ What is stored was found with the same weight, but how its integral was sampled 
 the stored poles of disc_2 lie within 2 % of the minimum that is found here, and their error within
 0.03 %; with more poles the minimum is flatter, and a search from the stored poles ends lower.
 
+A disc with a bright or soft rim is fitted in the same way (`--rims`), at the size at which it has the
+variance of the flat disc of diameter d. Its brightness is a polynomial in 1 - s^2, s from the middle
+to the rim, and (m + 1) (1 - s^2)^m has the transform 2^(m+1) (m+1)! J_(m+1)(q) / q^(m+1). Each search
+begins with the poles of the rim before, so that kernels in between are those around them, mixed. A
+soft rim of -1 takes the poles of -3/4 as they are: nearly any do there, and a search would leave.
+
 `rank` asks for M = V V^T with V (J, rank). A picture that is blurred then passes from rows to
 columns as `rank` complex images instead of J. That is not linear in V any more: poles and V are
 searched together (sequential quadratic programming), from the best M without that bound.
@@ -32,6 +38,7 @@ searched together (sequential quadratic programming), from the best M without th
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -42,9 +49,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
-from scipy.special import j1
+from scipy.special import jv
 
-from heatlens.defocus.kernels import named_kernel
+from heatlens.defocus.kernels import RIMS, named_kernel
+from heatlens.model.opening import RIM_MOST, RIM_POWER, Blades, variance
 
 Reals = npt.NDArray[np.float64]
 Complexes = npt.NDArray[np.complex128]
@@ -70,15 +78,16 @@ class Fit:
 class DiscError:
     """The error E of kernels against a disc, by quadrature over an eighth of the frequencies."""
 
-    def __init__(self, power: float = 1.0) -> None:
-        """Set up the error with the `power` p of the weight."""
+    def __init__(self, power: float = 1.0, rim: float = 0.0) -> None:
+        """Set up the error with the `power` p of the weight, for a disc with a `rim`, -1 to 1."""
         radius, per_radius = _gauss(np.linspace(0, _FREQUENCY_MOST, _RADII // 8 + 1), 8)
         angle, per_angle = _gauss(np.array([0.0, np.pi / 4]), _ANGLES)
         weight = per_radius * radius * (radius**2 + IMAGE_SPECTRUM) ** -power
         self._across_2 = (np.outer(radius, np.cos(angle)) ** 2).ravel()
         self._down_2 = (np.outer(radius, np.sin(angle)) ** 2).ravel()
         self._weight = np.outer(weight, per_angle).ravel()
-        self._disc = np.repeat(2 * j1(radius) / radius, _ANGLES)
+        spread = np.sqrt(4 * variance(Blades(0, 0.0, 0.0), rim))
+        self._disc = np.repeat(spectrum(radius / spread, rim), _ANGLES)
 
     @cached_property
     def of_nothing(self) -> float:
@@ -133,6 +142,43 @@ class DiscError:
         """Return f_a (J, frequencies) along both axes."""
         kappa = poles[:, None]
         return 1 / (1 + 4 * kappa * self._across_2), 1 / (1 + 4 * kappa * self._down_2)
+
+
+def spectrum(frequency: Reals, rim: float) -> Reals:
+    """Return the transform of a disc of radius 1 and light 1 whose brightness is `profile`."""
+    part = RIM_MOST * abs(rim)
+    return (1 - part) * _faded(frequency, 0) + part * _rim_spectrum(frequency, rim > 0)
+
+
+def _rim_spectrum(frequency: Reals, is_bright: bool) -> Reals:
+    """Return that of (p + 1) s^2p, or of (p + 1) (1 - s^2)^p, p = RIM_POWER; s from the middle."""
+    if not is_bright:
+        return _faded(frequency, RIM_POWER)
+    total = np.zeros_like(frequency)
+    for m in range(RIM_POWER + 1):  # s^2p = (1 - (1 - s^2))^p
+        total += (-1) ** m * math.comb(RIM_POWER, m) * _faded(frequency, m) / (m + 1)
+    return (RIM_POWER + 1) * total
+
+
+def _faded(frequency: Reals, power: int) -> Reals:
+    """Return that of (m + 1) (1 - s^2)^m for m = `power`; 2 J_1(q) / q for m = 0."""
+    order = power + 1
+    bessel = jv(order, frequency) / frequency**order
+    return np.asarray(2.0**order * math.factorial(order) * bessel)
+
+
+def fit_rims(name: str) -> list[Fit]:
+    """Return the kernels of discs with the rims `RIMS`, by the poles of a stored flat disc."""
+    power, found = POWERS[name], {}
+    for sign in (1.0, -1.0):
+        poles = named_kernel(name).poles
+        for rim in sorted((r for r in RIMS if r * sign >= 0), key=abs):
+            error = DiscError(power, rim)
+            if rim > RIMS[0]:
+                poles = refined(error, poles).poles
+            mix, _ = error.best_mix(poles)
+            found[rim] = Fit(poles, mix, error.of(poles, mix)[0])
+    return [found[rim] for rim in RIMS]
 
 
 def fit_disc(count: int, power: float = 1.0, starts: int = 12, seed: int = 1) -> Fit:
@@ -294,12 +340,32 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1, help="of the random poles")
     parser.add_argument("--from-stored", action="store_true", help="search from the stored poles")
     parser.add_argument("--rank", type=int, help="images that rows hand to columns, at most")
+    parser.add_argument("--rims", action="store_true", help="fit discs with bright and soft rims")
     parser.add_argument("-o", "--output", type=Path, help="write the kernels to this JSON file")
     args = parser.parse_args(words)
+    if args.rims:
+        _fit_all_rims(args.names, args.output)
+        return 0
     entries = {name: entry_of(_fitted(name, args)) for name in args.names}
     if args.output is not None:
         args.output.write_text(json.dumps({"kernels": entries}, indent=1) + "\n")
     return 0
+
+
+def _fit_all_rims(names: Sequence[str], output: Path | None) -> None:
+    """Print how well discs with a rim are met, and write them, a kernel a line."""
+    lines = []
+    for name in names:
+        for rim, fit in zip(RIMS, fit_rims(name), strict=True):
+            power = POWERS[name]
+            flat = named_kernel(name)
+            error = DiscError(power, rim)
+            now, before = fit.error, error.of(flat.poles, flat.mix)[0]
+            told = f"error {now / error.of_nothing:.2e} of the disc's norm"
+            sys.stdout.write(f"{name} rim {rim:g}: {told}, flat {before / error.of_nothing:.2e}\n")
+            lines.append(json.dumps({"name": name, "rim": rim} | entry_of(fit)))
+    if output is not None:
+        output.write_text('{"kernels": [\n' + ",\n".join(lines) + "\n]}\n")
 
 
 def _fitted(name: str, args: argparse.Namespace) -> Fit:

@@ -1,6 +1,6 @@
-"""Kernels of the blur: rational functions of the line Laplacian (`disc_kernels.json`).
+"""Kernels of the blur: rational functions of the line Laplacian.
 
-They are made by `fit_kernels.py`, which has their mathematics.
+Those in `disc_kernels.json` and, for discs with a bright or a soft rim, in `rim_kernels.json` are made by `fit_kernels.py`, which has their mathematics.
 
 A kernel is poles kappa (J,) and mixing weights M (J, J), symmetric, sum Re M = 1:
 
@@ -11,8 +11,8 @@ Kass, Lefohn, Owens (2006); its kappa 1/32 gives it the variance d^2/16 of a dis
 """
 
 import json
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,11 @@ import numpy.typing as npt
 # With this one the radius at half height is within about 3 % of the disc's from d = 4 px on.
 DISC_COMPACT = 0.1
 
+# The rims for which there are kernels; those in between are mixed.
+RIMS = tuple(step / 4 for step in range(-4, 5))
+
 _FILE = Path(__file__).with_name("disc_kernels.json")
+_RIM_FILE = Path(__file__).with_name("rim_kernels.json")
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +53,36 @@ def named_kernel(name: str) -> Kernel:
     entry = json.loads(_FILE.read_text())["kernels"][name]
     compact = DISC_COMPACT if name.startswith("disc") else 0.0
     return Kernel(name, _complex(entry["kappa"]), _complex(entry["M"]), compact=compact)
+
+
+@lru_cache(maxsize=64)
+def rim_kernel(name: str, rim: float) -> Kernel:
+    """Return the kernel of a disc with a rim from -1, soft, to 1, bright; 0 is the flat disc's.
+
+    As of all kernels, the variance is that of a flat disc, for which a disc with a bright rim is
+    smaller, and one with a soft rim larger. The number of poles is that of the flat disc as well,
+    so that a rim costs nothing. Raises KeyError for a kernel that is no disc.
+    """
+    flat, kernels = named_kernel(name), _rim_kernels()[name]
+    if rim == 0.0:
+        return flat
+    step = min(max((rim - RIMS[0]) / (RIMS[1] - RIMS[0]), 0.0), len(RIMS) - 1.0)
+    low = min(int(step), len(RIMS) - 2)
+    (poles_low, mix_low), (poles_high, mix_high) = kernels[low], kernels[low + 1]
+    part = step - low
+    poles = (1 - part) * poles_low + part * poles_high
+    mix = (1 - part) * mix_low + part * mix_high
+    variance = 2 * (mix.sum(axis=1) @ poles).real
+    return replace(flat, name=f"{name}_rim", poles=poles / (16 * variance), mix=mix)
+
+
+@cache
+def _rim_kernels() -> dict[str, list[tuple[npt.NDArray[np.complex128], ...]]]:
+    """Return poles and mixing weights for each of `RIMS`, by the names of the flat discs."""
+    found: dict[str, list[tuple[npt.NDArray[np.complex128], ...]]] = {}
+    for entry in json.loads(_RIM_FILE.read_text())["kernels"]:
+        found.setdefault(entry["name"], []).append((_complex(entry["kappa"]), _complex(entry["M"])))
+    return found
 
 
 @cache

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,14 @@ from heatlens.model.disc_shape import DiscShape
 _UNCOVERED_MARGIN_PX = 8  # a kernel's tail, and the fill's own neighbourhood
 
 
+class Color(IntEnum):
+    """The colours in the order of their wavelengths, and of their channels."""
+
+    RED = 0
+    GREEN = 1
+    BLUE = 2
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Optics:
     """A lens in front of a plate.
@@ -19,11 +28,13 @@ class Optics:
     line          signed coc over dioptres; None: the plate brings its coc itself
     occupied_px   the signed coc there are in the plate, ascending (ends of narrow bins)
     disc          shape of the discs in the pixels of the plate
+    told_shift_px what is to be added to the coc that a plate brings itself
     """
 
     line: CocLine | None
     occupied_px: npt.NDArray[np.float64]
     disc: DiscShape = field(default_factory=DiscShape)
+    told_shift_px: float = 0.0
 
     @property
     def nearest_px(self) -> float:
@@ -51,6 +62,18 @@ class Optics:
         widest = max(uncovering, abs(self.farthest_px))
         reach_px = max(self.disc.half_extents) * (uncovering + widest) / 2
         return math.ceil(reach_px) + _UNCOVERED_MARGIN_PX
+
+    def in_color(self, color: Color) -> "Optics":
+        """Return the optics for one colour: green's, or more or less coc by the axial colour."""
+        shift_px = (color - Color.GREEN) * self.disc.axial_px
+        line = self.line and replace(self.line, at_infinity_px=self.line.at_infinity_px + shift_px)
+        return replace(
+            self,
+            line=line,
+            occupied_px=self.occupied_px + shift_px,
+            disc=replace(self.disc, axial_px=0.0),
+            told_shift_px=shift_px if line is None else 0.0,
+        )
 
     def scaled(self, proxy: float) -> "Optics":
         """Return the optics for a picture `proxy` times the size."""

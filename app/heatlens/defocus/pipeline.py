@@ -39,12 +39,13 @@ from heatlens.defocus.layer_passes import (
 from heatlens.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments, listed_through
-from heatlens.defocus.optics import Optics
+from heatlens.defocus.optics import Color, Optics
 from heatlens.defocus.other_methods import OtherMethods
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.plate_passes import (
     AlphaPass,
     CocPass,
+    ColorPass,
     CropPass,
     ProxyPass,
     RescalePass,
@@ -67,6 +68,8 @@ _NO_COST = (-1.0, -1.0, -1.0, -1.0)  # as hidden_fill.comp.glsl takes it, for wh
 _Plate = tuple[moderngl.Texture, moderngl.Texture, FragmentBuffers | None]  # colour, depth, lists
 Result = TypeVar("Result")
 Steps = Generator[str, None, Result]  # names of passes as their work is issued, then the result
+_Blurred = Callable[[Optics, bool], Steps[moderngl.Texture]]  # through these optics; with alpha?
+SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)  # they know a disc for each colour themselves
 
 
 class DefocusPasses:
@@ -79,6 +82,7 @@ class DefocusPasses:
         self.proxy_lists = ProxyListsPass(ctx)
         self.coc = CocPass(ctx)
         self.alpha = AlphaPass(ctx)
+        self.colors = ColorPass(ctx)
         self.fragments = FragmentPass(ctx)
         self.solver = solver
         self.tiles = TilePass(ctx)
@@ -103,6 +107,7 @@ class DefocusPipeline:
         self.scratch = Scratch(ctx)
         self._places: moderngl.Texture | None = None  # of the light in the picture's pixels
         self._proxy_held = 1.0  # the proxy scale at which the plate is held; 1 for none
+        self._rounds = 0, 1  # colours that are done, of all that are blurred apart
         self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
 
     def steps(
@@ -129,10 +134,45 @@ class DefocusPipeline:
             whole = color, depth, fragments
             color, depth, fragments = yield from self._at_proxy_size(whole, optics, settings.proxy)
             optics = optics.scaled(settings.proxy)
+
+        def blurred(seen: Optics, with_alpha: bool) -> Steps[moderngl.Texture]:
+            return self._blurred(color, depth, seen, settings, with_alpha, fragments)
+
+        self._rounds = 0, 1
+        if optics.disc.axial_px == 0.0 or settings.method in SAMPLING_COLORS:
+            return (yield from blurred(optics, has_alpha))
+        return (yield from self._in_colors(blurred, color.size, optics, has_alpha))
+
+    def _in_colors(
+        self, blurred: _Blurred, size: tuple[int, int], optics: Optics, has_alpha: bool
+    ) -> Steps[moderngl.Texture]:
+        """Blur once for the focus of each colour, and take that colour; alpha goes with green."""
+        kept = self.scratch.texture("colours kept", size, 4)
+        for done, color in enumerate((Color.RED, Color.BLUE)):
+            self._rounds = done, 3
+            picture = yield from blurred(optics.in_color(color), False)
+            self._passes.colors.take(picture, (color,), kept)
+            yield "colours"
+        self._rounds = 2, 3
+        picture = yield from blurred(optics.in_color(Color.GREEN), has_alpha)
+        self._passes.colors.take(kept, (Color.RED, Color.BLUE), picture)
+        yield self._passed("colours")
+        return picture
+
+    def _blurred(
+        self,
+        color: moderngl.Texture,
+        depth: moderngl.Texture,
+        optics: Optics,
+        settings: DefocusSettings,
+        has_alpha: bool,
+        fragments: FragmentBuffers | None,
+    ) -> Steps[moderngl.Texture]:
+        """Blur a picture at the size that is worked on, with one focus for all colours."""
         coc = depth
-        if optics.line is not None:
+        if optics.line is not None or optics.told_shift_px:
             coc = self.scratch.texture("coc", depth.size, 1)
-            self._passes.coc.run(depth, optics.line, coc)
+            self._passes.coc.run(depth, optics.line, coc, optics.told_shift_px)
             yield self._passed("coc")
         if layers_for(settings) == 1:
             blurred = yield from self._in_one_layer(color, coc, optics, settings)
@@ -219,10 +259,11 @@ class DefocusPipeline:
             where = self._passes.tiles.find(found, plans, number, optics, self.scratch)
             yield self._passed("tiles")
             layer, layer_coc = yield from self._layer(picture, plan, where, optics)
+            rim = optics.disc.aperture.rim
             what = Diffusion(
                 layer.color,
                 layer_coc,
-                kernel,
+                kernel_for(settings, -rim if plan.cut.is_before_focus else rim),
                 optics.disc.half_extents,
                 resampled_px_2=plan.resampled_px_2,
                 shape=optics.disc.scaled(1 / plan.reduction),
@@ -241,7 +282,8 @@ class DefocusPipeline:
         """Report the layers that are done; wait for the GPU only if somebody listens."""
         if self.on_layer is not None:
             self._ctx.finish()
-            self.on_layer(done, layers)
+            colors_done, colors = self._rounds
+            self.on_layer(colors_done * layers + done, colors * layers)
 
     def _at_proxy_size(self, whole: _Plate, optics: Optics, proxy: float) -> Steps[_Plate]:
         """Return the plate at proxy size; it is made again for another size or plate only."""

@@ -1,5 +1,7 @@
 """From the plate to what the blur works on: the proxy size and the circle of confusion."""
 
+from collections.abc import Collection
+
 import moderngl
 
 from heatlens.gpu.program import ComputeProgram, pixel_groups
@@ -16,9 +18,27 @@ class CocPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "coc.comp.glsl")
+        self._shift = ComputeProgram(ctx, "coc_shift.comp.glsl")
 
-    def run(self, depth: moderngl.Texture, line: CocLine, out_coc: moderngl.Texture) -> None:
-        """Write the diameter of every pixel's disc, negative in front of the focus plane."""
+    def run(
+        self,
+        depth: moderngl.Texture,
+        line: CocLine | None,
+        out_coc: moderngl.Texture,
+        shift_px: float = 0.0,
+    ) -> None:
+        """Write the diameter of every pixel's disc, negative in front of the focus plane.
+
+        Without a `line`, `depth` is the diameter already, to which `shift_px` is added.
+        """
+        if line is None:
+            self._shift.dispatch(
+                pixel_groups(out_coc.size),
+                textures={"coc_tx": depth},
+                images={"out_coc_img": out_coc},
+                uniforms={"shift_px": shift_px},
+            )
+            return
         self._program.dispatch(
             pixel_groups(out_coc.size),
             textures={"depth_tx": depth},
@@ -100,6 +120,24 @@ class AlphaPass:
         """Copy the red of `alpha` to the alpha of `color`."""
         self._join.dispatch(
             pixel_groups(color.size), textures={"alpha_tx": alpha}, images={"color_img": color}
+        )
+
+
+class ColorPass:
+    """Single colours of one picture into another."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "colors_take.comp.glsl")
+
+    def take(
+        self, picture: moderngl.Texture, channels: Collection[int], out: moderngl.Texture
+    ) -> None:
+        """Copy these `channels` of `picture`, 0 to 3, to `out`; the others stay as they are."""
+        self._program.dispatch(
+            pixel_groups(out.size),
+            textures={"picture_tx": picture},
+            images={"out_color_img": out},
+            uniforms={"taken": tuple(float(channel in channels) for channel in range(4))},
         )
 
 

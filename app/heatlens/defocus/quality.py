@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import assert_never
 
-from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel
+from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel, rim_kernel
 from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
 
 
@@ -28,8 +28,11 @@ def _spent(quality: Quality) -> _Spent:
             assert_never(quality)
 
 
-def kernel_for(settings: DefocusSettings) -> Kernel:
-    """Return the kernel of a bokeh at a quality; all have the same variance for the same disc."""
+def kernel_for(settings: DefocusSettings, rim: float = 0.0) -> Kernel:
+    """Return the kernel of a bokeh at a quality; all have the same variance for the same disc.
+
+    `rim` is that of discs on one side of the focus, as `Aperture` has it for those behind.
+    """
     if settings.method is Method.HEAT:
         return named_kernel("heat")
     spent = _spent(settings.quality)
@@ -39,7 +42,7 @@ def kernel_for(settings: DefocusSettings) -> Kernel:
         case Bokeh.GAUSSIAN:
             return gaussian_kernel(spent.gaussian_steps)
         case Bokeh.DISC:
-            return named_kernel(spent.disc)
+            return rim_kernel(spent.disc, rim)
         case _:
             assert_never(settings.bokeh)
 

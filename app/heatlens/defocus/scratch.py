@@ -22,6 +22,7 @@ POISON_VARIABLE = "HEATLENS_POISON_SCRATCH"
 PASSES = (
     *("proxy", "coc", "alpha", "highlights found", "highlights listed", "fragments", "tiles"),
     *("layer split", "hidden fill", "coc fill", "blur", "composite", "highlights drawn", "limits"),
+    *("colours",),  # each blurred apart, with all before it
     *("gather", "scatter", "pyramid"),  # each instead of all from "alpha" to "highlights drawn"
 )
 AFTER_THE_PICTURE = ""  # a last pass that never comes: the next picture writes over it
@@ -67,6 +68,7 @@ LIFETIMES: dict[str, Lifetime] = {
     "out": Lifetime("out", "fragments", _KEPT),
     "blurred": Lifetime("blurred", "blur", _KEPT),
     "frame": Lifetime("frame", "limits", _KEPT),
+    "colours kept": Lifetime("colours kept", "coc", "colours"),
     # Alpha as a picture of its own, which is layered before the colour.
     "alpha plate": Lifetime("alpha plate", "alpha", "highlights drawn"),
     "alpha out": Lifetime("alpha out", "fragments", "limits"),

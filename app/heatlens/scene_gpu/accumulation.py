@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import moderngl
 
-from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.gpu.program import ComputeProgram, Image, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.pupil import Pupil
@@ -19,6 +19,7 @@ from heatlens.scene_gpu.lens_samples import lens_samples
 from heatlens.scene_gpu.raster import SceneRaster
 
 Colors = tuple[float, float, float, float]  # red, green, blue, alpha: 1 where a view is for it
+SIDES_LAYERS = 5  # of the image of lib/sides.lib.glsl
 _ALL_COLORS: Colors = (1.0, 1.0, 1.0, 1.0)
 _EACH_COLOR: tuple[Colors, ...] = ((1.0, 0, 0, 0), (0, 1.0, 0, 1.0), (0, 0, 1.0, 0))
 
@@ -97,10 +98,12 @@ class Accumulation:
     ) -> None:
         """Add the view that was drawn last, or only write the mean again."""
         textures = {"view_tx": self._pool.texture("view", out.size, 4)}
-        images = {"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out}
+        images: dict[str, Image] = {"mean_img": out}
         if weighing is not None:
             textures["depth_tx"] = self._pool.texture("depth", out.size, 1)
-            images["weight_img"] = self._pool.texture("weight", out.size, 4)
+            images["sides_img"] = self._pool.array("sides", out.size, SIDES_LAYERS, 4)
+        else:
+            images["sum_img"] = self._pool.texture("sum", out.size, 4)
         self._programs.with_(**pupil.switches).dispatch(
             pixel_groups(out.size),
             textures=textures,

@@ -77,7 +77,8 @@ class Overscan:
         if not self.margin_px:
             return 0
         ends = optics.line.at_infinity_px + optics.line.per_dioptre_px / self.ring_m
-        reach_px = max(optics.disc.half_extents) * np.abs(ends).max(axis=1) / 2 + _SOFT_RIM_PX
+        widest_px = np.abs(ends).max(axis=1) + optics.disc.wider_px
+        reach_px = max(optics.disc.half_extents) * widest_px / 2 + _SOFT_RIM_PX
         away_px = np.arange(1, len(self.ring_m) + 1) / self.fine
         reaching = np.flatnonzero(reach_px >= away_px)
         return math.ceil(away_px[reaching[-1]]) if len(reaching) else 0

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.gpu.opening_textures import OpeningTextures
-from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.program import ComputeProgram, Image, groups_for
 from heatlens.gpu.shader_constants import RAY_GROUP
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.pupil import Pupil
 from heatlens.scene.scene_view import SceneView
+from heatlens.scene_gpu.accumulation import SIDES_LAYERS
 from heatlens.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees, refitted
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
@@ -114,9 +115,12 @@ class RayTracer:
         """Add one ray to each pixel of a band that does not have as many already."""
         assert self._trees is not None
         rows = min(_band_rows(out.width), out.height)
-        images = {"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out}
+        images: dict[str, Image] = {
+            "sum_img": self._pool.texture("sum", out.size, 4),
+            "mean_img": out,
+        }
         if "SHAPED" in self._defines:
-            images["weight_img"] = self._pool.texture("weight", out.size, 4)
+            images["sides_img"] = self._pool.array("sides", out.size, SIDES_LAYERS, 4)
         self._program.dispatch(
             (groups_for(out.width, RAY_GROUP), groups_for(rows, RAY_GROUP)),
             textures={

@@ -1,0 +1,18 @@
+// A circle of confusion that a plate brings itself, in the focus of another colour.
+//
+// Input
+//   coc_tx       diameter in pixels, negative in front of the focus plane
+// Output
+//   out_coc_img  the same, by shift_px more
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D coc_tx;
+uniform float shift_px;
+layout(r32f) uniform writeonly image2D out_coc_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(out_coc_img)))) return;
+    imageStore(out_coc_img, at, vec4(texelFetch(coc_tx, at, 0).r + shift_px));
+}

@@ -1,0 +1,20 @@
+// Some channels of one picture into another, where each colour was blurred apart.
+//
+// Inputs
+//   picture_tx     rgba
+//   taken          1 for each channel that is copied
+// In and out
+//   out_color_img  rgba; its other channels stay
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D picture_tx;
+uniform vec4 taken;
+layout(rgba32f) uniform image2D out_color_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
+    vec4 here = imageLoad(out_color_img, at), other = texelFetch(picture_tx, at, 0);
+    imageStore(out_color_img, at, mix(here, other, greaterThan(taken, vec4(0.5))));
+}
