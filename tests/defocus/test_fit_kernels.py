@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import jv
 
 import heatlens
 from heatlens.defocus.fit_kernels import (
@@ -14,12 +15,15 @@ from heatlens.defocus.fit_kernels import (
     Fit,
     _RankSearch,
     fit_disc,
+    fit_rims,
     images_of,
     main,
     of_rank,
     refined,
+    spectrum,
 )
-from heatlens.defocus.kernels import named_kernel
+from heatlens.defocus.kernels import RIMS, named_kernel, rim_kernel
+from heatlens.model.opening import profile
 
 NAMES = list(POWERS)
 PACKAGE = Path(heatlens.__file__).parent
@@ -143,6 +147,43 @@ def test_the_tool_writes_what_the_program_reads(tmp_path, capsys):
     np.testing.assert_allclose(poles, named_kernel("disc_2").poles, rtol=0.02)
     assert np.array(entry["M"]).shape == (2, 2, 2) and entry["variance_over_disc"] == 1.0
     assert "disc_2: 2 poles, 2 images, error 9.36" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("rim", [-1.0, -0.3, 0.0, 0.8])
+def test_the_spectrum_is_that_of_the_profile(rim):
+    """The Hankel transform of the brightness, by the midpoint rule."""
+    place = (np.arange(4000) + 0.5) / 4000
+    for q in (0.3, 3.0, 17.0):
+        expected = np.mean(2 * place * profile(place**2, rim) * jv(0, q * place))
+        assert spectrum(np.array(q), rim) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["disc_2", "disc_3", "disc_4"])
+@pytest.mark.parametrize("rim", [-0.9, -0.5, 0.4, 1.0])
+def test_a_rim_is_met_better_than_by_a_flat_disc(name, rim):
+    """Also by kernels that are mixed from two. Two poles reach less, the more so a bright ring."""
+    error, flat, kernel = DiscError(POWERS[name], rim), named_kernel(name), rim_kernel(name, rim)
+    left = error.of(kernel.poles, kernel.mix)[0] / error.of(flat.poles, flat.mix)[0]
+    assert left < (0.6 if name == "disc_2" else 0.2)
+
+
+def test_rims_are_found_again():
+    found = fit_rims("disc_2")
+    for rim, fit in zip(RIMS, found, strict=True):
+        check_exact(fit)
+        error, kernel = DiscError(POWERS["disc_2"], rim), rim_kernel("disc_2", rim)
+        if rim != 0.0:
+            assert error.of(kernel.poles, kernel.mix)[0] == pytest.approx(fit.error, rel=0.02)
+
+
+def test_the_tool_writes_rims_a_kernel_a_line(tmp_path, capsys):
+    path = tmp_path / "rims.json"
+    assert main(["disc_2", "--rims", "-o", str(path)]) == 0
+    entries = json.loads(path.read_text())["kernels"]
+    assert [entry["rim"] for entry in entries] == list(RIMS)
+    stored_lines = (PACKAGE / "defocus" / "rim_kernels.json").read_text()
+    assert set(entries[0]) == set(json.loads(stored_lines)["kernels"][0])
+    assert "disc_2 rim 1: error" in capsys.readouterr().out
 
 
 def test_no_part_of_the_program_needs_it():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from heatlens.defocus.kernels import gaussian_kernel, named_kernel
+from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel, rim_kernel
 from support.oracle import compact_weights, conductances, solve_line
 
 NAMES = ["heat", "disc_2", "disc_3", "disc_4", "disc_5"]
@@ -39,8 +39,11 @@ def test_elimination_without_pivoting_is_safe(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_no_mix_of_diameters_resonates(name: str, rng: np.random.Generator) -> None:
     """The inverse of every pole's matrix stays small also where the compact c turns its phase."""
-    kernel = named_kernel(name)
-    for trial in range(200):
+    check_inverses(named_kernel(name), rng, trials=200)
+
+
+def check_inverses(kernel: Kernel, rng: np.random.Generator, trials: int) -> None:
+    for trial in range(trials):
         n = int(rng.integers(3, 30))
         uniform = np.full(n, rng.uniform(0.1, 30.0))
         d = uniform if trial % 2 else rng.choice([0.0, 1, 2, 4, 5, 7, 9, 11, 13, 16, 25], n)
@@ -56,3 +59,30 @@ def test_real_kernels_are_solved_in_real_arithmetic() -> None:
     assert not named_kernel("heat").is_complex
     assert not gaussian_kernel(3).is_complex
     assert named_kernel("disc_2").is_complex
+
+
+RIM_NAMES = ["disc_2", "disc_3", "disc_4"]
+BETWEEN = [-1.0, -0.9, -0.4, 0.1, 0.625, 0.8, 1.0]  # of which some are stored and some are mixed
+
+
+@pytest.mark.parametrize("rim", BETWEEN)
+@pytest.mark.parametrize("name", RIM_NAMES)
+def test_a_rim_keeps_light_and_variance_and_the_number_of_solves(name: str, rim: float) -> None:
+    kernel, flat = rim_kernel(name, rim), named_kernel(name)
+    assert kernel.mix.sum().real == pytest.approx(1.0, abs=1e-7)
+    assert 2 * (kernel.mix.sum(axis=1) @ kernel.poles).real == pytest.approx(1 / 16, rel=1e-9)
+    np.testing.assert_allclose(kernel.mix, kernel.mix.T, atol=1e-12)
+    assert np.cos(np.angle(kernel.poles) / 2).min() > 0.15
+    assert kernel.poles.shape == flat.poles.shape and kernel.compact == flat.compact
+
+
+def test_no_rim_is_the_flat_disc_itself() -> None:
+    assert all(rim_kernel(name, 0.0) is named_kernel(name) for name in RIM_NAMES)
+
+
+@pytest.mark.parametrize("rim", [-1.0, -0.6, 0.8, 1.0])
+@pytest.mark.parametrize("name", RIM_NAMES)
+def test_no_mix_of_diameters_resonates_with_a_rim(
+    name: str, rim: float, rng: np.random.Generator
+) -> None:
+    check_inverses(rim_kernel(name, rim), rng, trials=60)

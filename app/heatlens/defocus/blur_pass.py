@@ -35,6 +35,7 @@ class Diffusion:
     least_px       a coc under this counts as this
     resampled_px_2 square of the diameter that the picture is blurred by already
     shape          the discs, in pixels of the picture, where their width is not the same everywhere
+    is_in_front    all of the picture is in front of the focus, whatever the sign of `coc`
     """
 
     color: moderngl.Texture
@@ -44,13 +45,18 @@ class Diffusion:
     least_px: float = 0.0
     resampled_px_2: float = 0.0
     shape: DiscShape | None = None
+    is_in_front: bool = False
 
     @property
     def shape_uniforms(self) -> dict[str, object]:
         """The uniforms of a shape that is no ellipse; none for others."""
         if self.shape is None or self.shape.is_plain:
             return {}
-        return self.shape.diffusion_uniforms
+        uniforms = self.shape.diffusion_uniforms
+        if self.is_in_front:
+            front, _ = self.shape.side_variances
+            uniforms = uniforms | {"side_variances": (front, front)}
+        return uniforms
 
 
 def pole_layers(kernel: Kernel, storage: Storage = PACKED) -> int:

@@ -25,11 +25,12 @@ What is stored was found with the same weight, but how its integral was sampled 
 the stored poles of disc_2 lie within 2 % of the minimum that is found here, and their error within
 0.03 %; with more poles the minimum is flatter, and a search from the stored poles ends lower.
 
-A disc with a bright or soft rim is fitted in the same way (`--rims`), at the size at which it has the
-variance of the flat disc of diameter d. Its brightness is a polynomial in 1 - s^2, s from the middle
-to the rim, and (m + 1) (1 - s^2)^m has the transform 2^(m+1) (m+1)! J_(m+1)(q) / q^(m+1). Each search
-begins with the poles of the rim before, so that kernels in between are those around them, mixed. A
-soft rim of -1 takes the poles of -3/4 as they are: nearly any do there, and a search would leave.
+A disc with a bright or soft rim is fitted in the same way (`--rims`), at the size at which it has
+the variance of the flat disc of diameter d. Its brightness is a polynomial in 1 - s^2, s from the
+middle to the rim, and (m + 1) (1 - s^2)^m has the transform 2^(m+1) (m+1)! J_(m+1)(q) / q^(m+1).
+Each search begins with the poles of the rim before, so that kernels in between are those around
+them, mixed. A soft rim of -1 takes the poles of -3/4 as they are: nearly any do, and a search would
+leave them.
 
 `rank` asks for M = V V^T with V (J, rank). A picture that is blurred then passes from rows to
 columns as `rank` complex images instead of J. That is not linear in V any more: poles and V are

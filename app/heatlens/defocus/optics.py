@@ -67,11 +67,12 @@ class Optics:
         """Return the optics for one colour: green's, or more or less coc by the axial colour."""
         shift_px = (color - Color.GREEN) * self.disc.axial_px
         line = self.line and replace(self.line, at_infinity_px=self.line.at_infinity_px + shift_px)
+        aperture = replace(self.disc.aperture, axial_colour_mm=0.0)
         return replace(
             self,
             line=line,
             occupied_px=self.occupied_px + shift_px,
-            disc=replace(self.disc, axial_px=0.0),
+            disc=replace(self.disc, aperture=aperture, axial_px=0.0),
             told_shift_px=shift_px if line is None else 0.0,
         )
 

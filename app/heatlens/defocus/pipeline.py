@@ -267,6 +267,7 @@ class DefocusPipeline:
                 optics.disc.half_extents,
                 resampled_px_2=plan.resampled_px_2,
                 shape=optics.disc.scaled(1 / plan.reduction),
+                is_in_front=plan.cut.is_before_focus,
             )
             targets = BlurTargets(self._poles("poles", picture.coc.size, kernel), layer.color)
             yield from self._named("blur", self._passes.blur.steps(what, targets, layer.mask))

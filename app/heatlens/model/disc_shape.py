@@ -73,9 +73,16 @@ class DiscShape:
         return x * spread, y * spread
 
     @property
+    def side_variances(self) -> Pair:
+        """Variance of a disc in front of the focus and behind it, over that of a round disc."""
+        front, behind = self.aperture.spreads
+        return front**2, behind**2
+
+    @property
     def diffusion_uniforms(self) -> dict[str, object]:
         """Uniforms of lib/blur_system.lib.glsl for a disc that is not plain."""
-        return self.in_picture.diffusion_uniforms(self.aperture, self.pixel_aspect_ratio)
+        place = self.in_picture.diffusion_uniforms(self.aperture, self.pixel_aspect_ratio)
+        return place | {"side_variances": self.side_variances}
 
     def light(self, radius_px: float, ramp_px: float, place_px: Pair = (0.0, 0.0)) -> float:
         """Return the sum of `coverage` over all pixels of a large disc, to a close approximation.

@@ -58,7 +58,6 @@ class PictureField:
         """Return what lib/blur_system.lib.glsl needs to diffuse discs of the same variance."""
         per_px = 1 / self.half_diagonal_px
         return {
-            "side_variances": tuple(spread**2 for spread in aperture.spreads),
             "field_middle_px": self.middle_px,
             "field_per_px": (per_px, per_px / pixel_aspect_ratio),
             "field_variances": field_variances(_shift_most(aperture), aperture.stopped_down),

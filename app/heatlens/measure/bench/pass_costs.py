@@ -190,6 +190,11 @@ def _alpha(work: Work, runs: int) -> Traffic:
     return Traffic(moved, moved)
 
 
+def _colours(work: Work, runs: int) -> Traffic:
+    """Count a picture read, and channels of it written into another, which is read for that."""
+    return Traffic(runs * 3 * _COLOR, runs * 3 * _COLOR)
+
+
 def _highlights_drawn(work: Work, runs: int) -> Traffic:
     """Count the area of the highlights' discs, which decides the cost."""
     return Traffic(None, None)
@@ -216,6 +221,7 @@ PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
     "limits": _limits,
     "highlights drawn": _highlights_drawn,
     "alpha": _alpha,
+    "colours": _colours,
     "gather": _method,
     "scatter": _method,
     "pyramid": _method,
