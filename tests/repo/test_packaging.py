@@ -45,7 +45,14 @@ def test_wheel_runs_from_outside_the_checkout(tmp_path: Path) -> None:
     assets = {path.name for path in (tmp_path / "site" / "heatlens" / "assets").iterdir()}
     assert "still_life.exr" in assets and "window.png" not in assets
     modules = {path.name for path in (tmp_path / "site" / "heatlens").rglob("*")}
-    assert {"py.typed", "disc_kernels.json", "rim_kernels.json", "macro.json", "page.html.jinja", "page.css"} <= modules
+    assert {
+        "py.typed",
+        "disc_kernels.json",
+        "rim_kernels.json",
+        "macro.json",
+        "page.html.jinja",
+        "page.css",
+    } <= modules
     (described,) = (tmp_path / "site").glob("heatlens-*.dist-info/METADATA")
     check_metadata(message_from_string(described.read_text(encoding="utf-8")))
     code = (
