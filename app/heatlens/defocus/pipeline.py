@@ -68,7 +68,7 @@ _NO_COST = (-1.0, -1.0, -1.0, -1.0)  # as hidden_fill.comp.glsl takes it, for wh
 _Plate = tuple[moderngl.Texture, moderngl.Texture, FragmentBuffers | None]  # colour, depth, lists
 Result = TypeVar("Result")
 Steps = Generator[str, None, Result]  # names of passes as their work is issued, then the result
-_Blurred = Callable[[Optics, bool], Steps[moderngl.Texture]]  # through these optics; with alpha?
+_Blurred = Callable[[Optics], Steps[moderngl.Texture]]
 SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)  # they know a disc for each colour themselves
 
 
@@ -135,26 +135,26 @@ class DefocusPipeline:
             color, depth, fragments = yield from self._at_proxy_size(whole, optics, settings.proxy)
             optics = optics.scaled(settings.proxy)
 
-        def blurred(seen: Optics, with_alpha: bool) -> Steps[moderngl.Texture]:
-            return self._blurred(color, depth, seen, settings, with_alpha, fragments)
+        def blurred(seen: Optics) -> Steps[moderngl.Texture]:
+            return self._blurred(color, depth, seen, settings, has_alpha, fragments)
 
         self._rounds = 0, 1
         if optics.disc.axial_px == 0.0 or settings.method in SAMPLING_COLORS:
-            return (yield from blurred(optics, has_alpha))
-        return (yield from self._in_colors(blurred, color.size, optics, has_alpha))
+            return (yield from blurred(optics))
+        return (yield from self._in_colors(blurred, color.size, optics))
 
     def _in_colors(
-        self, blurred: _Blurred, size: tuple[int, int], optics: Optics, has_alpha: bool
+        self, blurred: _Blurred, size: tuple[int, int], optics: Optics
     ) -> Steps[moderngl.Texture]:
         """Blur once for the focus of each colour, and take that colour; alpha goes with green."""
         kept = self.scratch.texture("colours kept", size, 4)
         for done, color in enumerate((Color.RED, Color.BLUE)):
             self._rounds = done, 3
-            picture = yield from blurred(optics.in_color(color), False)
+            picture = yield from blurred(optics.in_color(color))
             self._passes.colors.take(picture, (color,), kept)
             yield "colours"
         self._rounds = 2, 3
-        picture = yield from blurred(optics.in_color(Color.GREEN), has_alpha)
+        picture = yield from blurred(optics.in_color(Color.GREEN))
         self._passes.colors.take(kept, (Color.RED, Color.BLUE), picture)
         yield self._passed("colours")
         return picture
