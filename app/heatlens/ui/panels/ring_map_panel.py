@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from imgui_bundle import imgui
+from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
 from heatlens.model.units import format_distance, parse_distance_m
@@ -16,6 +16,7 @@ from heatlens.ui import probe, widgets
 Say = Callable[[str], None]
 
 _NONE = "nothing"
+_TOLD = "as the camera tells it"  # in metres, stops or millimetres: no channel is needed
 _LEARN_EM, _END_EM = 4.0, 5.0
 _BEND_TIP = "Above 1 the ring turns slowly at its first end, below 1 slowly at its last."
 _ENDS_TIP = "The lens at the two ends of the control's way, with what it sends there."
@@ -30,29 +31,37 @@ def ring_map_panel(hand: RingHand, unit: str, say: Say) -> None:
     imgui.text_disabled("What turns which ring")
     by_ring = {found.ring: found for found in maps_for(heard.sample, hand.maps)}
     for ring in Ring:
-        _row(hand, ring, by_ring.get(ring), channels)
+        unmapped = _NONE if getattr(heard.sample, str(ring)) is None else _TOLD
+        _row(hand, ring, by_ring.get(ring), channels, unmapped)
         if ring in by_ring and imgui.tree_node(f"{ring.words}: ends and curve"):
             _way(hand, by_ring[ring], unit, say)
             imgui.tree_pop()
 
 
-def _row(hand: RingHand, ring: Ring, found: ChannelMap | None, channels: dict[str, float]) -> None:
+def _row(
+    hand: RingHand,
+    ring: Ring,
+    found: ChannelMap | None,
+    channels: dict[str, float],
+    unmapped: str,
+) -> None:
     """Draw the channel of a ring, and the button that learns it."""
-    now = _NONE if found is None else found.channel
+    now = unmapped if found is None else found.channel
     width = imgui.get_content_region_avail().x - (_LEARN_EM + 0.5) * imgui.get_font_size()
     widgets.label(ring.words)
     imgui.set_next_item_width(width - widgets.LABEL_EM * imgui.get_font_size())
-    names = [_NONE, *dict.fromkeys([*channels, now])]
+    names = [unmapped, *dict.fromkeys([*channels, now])]
     if imgui.begin_combo(f"##channel of {ring.words}", printable(now)):
         for index, name in enumerate(dict.fromkeys(names)):
             told = f"  {channels[name]:.3g}" if name in channels else ""
             if imgui.selectable(f"{printable(name)}{told}##{index}", name == now)[0]:
-                hand.map(ring, None if name == _NONE else usual_map(name, ring))
+                hand.map(ring, None if name == unmapped else usual_map(name, ring))
         imgui.end_combo()
     probe.note(f"channel of {ring.words}")
     imgui.same_line()
     is_learning = hand.learning is not None and hand.learning.ring is ring
-    if imgui.button(f"{'done' if is_learning else 'learn'}##{ring.words}"):
+    # To the right edge, where the fields above and below end.
+    if imgui.button(f"{'done' if is_learning else 'learn'}##{ring.words}", ImVec2(-1, 0)):
         if is_learning:
             hand.end_learning()
         else:
