@@ -1,42 +1,25 @@
 """A pull that is performed: taken down at each frame, kept as few keys, one step of undo."""
 
-from dataclasses import replace
-
 import pytest
 
 from heatlens.model.coc import sharp_dioptres
 from heatlens.model.shot import LensParameter
-from heatlens.session.playback import Ending
 from heatlens.session.pull_recording import RecordingState
-from support.evening import FIRST, LAST, begun, settled, write_plates
+from support.evening import FIRST, LAST
+from support.takes import opened_walls, pulled_m, ready
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 
 
 @pytest.fixture(scope="module")
 def opened(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("walls")
-    session = begun(folder / "preferences", write_plates(folder))
-    settled(session)
-    yield session
-    session.close()
+    with opened_walls(tmp_path_factory.mktemp("walls")) as session:
+        yield session
 
 
 @pytest.fixture
 def session(opened):
-    opened.recording.keep()
-    opened.recording._chosen_tolerance = None
-    opened.timeline.playback.stop()
-    opened.timeline.playback.ending = Ending.LOOP
-    opened.editing.frame = FIRST
-    opened.editing.begin(replace(opened.shot, lens=opened.lens_commands.begun_with.lens))
-    opened.editing.begin(opened.shot.without_keys(FIRST, FOCUS))
-    opened.recording.poll()
-    return opened
-
-
-def pulled_m(frame: int) -> float:
-    return 1.0 / (0.25 + 0.25 * (frame - FIRST) / (LAST - FIRST))
+    return ready(opened, FOCUS)
 
 
 def perform(session, frames=range(FIRST, LAST + 1), distance_m=pulled_m) -> None:

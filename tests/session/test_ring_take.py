@@ -1,7 +1,5 @@
 """What a ring does while the shot plays is on the frames of its timecode, and replays there."""
 
-from dataclasses import replace
-
 import pytest
 
 from heatlens.model.frames import FrameRange
@@ -9,10 +7,10 @@ from heatlens.model.shot import LensParameter
 from heatlens.model.timecode import Timecode
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.sources import RingSources
-from heatlens.session.playback import Ending
 from heatlens.session.ring_hand import RingHand
 from heatlens.session.ring_take import RingTake, by_timecode
-from support.evening import FIRST, LAST, begun, settled, write_plates
+from support.evening import FIRST, LAST
+from support.takes import opened_walls, pulled_m, ready
 
 FOCUS, IRIS = LensParameter.FOCUS_DISTANCE, LensParameter.F_STOP
 RATE = 24.0
@@ -62,33 +60,18 @@ class Ring:
 
 @pytest.fixture(scope="module")
 def opened(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("walls")
-    session = begun(folder / "preferences", write_plates(folder))
-    settled(session)
-    yield session
-    session.close()
+    with opened_walls(tmp_path_factory.mktemp("walls")) as session:
+        yield session
 
 
 @pytest.fixture
 def session(opened):
     """The window's session, which follows a ring."""
-    opened.recording.keep()
-    opened.timeline.playback.stop()
-    opened.timeline.playback.ending = Ending.LOOP
-    opened.editing.frame = FIRST
-    lens = replace(opened.lens_commands.begun_with.lens, f_stop=2.8)
-    opened.editing.begin(replace(opened.shot, lens=lens))
-    for parameter in (FOCUS, IRIS):
-        opened.editing.begin(opened.shot.without_keys(FIRST, parameter))
-    opened.recording.poll()
+    ready(opened, FOCUS, IRIS, f_stop=2.8)
     ring = RingHand(Ring(), opened.editing, opened.say)
     opened.ring = ring
     opened.recording._ring = RingTake(ring, opened.source, opened.editing)
     return opened
-
-
-def pulled_m(frame: float) -> float:
-    return 1.0 / (0.25 + 0.25 * (frame - FIRST) / (LAST - FIRST))
 
 
 def perform(session, late: int, **more) -> None:

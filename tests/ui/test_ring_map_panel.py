@@ -1,30 +1,23 @@
 """A controller that sends OSC: its fader is learnt with the mouse, and then turns the focus."""
 
 import socket
-import time
 
 import pytest
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from heatlens.ring.address import Protocol, RingAddress
-from heatlens.ring.receiver import LensReceiver
-from support.gui import gui_of
-from support.window_plates import QUICK, room_file
-
-PATIENCE_S = 30.0
+from heatlens.ring.address import Protocol
+from support.ring_window import following, until
 
 
 @pytest.fixture(scope="module")
-def receiver():
-    with LensReceiver(RingAddress(Protocol.OSC, "127.0.0.1", 0)) as made:
+def gui(session_context, tmp_path_factory):
+    with following(session_context, Protocol.OSC, tmp_path_factory.mktemp("osc")) as made:
         yield made
 
 
-@pytest.fixture(scope="module")
-def gui(session_context, receiver, tmp_path_factory):
-    plate = room_file(tmp_path_factory.mktemp("osc") / "room.exr")
-    with gui_of(session_context, plate, defocus=QUICK, lens_in=receiver) as made:
-        yield made
+@pytest.fixture
+def receiver(gui):
+    return gui.session.ring.receiver
 
 
 def turn(gui, receiver, value: float) -> None:
@@ -34,10 +27,7 @@ def turn(gui, receiver, value: float) -> None:
     builder.add_arg(value)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as fader:
         fader.sendto(builder.build().dgram, (receiver.address.host, receiver.address.port))
-    end = time.monotonic() + PATIENCE_S
-    while receiver.heard().version == version:
-        assert time.monotonic() < end
-        time.sleep(0.001)
+    until(gui, lambda: receiver.heard().version != version)
     gui.frame(2)
 
 

@@ -1,47 +1,34 @@
 """A window whose lens follows a ring: what is sent is seen, and the hand can let go of it."""
 
 import argparse
-import time
 
 import pytest
 
 from heatlens.commands import view
 from heatlens.errors import InputError
-from heatlens.ring.address import Protocol, RingAddress
+from heatlens.ring.address import Protocol
 from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.receiver import LensReceiver
 from heatlens.ring.sender import LensSender
-from support.gui import gui_of
-from support.window_plates import QUICK, room_file
-
-PATIENCE_S = 30.0
+from support.ring_window import following, until
+from support.window_plates import room_file
 
 
 @pytest.fixture(scope="module")
-def receiver():
-    with LensReceiver(RingAddress(Protocol.OPENTRACKIO, "127.0.0.1", 0)) as made:
-        yield made
-
-
-@pytest.fixture(scope="module")
-def followed(session_context, receiver, tmp_path_factory):
-    plate = room_file(tmp_path_factory.mktemp("ring") / "room.exr")
-    with gui_of(session_context, plate, defocus=QUICK, lens_in=receiver) as gui:
+def followed(session_context, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ring")
+    with following(session_context, Protocol.OPENTRACKIO, folder) as gui:
         yield gui
+
+
+@pytest.fixture
+def receiver(followed):
+    return followed.session.ring.receiver
 
 
 @pytest.fixture
 def ring(receiver):
     with LensSender(receiver.address, 24.0) as sender:
         yield sender
-
-
-def until(gui, is_so) -> None:
-    end = time.monotonic() + PATIENCE_S
-    while not is_so():
-        assert time.monotonic() < end
-        gui.frame()
-        time.sleep(0.001)
 
 
 def test_the_lens_and_the_picture_follow(followed, ring):

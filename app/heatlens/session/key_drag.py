@@ -9,9 +9,8 @@ from typing import Literal
 
 from heatlens.errors import HeatlensError
 from heatlens.model.shot import Shot
-from heatlens.session.editing import Editing
 from heatlens.session.key_choice import Chosen, KeyId, all_keys, rippled
-from heatlens.session.key_commands import KeyCommands
+from heatlens.session.keys_in_hand import KeysInHand
 from heatlens.session.messages import Problem
 
 Place = tuple[float, float]
@@ -31,14 +30,8 @@ class _Held:
     key: KeyId | None = None
 
 
-class KeyDrag:
+class KeyDrag(KeysInHand[_Held]):
     """Follows the mouse over keys: `press`, then `drag` in every frame, then `release`."""
-
-    def __init__(self, editing: Editing, keys: KeyCommands, say: Callable[[str], None]) -> None:
-        self._editing = editing
-        self._keys = keys
-        self._say = say
-        self._held: _Held | None = None
 
     @property
     def box_from(self) -> Place | None:
@@ -92,13 +85,6 @@ class KeyDrag:
         assert held.key is not None
         earlier = [key.frame for key in all_keys(held.shot) if key.frame < held.key.frame]
         return int(held.key.frame - max(earlier)) - 1 if earlier else 10**6
-
-    def release(self) -> None:
-        """Let go: what was dragged is a step; keys that it landed on went, which is said."""
-        if self._held is not None:
-            self._keys.tell_of_replaced(self._held.shot)
-            self._held = None
-            self._editing.settle()
 
 
 def nearest(at: Place, places: Places, reach: float) -> KeyId | None:

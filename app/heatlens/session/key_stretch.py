@@ -3,7 +3,6 @@
 A drag goes on from the shot in which it began, so that what keys pass over comes back.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from heatlens.errors import HeatlensError
@@ -11,10 +10,9 @@ from heatlens.model.curve import Key
 from heatlens.model.framing import PoseKey
 from heatlens.model.interpolation import Ease
 from heatlens.model.shot import Shot
-from heatlens.session.editing import Editing
 from heatlens.session.key_choice import Chosen, KeyId, checked, frames_of
-from heatlens.session.key_commands import KeyCommands
 from heatlens.session.key_rows import ROWS, keyed_of, keys_of, with_keyed, with_pasted
+from heatlens.session.keys_in_hand import KeysInHand
 from heatlens.session.messages import Problem
 
 
@@ -93,14 +91,8 @@ class _Held:
     ends: Ends
 
 
-class KeyStretch:
+class KeyStretch(KeysInHand[_Held]):
     """Follows the mouse while it drags an end: `press`, then `drag`, then `release`."""
-
-    def __init__(self, editing: Editing, keys: KeyCommands, say: Callable[[str], None]) -> None:
-        self._editing = editing
-        self._keys = keys
-        self._say = say
-        self._held: _Held | None = None
 
     @property
     def ends(self) -> Ends | None:
@@ -129,10 +121,3 @@ class KeyStretch:
             self._keys.choose(chosen)
         except HeatlensError as error:
             self._say(Problem(error))
-
-    def release(self) -> None:
-        """Let go: what was dragged is a step; keys that it landed on went, which is said."""
-        if self._held is not None:
-            self._keys.tell_of_replaced(self._held.shot)
-            self._held = None
-            self._editing.settle()

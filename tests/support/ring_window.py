@@ -1,0 +1,35 @@
+"""A window without a screen whose lens follows a ring on this machine."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import moderngl
+
+from heatlens.ring.address import Protocol, RingAddress
+from heatlens.ring.receiver import LensReceiver
+from support.gui import Gui, gui_of
+from support.window_plates import QUICK, room_file
+
+_PATIENCE_S = 30.0
+
+
+@contextmanager
+def following(ctx: moderngl.Context, protocol: Protocol, folder: Path) -> Iterator[Gui]:
+    """Yield a window that listens on a free port, with a small plate."""
+    plate = room_file(folder / "room.exr")
+    with (
+        LensReceiver(RingAddress(protocol, "127.0.0.1", 0)) as receiver,
+        gui_of(ctx, plate, defocus=QUICK, lens_in=receiver) as gui,
+    ):
+        yield gui
+
+
+def until(gui: Gui, is_so: Callable[[], bool]) -> None:
+    """Draw frames until `is_so`; the bound on time is generous, no measurement."""
+    end = time.monotonic() + _PATIENCE_S
+    while not is_so():
+        assert time.monotonic() < end
+        gui.frame()
+        time.sleep(0.001)

@@ -1,0 +1,41 @@
+"""A session with plates of a few frames, ready to record a pull."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from heatlens.model.shot import LensParameter
+from heatlens.session.playback import Ending
+from heatlens.session.session import Session
+from support.evening import FIRST, LAST, begun, settled, write_plates
+
+
+@contextmanager
+def opened_walls(folder: Path) -> Iterator[Session]:
+    """Yield a session with the plates of walls, closed afterwards."""
+    session = begun(folder / "preferences", write_plates(folder))
+    settled(session)
+    yield session
+    session.close()
+
+
+def ready(session: Session, *keyed: LensParameter, **lens: Any) -> Session:
+    """Return the session at its first frame: nothing recorded, no keys of `keyed`, this lens."""
+    session.recording.keep()
+    session.recording._chosen_tolerance = None
+    session.timeline.playback.stop()
+    session.timeline.playback.ending = Ending.LOOP
+    session.editing.frame = FIRST
+    begun_with = session.lens_commands.begun_with.lens
+    session.editing.begin(replace(session.shot, lens=replace(begun_with, **lens)))
+    for parameter in keyed:
+        session.editing.begin(session.shot.without_keys(FIRST, parameter))
+    session.recording.poll()
+    return session
+
+
+def pulled_m(frame: float) -> float:
+    """Return the focus of a pull that is even in dioptres, from 4 m to 2 m."""
+    return 1.0 / (0.25 + 0.25 * (frame - FIRST) / (LAST - FIRST))
