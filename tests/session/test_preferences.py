@@ -14,7 +14,7 @@ from heatlens.model.peaking import PEAKING_COLORS, Peaking, PeakingOn
 from heatlens.model.plate_options import PlateOptions
 from heatlens.ring.channel_map import ChannelMap, Ring
 from heatlens.session.playback import Ending
-from heatlens.session.preferences import FILE_NAME, Preferences, Remembered
+from heatlens.session.preferences import FILE_NAME, Preferences, Remembered, Theme
 
 OPTIONS = st.builds(
     PlateOptions,
@@ -55,6 +55,7 @@ REMEMBERED = st.builds(
     layout=st.text(),
     ending=st.sampled_from(Ending),
     every_frame=st.booleans(),
+    theme=st.sampled_from(Theme),
     ring_maps=st.lists(
         st.builds(ChannelMap, st.text(max_size=5), st.sampled_from(Ring), bend=st.floats(0.2, 5.0)),
         max_size=3,
@@ -141,6 +142,7 @@ WRONG = [
     {"is_maximized": 1},
     {"layout": None},
     {"ending": "explode"},
+    {"theme": "pink"},
     {"guides": {"aspect": 0}},
     {"guides": {"opacity": 1.5}},
     {"guides": {"thirds": 1}},

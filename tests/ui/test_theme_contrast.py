@@ -1,40 +1,77 @@
 """What is drawn can be read: contrast after WCAG 2.1, 4.5 for words and 3 for lines and marks."""
 
+import re
+from dataclasses import fields
+from pathlib import Path
+
 import pytest
 from imgui_bundle import imgui
 
+import heatlens.ui
+from heatlens.session.preferences import Theme
 from heatlens.ui import theme
+from heatlens.ui.palettes import DARK, LIGHT, Palette
 
 _Col = imgui.Col_
-GROOVE, WINDOW = theme.GROOVE, theme._STYLE[_Col.window_bg]
-WORDS = {
-    "values and frames of the timeline": (theme.TEXT_DIM, GROOVE),
-    "names in the timeline": (theme.TEXT_DIM, WINDOW),
-    "words": (theme._STYLE[_Col.text], WINDOW),
-    "words of a field": (theme._STYLE[_Col.text], theme._STYLE[_Col.frame_bg]),
-    "words of a button": (theme._STYLE[_Col.text], theme._STYLE[_Col.button]),
-    "grey words": (theme._STYLE[_Col.text_disabled], WINDOW),
-    "dim words": (theme.DIM, WINDOW),
-    "what was said": (theme.ACCENT_TEXT, theme._STYLE[_Col.menu_bar_bg]),
-    "a problem": (theme.BAD, WINDOW),
-    "a value that is only tried": (theme.TRIED, theme._STYLE[_Col.frame_bg]),
-    "the frame on the playhead": (theme.ON_ACCENT, theme.ACCENT),
-    "the name of a mark": (theme.MARK, GROOVE),
-}
-MARKS = {
-    "the curve": (theme.ACCENT, GROOVE),
-    "what was recorded": (theme.RECORDED, GROOVE),
-    "the record button": (theme.RECORDED, theme._STYLE[_Col.button]),
-    "limits of what is sharp": (theme.IN_FOCUS, GROOVE),
-    "a key": (theme.KEY, GROOVE),
-    "a chosen key": (theme.ACCENT, GROOVE),
-    "hyperfocal distance": (theme.HYPERFOCAL, GROOVE),
-    "depths on the focus bar": (theme.HISTOGRAM, GROOVE),
-    "frames in memory": (theme.READY, GROOVE),
-    "rendered frames": (theme.RENDERED, GROOVE),
-    "damaged frames": (theme.DAMAGED, GROOVE),
-    "a slider": (theme._STYLE[_Col.slider_grab], theme._STYLE[_Col.frame_bg]),
-}
+PALETTES = pytest.mark.parametrize("p", [DARK, LIGHT], ids=["dark", "light"])
+
+
+def ground(p: Palette, color: int):
+    """Return what is seen of a ground, which shows the surround where it is clear."""
+    return color if imgui.color_convert_u32_to_float4(color).w else theme.SURROUND
+
+
+def words_of(p: Palette) -> dict:
+    window, bar = p.style[_Col.window_bg], ground(p, p.status_ground)
+    return {
+        "values and frames of the timeline": (p.text_dim, p.groove),
+        "names in the timeline": (p.text_dim, window),
+        "names of rows with keys": (p.handle, window),
+        "words": (p.style[_Col.text], window),
+        "words of a field": (p.style[_Col.text], p.style[_Col.frame_bg]),
+        "words of a button": (p.style[_Col.text], p.style[_Col.button]),
+        "words of a menu": (p.style[_Col.text], p.style[_Col.popup_bg]),
+        "words of the menu bar": (p.style[_Col.text], p.style[_Col.menu_bar_bg]),
+        "words of a chosen row": (p.style[_Col.text], p.style[_Col.header_active]),
+        "words of a tab": (p.style[_Col.text], p.style[_Col.tab]),
+        "figures on a progress bar": (p.style[_Col.text], p.style[_Col.plot_histogram]),
+        "text that is selected": (p.style[_Col.text], p.style[_Col.text_selected_bg]),
+        "grey words": (p.style[_Col.text_disabled], window),
+        "grey words of the status bar": (p.style[_Col.text_disabled], bar),
+        "dim words": (p.dim, window),
+        "what was said": (p.accent_text, bar),
+        "a question in a panel": (p.accent_text, window),
+        "a problem": (p.bad, window),
+        "a problem in the status bar": (p.bad, bar),
+        "a value that is only tried": (p.tried, p.style[_Col.frame_bg]),
+        "the frame on the playhead": (p.on_accent, p.accent),
+        "the name of a mark": (p.mark, p.groove),
+        "the name of the program": (p.style[_Col.text], ground(p, p.start_ground)),
+        "what a recent file is": (p.text_dim, ground(p, p.start_ground)),
+        "the words of a card": (p.text_dim, window),
+        "the words of a chosen card": (p.text_dim, p.style[_Col.frame_bg]),
+    }
+
+
+def marks_of(p: Palette) -> dict:
+    return {
+        "the curve": (p.accent, p.groove),
+        "what was recorded": (p.recorded, p.groove),
+        "the record button": (p.recorded, p.style[_Col.button]),
+        "the record button that is armed": (p.recorded, p.armed),
+        "an icon on a button": (p.handle, p.style[_Col.button]),
+        "limits of what is sharp": (p.in_focus, p.groove),
+        "a key": (p.key, p.groove),
+        "a chosen key": (p.accent, p.groove),
+        "hyperfocal distance": (p.hyperfocal, p.groove),
+        "depths on the focus bar": (p.histogram, p.groove),
+        "frames in memory": (p.ready, p.groove),
+        "rendered frames": (p.rendered, p.groove),
+        "damaged frames": (p.damaged, p.groove),
+        "a slider": (p.style[_Col.slider_grab], p.style[_Col.frame_bg]),
+        "a tick": (p.style[_Col.check_mark], p.style[_Col.checkbox_selected_bg]),
+        "the tab in front": (p.style[_Col.tab_selected_overline], p.style[_Col.tab_selected]),
+    }
 
 
 def rgb(color) -> tuple[float, float, float]:
@@ -55,15 +92,49 @@ def contrast(one, other) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-@pytest.mark.parametrize("name", WORDS)
-def test_words_can_be_read(name):
-    assert contrast(*WORDS[name]) >= 4.5
+@PALETTES
+@pytest.mark.parametrize("name", words_of(DARK))
+def test_words_can_be_read(p, name):
+    assert contrast(*words_of(p)[name]) >= 4.5
 
 
-@pytest.mark.parametrize("name", MARKS)
-def test_lines_and_marks_can_be_seen(name):
-    assert contrast(*MARKS[name]) >= 3.0
+@PALETTES
+@pytest.mark.parametrize("name", marks_of(DARK))
+def test_lines_and_marks_can_be_seen(p, name):
+    assert contrast(*marks_of(p)[name]) >= 3.0
 
 
 def test_black_on_white_is_21():
     assert contrast((0, 0, 0), (1, 1, 1)) == pytest.approx(21.0)
+
+
+@PALETTES
+def test_what_is_beside_the_picture_is_neutral(p):
+    """Large grounds have no colour that would tint the picture for the eye."""
+    named = ("_bg", "title", "menu", "tab", "header", "button", "frame")
+    slots = [slot for slot in p.style if any(n in _Col(slot).name for n in named)]
+    grounds = [p.style[slot] for slot in slots if "overline" not in _Col(slot).name]
+    grounds = [g for g in grounds if g != p.style[_Col.text_selected_bg]]
+    assert len(grounds) > 15
+    assert all(max(ground) - min(ground) < 0.003 for ground in grounds)
+    assert len(set(theme.SURROUND)) == 1 and theme.SURROUND[0] < 0.18
+
+
+def test_themes_differ_in_nothing_but_colours_and_a_light_one_is_light():
+    assert DARK.style.keys() == LIGHT.style.keys()
+    assert light(DARK.style[_Col.window_bg]) < 0.05 < 0.5 < light(LIGHT.style[_Col.window_bg])
+    assert {len(Theme), len(fields(Palette)) > 30} == {2, True}
+
+
+def test_every_colour_has_its_home_among_the_palettes():
+    """A literal colour elsewhere would be the same in both themes."""
+    literal = re.compile(r"ImVec4\(\s*[\d.]|IM_COL32|color_convert_float4_to_u32|\b0x[\dA-F]{8}")
+    folder = Path(heatlens.ui.__file__).parent
+    homes = {folder / "palettes.py", folder / "theme.py"}
+    found = [
+        f"{path.name}: {line.strip()}"
+        for path in sorted(set(folder.rglob("*.py")) - homes)
+        for line in path.read_text().splitlines()
+        if literal.search(line)
+    ]
+    assert found == []

@@ -4,6 +4,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.ui.layout import restore_layout
+from heatlens.ui.status_bar import StatusBar
 
 K = imgui.Key
 
@@ -27,6 +28,26 @@ def test_panels_grow_with_the_letters_and_come_back(gui):
     gui.frame(4)
     assert gui.ui.scale.em == em and column_em(gui) == pytest.approx(wide, rel=0.02)
     assert gui.session.preferences.now.ui_scales == {}
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
+def test_no_words_are_cut_or_overlap_in_large_letters(gui, scale, monkeypatch):
+    monkeypatch.setattr(StatusBar, "words", lambda *_: "a hint that is as long as any " * 6)
+    gui.session.looks.keep()
+    gui.session.messages.clear()
+    gui.session.preferences.change(ui_scales={"": scale})
+    gui.frame(4)
+    gui.drawn.clear()
+    gui.frame(2)
+    assert gui.rect("readout")[2] < gui.rect("sides")[0]  # side by side at the lower edge
+    for panel, words in (("Lens", "hyperfocal"), ("Looks", "lens of look A")):
+        imgui.set_window_focus(panel)
+        gui.frame(3)
+        window = imgui.internal.find_window_by_name(panel)
+        assert gui.rect(words)[2] <= window.work_rect.max.x + 1, words
+    imgui.set_window_focus("Lens")
+    gui.session.preferences.change(ui_scales={})
+    gui.frame(4)
 
 
 def test_a_layout_of_another_screen_keeps_its_size_in_letters(gui):

@@ -5,6 +5,7 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,13 @@ MEGABYTES_MOST = 10**8  # for rendered frames: more than any disk has
 WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # screen units a side
 
 
+class Theme(StrEnum):
+    """The colours that the interface is drawn in."""
+
+    DARK = "dark"
+    LIGHT = "light"
+
+
 @dataclass(frozen=True)
 class Remembered:
     """The preferences as a value.
@@ -43,6 +51,7 @@ class Remembered:
     hidden_panels  panels that were closed
     layout         where the panels lie, as ImGui writes it; "" where they lie in the beginning
     layout_em      height of the letters in pixels when that was written; 0: not known
+    theme          the colours of the interface
     ui_scales      how much larger than usual the interface is drawn, by the screen
     ending         what happens after the last frame that is played
     every_frame    whether playing waits for each frame to be there; else it keeps time
@@ -65,6 +74,7 @@ class Remembered:
     hidden_panels: tuple[str, ...] = ()
     layout: str = ""
     layout_em: float = 0.0
+    theme: Theme = Theme.DARK
     ui_scales: Mapping[str, float] = field(default_factory=dict)
     ending: Ending = Ending.LOOP
     every_frame: bool = True
@@ -273,6 +283,7 @@ _READERS = {
     "hidden_panels": _texts,
     "layout": JsonEntry.text,
     "layout_em": _em,
+    "theme": lambda entry: Theme(entry.choice(tuple(Theme))),
     "ui_scales": _scales,
     "ending": lambda entry: Ending(entry.choice(tuple(Ending))),
     "every_frame": _flag,

@@ -9,12 +9,12 @@ from heatlens.model.guides import MATTES
 from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare, Overlay
 from heatlens.scene.scene_name import DEMO
+from heatlens.session.preferences import Theme
 from heatlens.session.session import Session
 from heatlens.ui.actions import CTRL, SHIFT, Action
 from heatlens.ui.panels.lens_panel import barred_methods
 from heatlens.ui.state import PANELS, UiState
 from heatlens.ui.timeline.actions import key_actions, play_actions
-from heatlens.ui.ui_scale import UiScale
 
 _K = imgui.Key
 _DIGITS = (_K._1, _K._2, _K._3, _K._4, _K._5, _K._6, _K._7, _K._8, _K._9)
@@ -38,7 +38,7 @@ def actions(session: Session, ui: UiState) -> tuple[Action, ...]:
     return (
         *(*_file(session, ui), *_edit(session), *_lens(session)),
         *(*play_actions(session, ui.timeline.open_frames), *key_actions(session, ui.open_pull)),
-        *(*_view(session, ui.scale), *_overlays(session), *_scene(session)),
+        *(*_view(session, ui), *_overlays(session), *_scene(session)),
         *(*_compare(session), *_window(ui)),
     )
 
@@ -133,8 +133,8 @@ def _lens(session: Session) -> list[Action]:
     ]
 
 
-def _view(session: Session, scale: UiScale) -> list[Action]:
-    view = session.view_commands
+def _view(session: Session, ui: UiState) -> list[Action]:
+    view, scale, theme = session.view_commands, ui.scale, ui.theme
     return [
         Action(
             "Depth of field", "View", partial(view.toggle, "depth_of_field"), _K.d,
@@ -163,6 +163,7 @@ def _view(session: Session, scale: UiScale) -> list[Action]:
         Action("Larger interface", "View", partial(scale.step, 1), _K.equal | CTRL),
         Action("Smaller interface", "View", partial(scale.step, -1), _K.minus | CTRL),
         Action("Interface as large as usual", "View", scale.reset),
+        Action("Light theme", "View", theme.toggle, is_on=lambda: theme.now is Theme.LIGHT),
     ]  # fmt: skip
 
 

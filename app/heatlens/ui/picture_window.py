@@ -11,7 +11,7 @@ from heatlens.model.view_geometry import geometry
 from heatlens.session.kept_screen import KeptScreen
 from heatlens.session.lessons import Lessons
 from heatlens.session.session import Session
-from heatlens.ui import probe
+from heatlens.ui import probe, theme
 from heatlens.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.alt_held import AltHeld
@@ -54,11 +54,19 @@ class PictureWindow:
         imgui.pop_style_var()
         is_held_off = self.alt.is_over(self.hovered is not None)
         self._session.picture_view.is_lens_held_off = is_held_off
-        self.pictures = pictures = self._seen.now()
+        self.pictures = self._seen.now()
         if self._session.start_choices.is_wanted:
             self.hovered = None
             self._choose(hears_keys)
-        elif self._session.source.is_black and not self._session.pull.is_alone:
+        else:
+            with theme.over_picture():
+                self._draw_picture(self.pictures)
+        probe.note("picture")
+        imgui.end()
+
+    def _draw_picture(self, pictures: Pictures | None) -> None:
+        """Draw the picture and what lies over it, or why there is none."""
+        if self._session.source.is_black and not self._session.pull.is_alone:
             imgui.text_disabled(f"  Frame {self._session.editing.frame} has no file.")
         elif self._session.source.is_waiting and self._session.source.stream is not None:
             draw_waiting(self._session.source.stream)
@@ -76,8 +84,6 @@ class PictureWindow:
                 draw_lessons(self._lessons, self._session.picture_view.viewport)
             if self._session.source.stream is not None and self._session.source.stream.is_shown:
                 self._notice.draw(self._session.source.stream, self._session.picture_view.viewport)
-        probe.note("picture")
-        imgui.end()
 
     def _draw_over(self, pictures: Pictures) -> None:
         """Draw guides, marks and the legend over the picture; the guides over each of a grid."""

@@ -65,6 +65,7 @@ class Screen:
 
     def _draw(self) -> None:
         session = self._session
+        self.ui.theme.apply()
         session.poll()
         hears = hears_keys()  # before a popup takes its Enter and is gone
         topmost.close_escaped()

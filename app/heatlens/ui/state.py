@@ -7,6 +7,7 @@ from heatlens.session.key_stretch import KeyStretch
 from heatlens.session.session import Session
 from heatlens.ui.files.file_dialogs import FileDialogs
 from heatlens.ui.palette import Palette
+from heatlens.ui.theme_choice import ThemeChoice
 from heatlens.ui.timeline.view import TimelineView
 from heatlens.ui.ui_scale import UiScale
 
@@ -36,6 +37,7 @@ class UiState:
         self.panels = {name: name not in hidden for name in PANELS}
         self.wants_layout = True  # in the next frame
         self.scale = UiScale(session.preferences)
+        self.theme = ThemeChoice(session.preferences)
         self.shows_keys = False
         self.is_bare = False  # the picture fills the window, everything else is hidden
         self.is_full_screen = False

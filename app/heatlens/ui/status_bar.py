@@ -42,6 +42,7 @@ class StatusBar:
         end = imgui.get_window_width() - _EDGE_EM * em
         export_width = export_bar_width(run, self._ui)
         room_end = end - export_width - (imgui.calc_text_size(sides).x + em if sides else 0.0)
+        _ground()
         imgui.set_cursor_pos_x(_EDGE_EM * em)
         imgui.align_text_to_frame_padding()
         self._draw_left(hovered, room_end)
@@ -63,7 +64,7 @@ class StatusBar:
             first = self.words(hovered)
             first = "" if hovered is None and message.text else first
         if first:
-            imgui.text_disabled(first)
+            _draw_cut(first, end - imgui.get_cursor_pos_x() - imgui.get_font_size())
             probe.note("readout")
         if message.text:
             if first:
@@ -73,8 +74,10 @@ class StatusBar:
     def _draw_message(self, width: float) -> None:
         """Draw what was said, cut where there is no room; the whole of it under the pointer."""
         message = self._session.messages
-        shown = fitting(message.text, width, lambda text: float(imgui.calc_text_size(text).x))
-        imgui.text_colored(theme.BAD if message.is_problem else theme.ACCENT_TEXT, shown)
+        shown = fitting(message.text, width, _width_of)
+        imgui.text_colored(
+            theme.colors.bad if message.is_problem else theme.colors.accent_text, shown
+        )
         probe.note("message")
         if shown != message.text and imgui.is_item_hovered():
             imgui.set_tooltip(message.text)
@@ -102,6 +105,25 @@ class StatusBar:
             coc_px = read.coc_px * whole.width / plate.display_window.width
             read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)
         return probe_text(read, session.view.unit, session.lens)
+
+
+def _width_of(text: str) -> float:
+    return float(imgui.calc_text_size(text).x)
+
+
+def _draw_cut(words: str, width: float) -> None:
+    """Draw grey words, cut where there is no room; the whole of them under the pointer."""
+    shown = fitting(words, width, _width_of)
+    imgui.text_disabled(shown)
+    if shown != words and imgui.is_item_hovered():
+        imgui.set_tooltip(words)
+
+
+def _ground() -> None:
+    """Fill the line of the window that the bar stands in; the window has no ground of its own."""
+    low, width = imgui.get_cursor_screen_pos(), imgui.get_window_width()
+    high = ImVec2(low.x + width, low.y + imgui.get_frame_height())
+    imgui.get_window_draw_list().add_rect_filled(low, high, theme.colors.status_ground)
 
 
 def zoom_words(zoom: float) -> str:

@@ -98,7 +98,9 @@ class FileBrowser:
         if walk.overwrites is not None:
             return _overwrite_question(walk, walk.overwrites)
         entered = walk.purpose.is_save and self._name_field(walk)
-        imgui.push_style_color(imgui.Col_.text, theme.BAD if walk.problem else theme.DIM)
+        imgui.push_style_color(
+            imgui.Col_.text, theme.colors.bad if walk.problem else theme.colors.dim
+        )
         imgui.text_wrapped(printable(_line(walk)))
         imgui.pop_style_color()
         if not walk.purpose.is_save:
@@ -211,7 +213,9 @@ def _keys(walk: FolderWalk) -> Chosen | None:
 
 def _overwrite_question(walk: FolderWalk, path: Path) -> Chosen | None:
     imgui.align_text_to_frame_padding()
-    imgui.text_colored(theme.ACCENT_TEXT, f"{printable(path.name)} already exists. Overwrite it?")
+    imgui.text_colored(
+        theme.colors.accent_text, f"{printable(path.name)} already exists. Overwrite it?"
+    )
     imgui.text_disabled(walk.purpose.note)
     _to_the_right(2)
     chosen = walk.overwrite() if _button("Overwrite") else None

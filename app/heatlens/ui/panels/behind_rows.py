@@ -34,7 +34,7 @@ def behind_rows(
             _sentence(report.sentence)
             probe.note(f"behind {name}")
     kept = tuple(text for text in wished if not _row(text, reports.get(text)))
-    widgets.colored_text(problem, theme.BAD)
+    widgets.colored_text(problem, theme.colors.bad)
     probe.note("behind problem")
     if imgui.button("Add a picture behind...", ImVec2(-1, 0)):
         ask()

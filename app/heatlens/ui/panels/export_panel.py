@@ -116,7 +116,9 @@ def _progress(state: ExportState) -> bool:
         imgui.progress_bar(part, ImVec2(-5 * imgui.get_font_size(), 0), words)
         imgui.same_line()
         return _button("Stop")
-    imgui.push_style_color(imgui.Col_.text, theme.DIM if state.code == 0 else theme.BAD)
+    imgui.push_style_color(
+        imgui.Col_.text, theme.colors.dim if state.code == 0 else theme.colors.bad
+    )
     imgui.text_wrapped(printable(state.said, keep="\n"))
     imgui.pop_style_color()
     return False

@@ -47,20 +47,22 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
     def x_at(distance_m: float) -> float:
         return float(corner.x + (1.0 - histogram.part_at(distance_m)) * size.x)
 
-    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.GROOVE, 3.0)
+    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.colors.groove, 3.0)
     draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
     near_x, far_x = x_at(near_limit_m(lens)), x_at(far_limit_m(lens))
-    draw.add_rect_filled(ImVec2(near_x, corner.y), ImVec2(far_x, text_y - 2), theme.IN_FOCUS_BAND)
+    draw.add_rect_filled(
+        ImVec2(near_x, corner.y), ImVec2(far_x, text_y - 2), theme.colors.in_focus_band
+    )
     for x in (near_x, far_x):
-        draw.add_line(ImVec2(x, corner.y), ImVec2(x, text_y - 2), theme.IN_FOCUS, 1.0)
+        draw.add_line(ImVec2(x, corner.y), ImVec2(x, text_y - 2), theme.colors.in_focus, 1.0)
     focus_x = x_at(lens.focus_distance_m)
-    draw.add_line(ImVec2(focus_x, corner.y - 2), ImVec2(focus_x, text_y), theme.ACCENT, 2.5)
+    draw.add_line(ImVec2(focus_x, corner.y - 2), ImVec2(focus_x, text_y), theme.colors.accent, 2.5)
     hyper_x = x_at(hyperfocal_m(lens))
     draw.add_triangle_filled(
         ImVec2(hyper_x - 5, corner.y),
         ImVec2(hyper_x + 5, corner.y),
         ImVec2(hyper_x, corner.y + 7),
-        theme.HYPERFOCAL,
+        theme.colors.hyperfocal,
     )
     below = ImVec2(size.x, text_y - corner.y)
     draw_scale(draw, histogram, corner, below, unit, lens.told_from_m)
@@ -87,7 +89,7 @@ def draw_histogram(
         if height > 0:
             x = corner.x + i * step
             top = ImVec2(x, bottom - float(height) * (size.y - 4))
-            draw.add_rect_filled(top, ImVec2(x + step + 0.5, bottom), theme.HISTOGRAM)
+            draw.add_rect_filled(top, ImVec2(x + step + 0.5, bottom), theme.colors.histogram)
 
 
 def draw_scale(
@@ -108,7 +110,7 @@ def draw_scale(
         return float(imgui.calc_text_size(text).x)
 
     for tick in scale_ticks(histogram, told_from_m, unit, ends_x, width_of):
-        draw.add_text(ImVec2(tick.text_x, y), theme.TEXT_DIM, tick.text)
+        draw.add_text(ImVec2(tick.text_x, y), theme.colors.text_dim, tick.text)
         if math.isfinite(tick.distance_m):
             x = tick.text_x + width_of(tick.text) / 2
-            draw.add_line(ImVec2(x, y - _TICK), ImVec2(x, y), theme.TEXT_DIM)
+            draw.add_line(ImVec2(x, y - _TICK), ImVec2(x, y), theme.colors.text_dim)

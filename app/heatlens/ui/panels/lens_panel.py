@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 
 from imgui_bundle import imgui
@@ -32,6 +33,7 @@ from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.focus_bar import focus_bar
 
 _CUSTOM = "custom"
+_LIMITS_EM = 20.0  # so narrow that four columns of one width would cut their words
 _NO_T_STOP = "as the f-stop"
 _VIEWS_REACH = 4096  # of the slider
 _PROXIES = {"full": 1.0, "1/2": 0.5, "1/3": 1 / 3, "1/4": 0.25}
@@ -57,9 +59,9 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     before = lens
     try:
         lens = _focus(lens, facts, say)
-        with widgets.colored(theme.TRIED if LensParameter.F_STOP in facts.tried else None):
+        with _tried(LensParameter.F_STOP, facts):
             lens = _aperture(lens, facts, say)
-        with widgets.colored(theme.TRIED if LensParameter.FOCAL_LENGTH in facts.tried else None):
+        with _tried(LensParameter.FOCAL_LENGTH, facts):
             lens = _hardware(lens, facts, say)
         _doubts(facts, "lens")
     except LensError as error:  # two values that do not go together: the step is not taken
@@ -80,7 +82,7 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     notches = widgets.wheel_over_last()
     tip = f"2.24, 190cm, 6'3\" or inf, from the {lens.measured_from.words}"
     widgets.label("distance", tip)
-    with widgets.colored(theme.TRIED if LensParameter.FOCUS_DISTANCE in facts.tried else None):
+    with _tried(LensParameter.FOCUS_DISTANCE, facts):
         distance_m = widgets.text_field(
             "distance",
             told_text(lens, lens.focus_distance_m, facts.unit),
@@ -99,11 +101,16 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     return lens
 
 
+def _tried(parameter: LensParameter, facts: LensFacts) -> AbstractContextManager[None]:
+    """Draw what is inside in another colour where no key holds the value."""
+    return widgets.colored(theme.colors.tried if parameter in facts.tried else None)
+
+
 def _doubts(facts: LensFacts, about: About) -> None:
     """Draw at the field what is implausible, and what would mend it."""
     for doubt in facts.doubts:
         if doubt.about == about:
-            imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT)
+            imgui.push_style_color(imgui.Col_.text, theme.colors.accent_text)
             imgui.text_wrapped(window_words(doubt.sentence))
             imgui.pop_style_color()
             probe.note(f"doubt about {about}")
@@ -111,7 +118,9 @@ def _doubts(facts: LensFacts, about: About) -> None:
 
 def _limits(lens: Lens, unit: str) -> None:
     """Draw near, far, depth of field and hyperfocal, as the marks of the bar show them."""
-    if imgui.begin_table("limits", 4):
+    is_narrow = imgui.get_content_region_avail().x < _LIMITS_EM * imgui.get_font_size()
+    flags = imgui.TableFlags_
+    if imgui.begin_table("limits", 4, flags.sizing_stretch_prop if is_narrow else flags.none):
         for head, words in (
             ("near", told_text(lens, near_limit_m(lens), unit)),
             ("far", told_text(lens, far_limit_m(lens), unit)),
@@ -120,6 +129,7 @@ def _limits(lens: Lens, unit: str) -> None:
         ):
             imgui.table_next_column()
             imgui.text_disabled(head)
+            probe.note(head)
             imgui.text(words)
         imgui.end_table()
     limit_um = 1e3 * lens.coc_limit_mm

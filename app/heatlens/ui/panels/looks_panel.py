@@ -121,16 +121,20 @@ def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
     if session.lens == look.lens:
         size = imgui.get_item_rect_size()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
-        imgui.get_window_draw_list().add_rect(corner, end, theme.ACCENT, 2.0, 2.0)
+        imgui.get_window_draw_list().add_rect(corner, end, theme.colors.accent, 2.0, 2.0)
     imgui.same_line()
     imgui.begin_group()
     imgui.set_next_item_width(_NAME_EM * em)
     name = widgets.text_field(
         f"look name {look.name}", look.name, look.name, str.strip, session.say
     )
-    imgui.same_line()
     lens = look.lens
-    imgui.text_disabled(printable(f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}"))
+    words = printable(f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}")
+    imgui.same_line()
+    if imgui.get_content_region_avail().x < imgui.calc_text_size(words).x:
+        imgui.new_line()
+    imgui.text_disabled(words)
+    probe.note(f"lens of look {look.name}")
     imgui.text_disabled(f"at {told_text(lens, lens.focus_distance_m, session.view.unit)}")
     _buttons(session, look)
     imgui.end_group()
@@ -165,9 +169,9 @@ def _buttons(session: Session, look: Look) -> None:
 def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
     """Draw a button that is lit while it is on; return whether it was pressed."""
     if is_on:
-        imgui.push_style_color(imgui.Col_.button, theme.ACCENT)
-        imgui.push_style_color(imgui.Col_.button_hovered, theme.ACCENT)
-        imgui.push_style_color(imgui.Col_.text, theme.ON_ACCENT)
+        imgui.push_style_color(imgui.Col_.button, theme.colors.accent)
+        imgui.push_style_color(imgui.Col_.button_hovered, theme.colors.accent)
+        imgui.push_style_color(imgui.Col_.text, theme.colors.on_accent)
     pressed = imgui.button(words)
     if is_on:
         imgui.pop_style_color(3)
@@ -185,11 +189,11 @@ def _still(texture: moderngl.Texture | None) -> bool:
     end = ImVec2(corner.x + size.x, corner.y + size.y)
     draw = imgui.get_window_draw_list()
     if texture is None:
-        draw.add_rect_filled(corner, end, theme.GROOVE, 2.0)
+        draw.add_rect_filled(corner, end, theme.colors.groove, 2.0)
         text = "not seen yet"
         wide = imgui.calc_text_size(text)
         at = ImVec2(corner.x + (size.x - wide.x) / 2, corner.y + (size.y - wide.y) / 2)
-        draw.add_text(at, theme.TEXT_DIM, text)
+        draw.add_text(at, theme.colors.text_dim, text)
     else:
         draw.add_image(imgui.ImTextureRef(texture.glo), corner, end, ImVec2(0, 1), ImVec2(1, 0))
     return bool(pressed)

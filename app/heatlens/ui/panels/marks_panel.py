@@ -185,11 +185,11 @@ def draw_point_marks(session: Session) -> None:
         at_px = session.source.picture_point(session.lens, middle)
         x, y = session.picture_view.geometry.window_at_picture(at_px)
         probe.note_at(f"point {mark.name}", (x, y, x, y))
-        draw.add_circle(ImVec2(x, y), _RADIUS, theme.SHADOW, 0, 3.0)
-        draw.add_circle(ImVec2(x, y), _RADIUS, theme.MARK, 0, 1.5)
+        draw.add_circle(ImVec2(x, y), _RADIUS, theme.OVER_PICTURE.shadow, 0, 3.0)
+        draw.add_circle(ImVec2(x, y), _RADIUS, theme.OVER_PICTURE.mark, 0, 1.5)
         at = ImVec2(x + _RADIUS + 3, y - imgui.get_font_size() / 2)
-        draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.SHADOW, printable(mark.name))
-        draw.add_text(at, theme.MARK, printable(mark.name))
+        draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.OVER_PICTURE.shadow, printable(mark.name))
+        draw.add_text(at, theme.OVER_PICTURE.mark, printable(mark.name))
 
 
 def _tip(text: str) -> None:

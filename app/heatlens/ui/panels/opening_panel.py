@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from imgui_bundle import ImVec2, ImVec4, imgui
+from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.errors import LensError
@@ -22,7 +22,7 @@ from heatlens.printable import printable
 from heatlens.session.messages import Problem
 from heatlens.ui import probe, theme, widgets
 
-_SIDE_EM = 5.5  # of a drawing
+_SIDE_EM, _ROUNDING_EM = 5.5, 0.2  # of a drawing
 _CORNERS = 96  # of its outline
 _RINGS = 14  # of even brightness, from outside in
 _BRIGHTEST = 2.2  # mean light of a disc over this is drawn white
@@ -139,6 +139,9 @@ def _drawings(aperture: Aperture) -> None:
         imgui.begin_group()
         at = imgui.get_cursor_screen_pos()
         imgui.dummy(ImVec2(side, side))
+        end, rounding = ImVec2(at.x + side, at.y + side), _ROUNDING_EM * imgui.get_font_size()
+        ground = theme.colors.disc_ground
+        imgui.get_window_draw_list().add_rect_filled(at, end, ground, rounding)
         _disc(aperture, place, (at.x + side / 2, at.y + side / 2), side / 2)
         imgui.text_disabled(words)
         imgui.end_group()
@@ -174,11 +177,11 @@ def _disc(
     for part in np.linspace(1.0, 1 / _RINGS, _RINGS):
         shown = float(opening.profile((part - 0.5 / _RINGS) ** 2, aperture.rim))
         grey = min(shown / _BRIGHTEST, 1.0) ** (1 / 2.2)
-        color = imgui.get_color_u32(ImVec4(grey, grey, grey, 1.0))
+        color = theme.packed((grey, grey, grey))
         ring = disc_outline(aperture, place, part)
         draw.add_convex_poly_filled(_on_screen(ring, centre, radius_px), color)
     if aperture.axial_colour_mm:
-        wider, narrower = (theme.FRINGE_BLUE, theme.FRINGE_RED)
+        wider, narrower = (theme.colors.fringe_blue, theme.colors.fringe_red)
         if aperture.axial_colour_mm < 0:
             wider, narrower = narrower, wider
         for scale, line in ((0.97, narrower), (1.0, wider)):

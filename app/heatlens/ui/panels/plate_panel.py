@@ -57,7 +57,7 @@ def plate_panel(
     imgui.separator_text("Read as")
     wished = _controls(wished, facts, say)
     if not is_of_behind:
-        widgets.colored_text(facts.problem, theme.BAD)
+        widgets.colored_text(facts.problem, theme.colors.bad)
     if imgui.button("Guess again", ImVec2(-1, 0)):
         wished = PlateOptions(depth_source=wished.depth_source, behind=wished.behind)
     probe.note("Guess again")
@@ -97,12 +97,12 @@ def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
     imgui.dummy(size)
     probe.note("plate histogram")
     draw, text_y = imgui.get_window_draw_list(), corner.y + size.y - em
-    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.GROOVE, 3.0)
+    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.colors.groove, 3.0)
     draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
     draw_scale(draw, histogram, corner, ImVec2(size.x, text_y - corner.y), facts.unit)
     if facts.hovered_m is not None:
         x = corner.x + (1.0 - histogram.part_at(facts.hovered_m)) * size.x
-        draw.add_line(ImVec2(x, corner.y - 2), ImVec2(x, text_y), theme.HANDLE, 2.0)
+        draw.add_line(ImVec2(x, corner.y - 2), ImVec2(x, text_y), theme.colors.handle, 2.0)
 
 
 def _file(facts: PlateFacts) -> None:
@@ -177,7 +177,7 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
     tip = f"What its values are. Now: {wished.depth_convention.facts.meaning}."
     convention = _keyed("convention", wished.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
-        widgets.colored_text(window_words(plate.depth.question), theme.ACCENT_TEXT)
+        widgets.colored_text(window_words(plate.depth.question), theme.colors.accent_text)
         probe.note("question about the convention")
     wished = replace(wished, depth_channel=channel, depth_convention=convention)
     wished = _ends(wished, facts.unit, say)
@@ -185,7 +185,7 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
     wished = _unit(wished, say)
     for doubt in facts.doubts:
         if doubt.about != "lens":
-            widgets.colored_text(window_words(doubt.sentence), theme.ACCENT_TEXT)
+            widgets.colored_text(window_words(doubt.sentence), theme.colors.accent_text)
             probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
     wished = replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))

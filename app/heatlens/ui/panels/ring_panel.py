@@ -57,7 +57,7 @@ def _told(facts: RingFacts) -> None:
         imgui.text_wrapped(f"Listening at {facts.address}; nothing was heard yet.")
     elif heard.is_silent:
         text = f"Silent for {heard.age_s:.0f} s; the lens stays as it was sent last."
-        widgets.colored_text(text, theme.BAD)
+        widgets.colored_text(text, theme.colors.bad)
     elif math.isinf(heard.silent_after_s):  # a controller, which has no rate while it rests
         imgui.text(f"Turned {heard.age_s:.1f} s ago.")
     else:

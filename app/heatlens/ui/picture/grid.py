@@ -71,10 +71,10 @@ def draw_tiles(tiles: Sequence[Tile], places: Sequence[Viewport], hovered: int |
             ImVec2(at.x - pad.x, at.y - pad.y),
             ImVec2(at.x + wide.x + pad.x, at.y + wide.y + pad.y),
         )
-        draw.add_rect_filled(*box, theme.SHADOW, 3.0)
-        draw.add_text(at, theme.HANDLE, tile.words)
+        draw.add_rect_filled(*box, theme.OVER_PICTURE.shadow, 3.0)
+        draw.add_text(at, theme.OVER_PICTURE.handle, tile.words)
         if tile.is_taken or index == hovered:
-            color = theme.ACCENT if tile.is_taken else theme.HANDLE
+            color = theme.OVER_PICTURE.accent if tile.is_taken else theme.OVER_PICTURE.handle
             draw.add_rect(
                 ImVec2(low.x + 1, low.y + 1),
                 ImVec2(high.x - 1, high.y - 1),

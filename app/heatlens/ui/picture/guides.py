@@ -1,6 +1,6 @@
 """Mattes and guide lines, drawn over the picture in the current window."""
 
-from imgui_bundle import ImVec2, ImVec4, imgui
+from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes, inner_rect
 from heatlens.model.view_geometry import PictureShape
@@ -19,12 +19,12 @@ def draw_guides(guides: Guides, shape: PictureShape, place: PictureView) -> None
     draw = imgui.get_window_draw_list()
     (x, y), (width, height) = place.viewport.corner, place.viewport.size
     draw.push_clip_rect(ImVec2(x, y), ImVec2(x + width, y + height), True)
-    shade = imgui.color_convert_float4_to_u32(ImVec4(0.0, 0.0, 0.0, guides.opacity))
+    shade = theme.packed((0.0, 0.0, 0.0, guides.opacity))
     for rect in shapes.shades:
         draw.add_rect_filled(ImVec2(*rect[:2]), ImVec2(*rect[2:]), shade)
     for rect in shapes.frames:
-        draw.add_rect(ImVec2(*rect[:2]), ImVec2(*rect[2:]), theme.GUIDE)
+        draw.add_rect(ImVec2(*rect[:2]), ImVec2(*rect[2:]), theme.OVER_PICTURE.guide)
     for line in shapes.lines:
-        draw.add_line(ImVec2(*line[:2]), ImVec2(*line[2:]), theme.GUIDE)
+        draw.add_line(ImVec2(*line[:2]), ImVec2(*line[2:]), theme.OVER_PICTURE.guide)
     draw.pop_clip_rect()
     probe.note_at("matte in the picture", inner_rect(picture, guides.aspect))

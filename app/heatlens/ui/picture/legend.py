@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from imgui_bundle import ImVec2, ImVec4, imgui
+from imgui_bundle import ImVec2, imgui
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.shader_constants import (
@@ -107,11 +107,13 @@ def draw_legend(legend: Sequence[Entry], viewport: Viewport) -> None:
     draw = imgui.get_window_draw_list()
     low = ImVec2(x + 0.6 * em, top)
     high = ImVec2(low.x + width, top + len(legend) * row + 0.3 * em)
-    draw.add_rect_filled(low, high, theme.SHADOW, 3.0)
+    draw.add_rect_filled(low, high, theme.OVER_PICTURE.shadow, 3.0)
     for i, entry in enumerate(legend):
         at = ImVec2(low.x + 0.5 * em, top + i * row + 0.3 * em)
         swatch = ImVec2(at.x + 0.85 * em, at.y + 0.85 * em)
-        color = imgui.color_convert_float4_to_u32(ImVec4(*entry.color, 1.0))
+        color = theme.packed(entry.color)
         draw.add_rect_filled(at, swatch, color)
-        draw.add_rect(at, swatch, theme.WINDOW_LINE)
-        draw.add_text(ImVec2(at.x + 1.3 * em, at.y - 0.1 * em), theme.HANDLE, entry.words)
+        draw.add_rect(at, swatch, theme.OVER_PICTURE.window_line)
+        draw.add_text(
+            ImVec2(at.x + 1.3 * em, at.y - 0.1 * em), theme.OVER_PICTURE.handle, entry.words
+        )

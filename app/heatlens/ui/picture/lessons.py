@@ -27,7 +27,7 @@ def draw_lessons(lessons: Lessons, viewport: Viewport) -> None:
     )  # fmt: skip
     for lesson in lessons.left:
         imgui.bullet()
-        imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT)
+        imgui.push_style_color(imgui.Col_.text, theme.OVER_PICTURE.accent_text)
         imgui.text_wrapped(str(lesson))
         imgui.pop_style_color()
     if imgui.small_button("Hide"):

@@ -27,10 +27,10 @@ def draw_pixel_grid(place: PictureView, shape: PictureShape) -> None:
     (left, top), (right, bottom) = at((x0, y0)), at((x1, y1))
     for x in range(x0, x1 + 1):
         line = at((x, 0))[0]
-        draw.add_line(ImVec2(line, top), ImVec2(line, bottom), theme.PIXEL_GRID)
+        draw.add_line(ImVec2(line, top), ImVec2(line, bottom), theme.OVER_PICTURE.pixel_grid)
     for y in range(y0, y1 + 1):
         line = at((0, y))[1]
-        draw.add_line(ImVec2(left, line), ImVec2(right, line), theme.PIXEL_GRID)
+        draw.add_line(ImVec2(left, line), ImVec2(right, line), theme.OVER_PICTURE.pixel_grid)
 
 
 def draw_display_window(place: PictureView, pictures: Pictures) -> None:
@@ -39,4 +39,4 @@ def draw_display_window(place: PictureView, pictures: Pictures) -> None:
         return
     window, at = pictures.display_window, place.geometry.window_at_picture
     first, last = ImVec2(*at((0, 0))), ImVec2(*at((window.width, window.height)))
-    imgui.get_window_draw_list().add_rect(first, last, theme.WINDOW_LINE)
+    imgui.get_window_draw_list().add_rect(first, last, theme.OVER_PICTURE.window_line)

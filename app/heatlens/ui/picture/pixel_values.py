@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from imgui_bundle import ImVec2, ImVec4, imgui
+from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.display.probe import read_texels
 from heatlens.model.boxes import Box
 from heatlens.model.view import Compare
 from heatlens.session.picture_view import PictureView
+from heatlens.ui import theme
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.pixel_grid import seen_pixels
 
@@ -111,8 +112,8 @@ def _write(
     size: float,
 ) -> None:
     draw, font = imgui.get_window_draw_list(), imgui.get_font()
-    dark = imgui.color_convert_float4_to_u32(ImVec4(0.0, 0.0, 0.0, 0.9))
-    light = imgui.color_convert_float4_to_u32(ImVec4(1.0, 1.0, 1.0, 0.9))
+    dark = theme.packed(theme.DARK_INK)
+    light = theme.packed(theme.LIGHT_INK)
     data, display, per_px = pictures.data_window, pictures.display_window, place.geometry.per_px
     origin = place.geometry.window_at_picture(
         (box.x0 + data.x0 - display.x0, box.y0 + data.y0 - display.y0)

@@ -27,11 +27,11 @@ def draw_ruler(session: Session, hovered: Pixel | None) -> None:
     ]
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     if len(at) == 2:
-        draw.add_line(at[0], at[1], theme.SHADOW, 2.0 * _LINE_EM * em)
-        draw.add_line(at[0], at[1], theme.ACCENT, _LINE_EM * em)
+        draw.add_line(at[0], at[1], theme.OVER_PICTURE.shadow, 2.0 * _LINE_EM * em)
+        draw.add_line(at[0], at[1], theme.OVER_PICTURE.accent, _LINE_EM * em)
     for end in at:
-        draw.add_circle_filled(end, _END_EM * em, theme.SHADOW)
-        draw.add_circle(end, _END_EM * em, theme.ACCENT, 0, _LINE_EM * em)
+        draw.add_circle_filled(end, _END_EM * em, theme.OVER_PICTURE.shadow)
+        draw.add_circle(end, _END_EM * em, theme.OVER_PICTURE.accent, 0, _LINE_EM * em)
     measured = ruler.measured(hovered) if len(at) == 2 else None
     if measured is None:
         return
@@ -39,8 +39,15 @@ def draw_ruler(session: Session, hovered: Pixel | None) -> None:
     is_far = math.isinf(measured.distance_m) or math.isnan(measured.distance_m)
     words = "infinitely far" if is_far else format_distance(measured.distance_m, unit)
     for end, depth_m in zip(at, measured.depths_m, strict=True):
-        _draw_label(end, f"at {told_text(session.lens, depth_m, unit)}", theme.HANDLE, 1.2)
-    _draw_label(ImVec2((at[0].x + at[1].x) / 2, (at[0].y + at[1].y) / 2), words, theme.ACCENT, -1.2)
+        _draw_label(
+            end, f"at {told_text(session.lens, depth_m, unit)}", theme.OVER_PICTURE.handle, 1.2
+        )
+    _draw_label(
+        ImVec2((at[0].x + at[1].x) / 2, (at[0].y + at[1].y) / 2),
+        words,
+        theme.OVER_PICTURE.accent,
+        -1.2,
+    )
     probe.note_at(f"ruler {words}", (at[0].x, at[0].y, at[1].x, at[1].y))
 
 
@@ -48,7 +55,7 @@ def _draw_hint(session: Session) -> None:
     """Tell at the upper edge of the viewport what the mouse does now."""
     place, em = session.picture_view.viewport, imgui.get_font_size()
     (x, y), (width, _) = place.corner, place.size
-    _draw_label(ImVec2(x + width / 2, y + em), _HINT, theme.HANDLE, 0.3)
+    _draw_label(ImVec2(x + width / 2, y + em), _HINT, theme.OVER_PICTURE.handle, 0.3)
 
 
 def _ends(ruler: Ruler, hovered: Pixel | None) -> tuple[Pixel, ...]:
@@ -63,5 +70,5 @@ def _draw_label(at: ImVec2, words: str, color: int, below_em: float) -> None:
     draw = imgui.get_window_draw_list()
     first = ImVec2(corner.x - 0.3 * em, corner.y - 0.1 * em)
     last = ImVec2(corner.x + wide.x + 0.3 * em, corner.y + wide.y + 0.1 * em)
-    draw.add_rect_filled(first, last, theme.SHADOW, 3.0)
+    draw.add_rect_filled(first, last, theme.OVER_PICTURE.shadow, 3.0)
     draw.add_text(corner, color, words)

@@ -21,9 +21,9 @@ def draw_waiting(stream: StreamSource) -> None:
     room, em = imgui.get_content_region_avail(), imgui.get_font_size()
     width = min(_WIDTH_EM * em, room.x - 2 * em)
     said = window_words(stream.refusal)
-    told = [(f"Listening on {stream.address} ...", theme.DIM)]
-    told += [(said, theme.ACCENT_TEXT)] if said else []
-    told += [(line, theme.DIM) for line in _LINES]
+    told = [(f"Listening on {stream.address} ...", theme.OVER_PICTURE.dim)]
+    told += [(said, theme.OVER_PICTURE.accent_text)] if said else []
+    told += [(line, theme.OVER_PICTURE.dim) for line in _LINES]
     heights = [imgui.calc_text_size(text, False, width).y for text, _ in told]
     y = max(0.5 * (room.y - sum(heights) - em * len(told)), 0.0)
     corner = imgui.get_cursor_pos()
@@ -45,10 +45,10 @@ class StreamNotice:
             return
         em, (x, y), width = imgui.get_font_size(), viewport.corner, viewport.size[0]
         imgui.set_cursor_screen_pos(ImVec2(x + 0.5 * em, y + 0.5 * em))
-        imgui.push_style_color(imgui.Col_.child_bg, theme.SHADOW)
+        imgui.push_style_color(imgui.Col_.child_bg, theme.OVER_PICTURE.shadow)
         flags = imgui.ChildFlags_.auto_resize_y | imgui.ChildFlags_.always_use_window_padding
         imgui.begin_child("stream notice", ImVec2(min(_WIDTH_EM * em, width - em), 0.0), flags)
-        imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT)
+        imgui.push_style_color(imgui.Col_.text, theme.OVER_PICTURE.accent_text)
         imgui.text_wrapped(said)
         imgui.pop_style_color()
         if imgui.small_button("Dismiss"):

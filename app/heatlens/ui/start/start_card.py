@@ -14,7 +14,6 @@ from heatlens.ui import theme
 _ROUNDING_EM, _PAD_EM, _AIR_EM = 0.25, 0.5, 1.0
 _BAR_EM, _PLUS_EM, _DIGIT_EM = 0.2, 0.45, 1.5
 _COLUMN_LEAST_EM = 4.8  # of a recent file's kind in letters
-_WHITE = 0xFFFFFFFF
 
 
 @dataclass(frozen=True)
@@ -64,12 +63,12 @@ def draw_card(
     left = place.low.x + (_BAR_EM + _PAD_EM) * em
     if card.kind:
         at = ImVec2(left, place.middle_y - 1.1 * em)
-        imgui.get_window_draw_list().add_text(at, theme.TEXT_DIM, card.kind)
+        imgui.get_window_draw_list().add_text(at, theme.colors.text_dim, card.kind)
     else:
         _emblem(card, ImVec2(left, place.low.y + _PAD_EM * em), place, pictures)
     _text(card, left + place.column + _AIR_EM * em, place, is_coming)
     at = ImVec2(place.high.x - _DIGIT_EM * em, place.middle_y - 0.5 * em)
-    color = theme.ACCENT if is_chosen else theme.TEXT_DIM
+    color = theme.colors.accent if is_chosen else theme.colors.text_dim
     imgui.get_window_draw_list().add_text(at, color, str(digit))
 
 
@@ -82,7 +81,7 @@ def _ground(place: Place, is_chosen: bool, is_flat: bool) -> None:
     if is_chosen:
         low = ImVec2(place.low.x, place.low.y + _PAD_EM * em)
         high = ImVec2(low.x + _BAR_EM * em, place.high.y - _PAD_EM * em)
-        draw.add_rect_filled(low, high, theme.ACCENT, _BAR_EM * em / 2)
+        draw.add_rect_filled(low, high, theme.colors.accent, _BAR_EM * em / 2)
 
 
 def _emblem(card: Card, low: ImVec2, place: Place, pictures: CardPictures) -> None:
@@ -91,7 +90,7 @@ def _emblem(card: Card, low: ImVec2, place: Place, pictures: CardPictures) -> No
     width, height = place.column, place.high.y - place.low.y - 2 * _PAD_EM * em
     high = ImVec2(low.x + width, low.y + height)
     if card.picture is None:
-        draw.add_rect(low, high, theme.ON_DISK, _ROUNDING_EM * em)
+        draw.add_rect(low, high, theme.colors.on_disk, _ROUNDING_EM * em)
         _plus(ImVec2(low.x + width / 2, low.y + height / 2), _PLUS_EM * em)
         return
     texture = pictures.texture(card.picture)
@@ -99,13 +98,13 @@ def _emblem(card: Card, low: ImVec2, place: Place, pictures: CardPictures) -> No
     u, v = min(wider, 1.0) / 2, min(1.0 / wider, 1.0) / 2
     first, last = ImVec2(0.5 - u, 0.5 - v), ImVec2(0.5 + u, 0.5 + v)
     name = imgui.ImTextureRef(texture.glo)
-    draw.add_image_rounded(name, low, high, first, last, _WHITE, _ROUNDING_EM * em)
+    draw.add_image_rounded(name, low, high, first, last, theme.UNTINTED, _ROUNDING_EM * em)
 
 
 def _plus(middle: ImVec2, arm: float) -> None:
     draw, (x, y) = imgui.get_window_draw_list(), (middle.x, middle.y)
-    draw.add_line(ImVec2(x - arm, y), ImVec2(x + arm, y), theme.TEXT_DIM)
-    draw.add_line(ImVec2(x, y - arm), ImVec2(x, y + arm), theme.TEXT_DIM)
+    draw.add_line(ImVec2(x - arm, y), ImVec2(x + arm, y), theme.colors.text_dim)
+    draw.add_line(ImVec2(x, y - arm), ImVec2(x, y + arm), theme.colors.text_dim)
 
 
 def _text(card: Card, x: float, place: Place, is_coming: bool) -> None:
@@ -113,9 +112,9 @@ def _text(card: Card, x: float, place: Place, is_coming: bool) -> None:
     width = place.high.x - (_DIGIT_EM + 0.5) * em - x
     bright, y = imgui.get_color_u32(imgui.Col_.text), place.middle_y
     draw.add_text(ImVec2(x, y - 1.1 * em), bright, fitted(printable(card.title), width))
-    words, color = card.words, theme.TEXT_DIM
+    words, color = card.words, theme.colors.text_dim
     if is_coming:
-        words, color = "Opening ...", theme.ACCENT
+        words, color = "Opening ...", theme.colors.accent
     draw.add_text(ImVec2(x, y + 0.1 * em), color, fitted(printable(words), width, bool(card.kind)))
 
 

@@ -47,7 +47,7 @@ class StartScreen:
 
         `hears`: keys are meant for it. Room is kept for `most_recent` files, which may follow.
         """
-        imgui.push_style_color(imgui.Col_.child_bg, 0)
+        imgui.push_style_color(imgui.Col_.child_bg, theme.colors.start_ground)
         imgui.begin_child("start")
         recent = sum(bool(card.kind) for card in cards)
         room, em = imgui.get_content_region_avail(), imgui.get_font_size()
@@ -119,15 +119,15 @@ def _words(layout: StartLayout, corner: ImVec2, hint: str) -> None:
     y = corner.y + layout.head.y
     draw.add_text(imgui.get_font(), _TITLE_SCALE * em, ImVec2(corner.x, y), bright, _TITLE)
     y += (_TITLE_SCALE + 0.1) * em
-    draw.add_text(ImVec2(corner.x, y), theme.TEXT_DIM, fitted(_PROMISE, layout.width))
+    draw.add_text(ImVec2(corner.x, y), theme.colors.text_dim, fitted(_PROMISE, layout.width))
     if len(layout.cards) > layout.fixed:
         y = corner.y + layout.hint.end
-        draw.add_line(ImVec2(corner.x, y), ImVec2(corner.x + layout.width, y), theme.BOX)
+        draw.add_line(ImVec2(corner.x, y), ImVec2(corner.x + layout.width, y), theme.colors.box)
     y = corner.y + layout.hint.y + 0.4 * em
     draw.add_text(ImVec2(corner.x, y), bright, fitted(hint, layout.width))
     if layout.is_roomy:
         at = ImVec2(corner.x, y + _LINE_EM * em)
-        draw.add_text(at, theme.TEXT_DIM, fitted(_DROP_HINT, layout.width))
+        draw.add_text(at, theme.colors.text_dim, fitted(_DROP_HINT, layout.width))
 
 
 def hears_keys() -> bool:

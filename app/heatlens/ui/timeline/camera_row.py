@@ -16,10 +16,10 @@ def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -
     row_name(
         session, CAMERA, corner, scale.x, row, "Click to select the camera: K then sets its key"
     )
-    color = theme.HANDLE if session.shot.camera_key_frames else theme.TEXT_DIM
+    color = theme.colors.handle if session.shot.camera_key_frames else theme.colors.text_dim
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, CAMERA.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
-    draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.GROOVE)
+    draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
 
 
 def _dot(session: Session, middle: ImVec2) -> None:
@@ -35,7 +35,7 @@ def _dot(session: Session, middle: ImVec2) -> None:
     probe.note("dot camera")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Key of the camera at this frame")
-    color = theme.ACCENT if session.shot.camera_key_frames else theme.QUEUED
+    color = theme.colors.accent if session.shot.camera_key_frames else theme.colors.queued
     draw = imgui.get_window_draw_list()
     if is_here:
         draw.add_quad_filled(*diamond(middle, 0.6 * side), color)

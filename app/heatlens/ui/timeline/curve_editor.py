@@ -49,7 +49,7 @@ def curve_editor(
     _draw_sharp(scale, heights, sharp)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
         draw_recorded(session.recording, scale, heights)
-    _draw_line(scale, heights, line, theme.ACCENT, 1.8)
+    _draw_line(scale, heights, line, theme.colors.accent, 1.8)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
         _draw_marks(session, scale, heights)
     curve_handles(session, axis, scale, heights)
@@ -109,7 +109,7 @@ def _draw_ground(session: Session, axis: CurveAxis, scale: TimeScale, heights: H
     """Draw values as far as they have room, with a line each."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
-    draw.add_rect_filled(corner, end, theme.GROOVE)
+    draw.add_rect_filled(corner, end, theme.colors.groove)
     last_y = end.y + em
     for value in axis.labels_for(1.1 * em / heights.per_place):
         place = axis.place_of(value)
@@ -118,8 +118,8 @@ def _draw_ground(session: Session, axis: CurveAxis, scale: TimeScale, heights: H
         if inside and last_y - y >= 1.1 * em and y <= end.y - 0.5 * em:
             text = axis.words(value, session.view.unit)
             left = scale.x - 0.5 * em - imgui.calc_text_size(text).x
-            draw.add_text(ImVec2(left, max(y - 0.5 * em, corner.y)), theme.TEXT_DIM, text)
-            draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.PLAYED)
+            draw.add_text(ImVec2(left, max(y - 0.5 * em, corner.y)), theme.colors.text_dim, text)
+            draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.colors.played)
             last_y = y
 
 
@@ -144,12 +144,12 @@ def _draw_sharp(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...])
             ImVec2(x1, heights.y_at(b.far)),
             ImVec2(x1, heights.y_at(b.near)),
             ImVec2(x0, heights.y_at(a.near)),
-            theme.IN_FOCUS_BAND,
+            theme.colors.in_focus_band,
         )
     draw.pop_clip_rect()
     for limit in ("far", "near") if samples else ():
         line = [(s.frame, getattr(s, limit)) for s in samples]
-        _draw_line(scale, heights, line, theme.IN_FOCUS, 1.0)
+        _draw_line(scale, heights, line, theme.colors.in_focus, 1.0)
 
 
 def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, width: float) -> None:
@@ -167,13 +167,13 @@ def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
     for mark in session.shot.marks:
         if isinstance(mark, DistanceMark):
             y = heights.y_at(1.0 / mark.distance_m)
-            draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.QUEUED, 1.0)
-            _draw_name(mark.name, scale.x + 4, y, corner.y, theme.TEXT_DIM)
+            draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.colors.queued, 1.0)
+            _draw_name(mark.name, scale.x + 4, y, corner.y, theme.colors.text_dim)
     for track in session.mark_tracks():
         for line in track.lines:
-            draw.add_polyline(_points(scale, heights, line), theme.MARK, 1.5, 0)
+            draw.add_polyline(_points(scale, heights, line), theme.colors.mark, 1.5, 0)
             x, y = scale.x_at(line[0][0]), heights.y_at(line[0][1])
-            _draw_name(track.name, max(x, scale.x) + 3, y, corner.y, theme.MARK)
+            _draw_name(track.name, max(x, scale.x) + 3, y, corner.y, theme.colors.mark)
     draw.pop_clip_rect()
 
 

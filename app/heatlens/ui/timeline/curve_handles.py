@@ -111,9 +111,9 @@ def _handle(
     if is_held and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
         mouse = imgui.get_mouse_pos()
         _pull(session, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
-    color = theme.ACCENT if is_held or imgui.is_item_hovered() else theme.KEY
+    color = theme.colors.accent if is_held or imgui.is_item_hovered() else theme.colors.key
     y = heights.y_at(axis.place_of(handle.key.value))
-    draw.add_line(ImVec2(scale.x_at(handle.key.frame), y), tip, theme.QUEUED, 1.0)
+    draw.add_line(ImVec2(scale.x_at(handle.key.frame), y), tip, theme.colors.queued, 1.0)
     draw.add_circle_filled(tip, side, color)
 
 

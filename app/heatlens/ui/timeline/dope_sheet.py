@@ -87,10 +87,10 @@ def _draw_row(
     key_dot(session, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
     tip = f"Click to select: Shift+C then shows the curve of the {parameter.words}"
     row_name(session, parameter, corner, scale.x, row, tip)
-    color = theme.HANDLE if is_keyed else theme.TEXT_DIM
+    color = theme.colors.handle if is_keyed else theme.colors.text_dim
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, parameter.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
-    draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.GROOVE)
+    draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
 
 
 def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: str) -> None:
@@ -108,7 +108,7 @@ def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: st
     curve = session.shot.curves.of(parameter)
     is_here = curve.key_at(session.editing.frame) is not None
     draw = imgui.get_window_draw_list()
-    color = theme.ACCENT if curve.keys else theme.QUEUED
+    color = theme.colors.accent if curve.keys else theme.colors.queued
     corners = diamond(middle, 0.6 * side)
     if is_here:
         draw.add_quad_filled(*corners, color)
@@ -125,12 +125,12 @@ def draw_keys(
     edge = ImVec2(scale.x - reach, y)
     draw.push_clip_rect(edge, ImVec2(scale.x + scale.width + reach, y + height), True)
     for key, place in places.items():
-        color = theme.ACCENT if key in chosen else theme.KEY
+        color = theme.colors.accent if key in chosen else theme.colors.key
         _draw_key(session.shot, key, ImVec2(*place), reach, color)
     begin = drag.box_from
     if begin is not None:
-        draw.add_rect_filled(ImVec2(*begin), io.mouse_pos, theme.BOX)
-        draw.add_rect(ImVec2(*begin), io.mouse_pos, theme.QUEUED)
+        draw.add_rect_filled(ImVec2(*begin), io.mouse_pos, theme.colors.box)
+        draw.add_rect(ImVec2(*begin), io.mouse_pos, theme.colors.queued)
     draw.pop_clip_rect()
 
 
@@ -142,7 +142,7 @@ def _draw_key(shot: Shot, key: KeyId, middle: ImVec2, reach: float, color: int) 
         draw.add_rect_filled(low, ImVec2(middle.x + side, middle.y + side), color)
     else:
         draw.add_quad_filled(*diamond(middle, reach), color)
-        draw.add_quad(*diamond(middle, reach), theme.SHADOW, 1.0)
+        draw.add_quad(*diamond(middle, reach), theme.colors.shadow, 1.0)
 
 
 def lens_dots(session: Session, drawn: Mapping[str, Rect]) -> None:

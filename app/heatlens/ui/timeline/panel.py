@@ -22,12 +22,6 @@ _RULER_EM, _STRIP = 1.9, 4.0
 _NUMBERS_EM = 4.4  # from one number on the ruler to the next, at least
 _ZOOM = 1.25  # a notch of the wheel
 _EDGE_EM = 0.6
-_STATES = {
-    "ready": theme.READY,
-    "reading": theme.ACCENT,
-    "queued": theme.QUEUED,
-    "damaged": theme.DAMAGED,
-}
 
 
 def timeline_panel(session: Session, view: TimelineView) -> None:
@@ -88,16 +82,16 @@ def _draw_ruler(
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     end_x, strip_y = scale.x + scale.width, y + height - _STRIP
     draw.push_clip_rect(ImVec2(scale.x, y), ImVec2(end_x, y + height), True)
-    draw.add_rect_filled(ImVec2(scale.x, y), ImVec2(end_x, y + height), theme.GROOVE)
-    _draw_cells(draw, scale, session.timeline.played, y, strip_y, theme.PLAYED)
+    draw.add_rect_filled(ImVec2(scale.x, y), ImVec2(end_x, y + height), theme.colors.groove)
+    _draw_cells(draw, scale, session.timeline.played, y, strip_y, theme.colors.played)
     for frame in scale.ticks(_NUMBERS_EM * em):
         at = scale.x_at(frame)
-        draw.add_line(ImVec2(at, strip_y - 0.3 * em), ImVec2(at, strip_y), theme.TEXT_DIM)
+        draw.add_line(ImVec2(at, strip_y - 0.3 * em), ImVec2(at, strip_y), theme.colors.text_dim)
         text = str(frame)
         text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
-        draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.TEXT_DIM, text)
+        draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.colors.text_dim, text)
     for run in session.pull.runs:
-        _draw_cells(draw, scale, run, strip_y - _STRIP, strip_y - 1.0, theme.RENDERED)
+        _draw_cells(draw, scale, run, strip_y - _STRIP, strip_y - 1.0, theme.colors.rendered)
     _draw_states(session, scale, strip_y)
     _draw_warnings(session, view, scale, y)
     draw.pop_clip_rect()
@@ -107,10 +101,20 @@ def _draw_states(session: Session, scale: TimeScale, y: float) -> None:
     """Draw a line along the frames that have a file, brighter where they are in memory."""
     draw, timeline = imgui.get_window_draw_list(), session.timeline
     if timeline.is_sequence and timeline.frames is not None:
-        _draw_cells(draw, scale, timeline.frames, y, y + _STRIP, theme.ON_DISK)
+        _draw_cells(draw, scale, timeline.frames, y, y + _STRIP, theme.colors.on_disk)
     for run in timeline.runs():
-        color = _STATES.get(run.state, theme.GROOVE)
-        _draw_cells(draw, scale, run, y, y + _STRIP, color)
+        _draw_cells(draw, scale, run, y, y + _STRIP, _color_of(run.state))
+
+
+def _color_of(state: str) -> int:
+    colors = theme.colors
+    known = {
+        "ready": colors.ready,
+        "reading": colors.accent,
+        "queued": colors.queued,
+        "damaged": colors.damaged,
+    }
+    return known.get(state, colors.groove)
 
 
 def _draw_warnings(session: Session, view: TimelineView, scale: TimeScale, y: float) -> None:
@@ -120,7 +124,7 @@ def _draw_warnings(session: Session, view: TimelineView, scale: TimeScale, y: fl
     seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
     draw = imgui.get_window_draw_list()
     for frame in view.track.too_close(session.shot, seen):
-        _draw_cells(draw, scale, FrameRange(frame, frame), y, y + _STRIP, theme.DAMAGED)
+        _draw_cells(draw, scale, FrameRange(frame, frame), y, y + _STRIP, theme.colors.damaged)
 
 
 def _draw_cells(
@@ -144,6 +148,8 @@ def _draw_playhead(session: Session, scale: TimeScale, y0: float, y1: float) -> 
     x = scale.x_at(session.editing.frame)
     if not scale.x - 1 <= x <= scale.x + scale.width + 1:
         return
-    draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.ACCENT, 1.5)
-    draw.add_rect_filled(ImVec2(x - half, y0), ImVec2(x + half, y0 + 1.15 * em), theme.ACCENT, 3.0)
-    draw.add_text(ImVec2(x - half + 0.3 * em, y0 + 0.06 * em), theme.ON_ACCENT, text)
+    draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.colors.accent, 1.5)
+    draw.add_rect_filled(
+        ImVec2(x - half, y0), ImVec2(x + half, y0 + 1.15 * em), theme.colors.accent, 3.0
+    )
+    draw.add_text(ImVec2(x - half + 0.3 * em, y0 + 0.06 * em), theme.colors.on_accent, text)

@@ -33,7 +33,7 @@ def recording_row(recording: PullRecording) -> None:
         return
     count = len(recording.samples)
     words = f"Recording: {count} frames. Space keeps them, Escape drops them."
-    imgui.text_colored(theme.BAD, _ARMED if state is RecordingState.ARMED else words)
+    imgui.text_colored(theme.colors.bad, _ARMED if state is RecordingState.ARMED else words)
     probe.note("recording words")
 
 
@@ -81,7 +81,7 @@ def draw_recorded(recording: PullRecording, scale: TimeScale, heights: Heights) 
 
     for a, b in pairwise(places):
         corners = at(a, -reach), at(b, -reach), at(b, reach), at(a, reach)
-        draw.add_quad_filled(*corners, theme.RECORDED_BAND)
+        draw.add_quad_filled(*corners, theme.colors.recorded_band)
     line: list[Any] = [at(place, 0.0) for place in places]
-    draw.add_polyline(line, theme.RECORDED, 1.2, 0)
+    draw.add_polyline(line, theme.colors.recorded, 1.2, 0)
     draw.pop_clip_rect()

@@ -43,8 +43,10 @@ def rendered_label(session: Session, view: TimelineView) -> None:
     if not shown:  # a row more would push the keys out of the panel; the bar tells it too
         imgui.new_line()
         return
-    imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT if is_preview else theme.DIM)
-    imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
+    imgui.push_style_color(
+        imgui.Col_.text, theme.colors.accent_text if is_preview else theme.colors.dim
+    )
+    imgui.push_style_color(imgui.Col_.button, theme.NOTHING)
     if imgui.button(f"{shown}###rendered frames"):
         view.open_frames()
     imgui.pop_style_color(2)
@@ -82,7 +84,7 @@ def _facts(session: Session) -> None:
     if store.problem:
         lines.append(store.problem)
     for line in lines:
-        imgui.push_style_color(imgui.Col_.text, theme.DIM)
+        imgui.push_style_color(imgui.Col_.text, theme.colors.dim)
         imgui.text_wrapped(line)
         imgui.pop_style_color()
     widgets.spacer()

@@ -28,7 +28,7 @@ def row_name(
         imgui.set_tooltip(tip)
     if session.keys.rows.chosen is row:
         end = ImVec2(first.x + size.x, first.y + size.y)
-        imgui.get_window_draw_list().add_rect_filled(first, end, theme.PLAYED, 3.0)
+        imgui.get_window_draw_list().add_rect_filled(first, end, theme.colors.played, 3.0)
 
 
 def diamond(middle: ImVec2, reach: float) -> tuple[ImVec2, ImVec2, ImVec2, ImVec2]:

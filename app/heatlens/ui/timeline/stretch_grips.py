@@ -25,7 +25,7 @@ def stretch_grips(stretch: KeyStretch, scale: TimeScale, y: float, height: float
     width = imgui.calc_text_size(words).x
     if x1 - x0 > width + em and scale.x < x0 and x1 < scale.x + scale.width:
         at = ImVec2((x0 + x1 - width) / 2, top + 0.15 * em)
-        imgui.get_window_draw_list().add_text(at, theme.TEXT_DIM, words)
+        imgui.get_window_draw_list().add_text(at, theme.colors.text_dim, words)
 
 
 def _grip(stretch: KeyStretch, scale: TimeScale, name: str, corner: ImVec2, is_last: bool) -> None:
@@ -47,4 +47,4 @@ def _grip(stretch: KeyStretch, scale: TimeScale, name: str, corner: ImVec2, is_l
     elif imgui.is_item_deactivated():
         stretch.release()
     draw, end = imgui.get_window_draw_list(), ImVec2(corner.x + size.x, corner.y + size.y)
-    draw.add_rect_filled(corner, end, theme.ACCENT if is_lit else theme.KEY, 2.0)
+    draw.add_rect_filled(corner, end, theme.colors.accent if is_lit else theme.colors.key, 2.0)

@@ -85,7 +85,7 @@ def _buttons(session: Session) -> None:
 def _icon(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
     side = imgui.get_frame_height()
     corner = imgui.get_cursor_screen_pos()
-    with widgets.colored(theme.ARMED if is_on else None, imgui.Col_.button):
+    with widgets.colored(theme.colors.armed if is_on else None, imgui.Col_.button):
         pressed = imgui.button(f"##{name}", ImVec2(1.15 * side, side))
     probe.note(f"transport {name}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
@@ -96,7 +96,7 @@ def _icon(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
 
 
 def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
-    draw, color = imgui.get_window_draw_list(), theme.HANDLE
+    draw, color = imgui.get_window_draw_list(), theme.colors.handle
 
     def at(x: float, y: float) -> ImVec2:
         return ImVec2(middle.x + x * reach, middle.y + y * reach)
@@ -107,9 +107,9 @@ def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
     for x in bars:
         draw.add_rect_filled(at(x - 0.15, -1), at(x + 0.15, 1), color)
     if shape == "record":
-        draw.add_circle_filled(middle, reach, theme.RECORDED)
+        draw.add_circle_filled(middle, reach, theme.colors.recorded)
     if shape == "stop":
-        draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.ACCENT)
+        draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.colors.accent)
 
 
 def _frame_field(session: Session) -> None:
@@ -118,9 +118,7 @@ def _frame_field(session: Session) -> None:
     chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, session.say)
     if chosen != frame:
         session.timeline.go(chosen)
-    imgui.same_line()
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled(f"of {frames}")
+    words_beside(f"of {frames}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Frames that are played: I and O set in and out, Shift+I clears them.")
 
@@ -190,6 +188,16 @@ def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str
         imgui.end_combo()
     probe.note(name)
     return value
+
+
+def words_beside(words: str) -> None:
+    """Write grey words in this row, or in the next one where they do not fit."""
+    imgui.same_line()
+    if imgui.get_content_region_avail().x < imgui.calc_text_size(words).x:
+        imgui.new_line()
+    imgui.align_text_to_frame_padding()
+    imgui.text_disabled(words)
+    probe.note(words)
 
 
 def beside(width_em: float) -> None:
