@@ -21,7 +21,9 @@ from heatlens.ui.keys_window import keys_window
 from heatlens.ui.layout import dock_panels, menu_bar
 from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
+from heatlens.ui.seek import forget_after_click
 from heatlens.ui.setting_list import settings
+from heatlens.ui.setting_places import setting_places
 from heatlens.ui.start.start_screen import hears_keys
 from heatlens.ui.state import UiState
 from heatlens.ui.status_bar import StatusBar
@@ -69,6 +71,7 @@ class Screen:
         session.poll()
         hears = hears_keys()  # before a popup takes its Enter and is gone
         topmost.close_escaped()
+        forget_after_click()
         self._do_actions()
         is_new_layout = self.ui.wants_layout
         self._frame_window()
@@ -108,7 +111,9 @@ class Screen:
     def _palette(self) -> Action | None:
         """Draw the palette, which finds settings too where there is a picture."""
         palette, has_shot = self.ui.palette, self._session.source.plate is not None
-        found = settings(self._session) if palette.is_open and has_shot else ()
+        found: tuple[Action, ...] = ()
+        if palette.is_open and has_shot:
+            found = (*setting_places(self._session, self.ui), *settings(self._session, self.ui))
         return palette.draw((*self.actions, *found))
 
     def _sleeps(self, action: Action) -> bool:

@@ -5,15 +5,20 @@ from functools import partial
 from typing import Any
 
 from heatlens.model.filmback import FILMBACKS
+from heatlens.model.guides import SQUEEZES
+from heatlens.model.peaking import PEAKING_COLORS, PeakingOn
 from heatlens.model.settings import Bokeh, Method, Quality
+from heatlens.model.view import Overlay
+from heatlens.session.preferences import Theme
 from heatlens.session.session import Session
 from heatlens.ui.actions import Action
 from heatlens.ui.panels.lens_panel import barred_methods
+from heatlens.ui.state import UiState
 
 _MENU = "Setting"
 
 
-def settings(session: Session) -> tuple[Action, ...]:
+def settings(session: Session, ui: UiState) -> tuple[Action, ...]:
     """Return an action for each value that a setting can be given."""
     return (
         *(_blur(session, f"quality {it}", "quality", it) for it in Quality),
@@ -21,6 +26,11 @@ def settings(session: Session) -> tuple[Action, ...]:
         *(_method(session, method) for method in Method),
         *(_film_back(session, back.name, back.width_mm) for back in FILMBACKS),
         *(_view(session, name) for name in session.color.views(session.view.display)),
+        *(_viewed(session, f"overlay {it}", overlay=it) for it in Overlay),
+        *(_peaking(session, name, color=name) for name in PEAKING_COLORS),
+        *(_peaking(session, str(it), on=it) for it in PeakingOn),
+        *(_desqueeze(session, name, value) for name, value in SQUEEZES.items()),
+        *(Action(f"Set theme {it}", _MENU, partial(ui.theme.choose, it)) for it in Theme),
     )
 
 
@@ -47,6 +57,20 @@ def _film_back(session: Session, name: str, width_mm: float) -> Action:
         session.editing.settle()
 
     return Action(f"Set film back {name}", _MENU, change)
+
+
+def _viewed(session: Session, name: str, **changes: Any) -> Action:
+    return Action(f"Set {name}", _MENU, partial(session.view_commands.change, **changes))
+
+
+def _peaking(session: Session, name: str, **changes: Any) -> Action:
+    peaking = replace(session.view.peaking, **changes)
+    return _viewed(session, f"focus peaking {name}", peaking=peaking, is_peaking=True)
+
+
+def _desqueeze(session: Session, name: str, value: float) -> Action:
+    guides = replace(session.view.guides, desqueeze=value)
+    return _viewed(session, f"guides desqueeze {name}", guides=guides)
 
 
 def _view(session: Session, name: str) -> Action:

@@ -9,7 +9,8 @@ from imgui_bundle import ImVec2, ImVec4, imgui
 from heatlens.errors import InputError
 from heatlens.printable import printable
 from heatlens.session.messages import Problem
-from heatlens.ui import probe
+from heatlens.ui import probe, theme
+from heatlens.ui.seek import is_sought
 
 Value = TypeVar("Value")
 
@@ -21,7 +22,10 @@ VALUE_EM = 5.2  # width of the column of values beside sliders
 def label(text: str, tip: str = "") -> None:
     """Draw the text before a control; the control then takes the rest of the line."""
     imgui.align_text_to_frame_padding()
-    imgui.text_disabled(text)
+    if is_sought(text):
+        imgui.text_colored(theme.colors.accent_text, text)
+    else:
+        imgui.text_disabled(text)
     if tip and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
     imgui.same_line(LABEL_EM * imgui.get_font_size())

@@ -1,0 +1,70 @@
+"""Where each setting stands: the palette finds it by its words, and its panel comes to the front.
+
+The words are those that the panel shows; a test draws the panels and compares.
+"""
+
+from functools import partial
+
+from heatlens.session.session import Session
+from heatlens.ui.actions import Action
+from heatlens.ui.seek import seek
+from heatlens.ui.state import UiState
+
+SETTINGS: dict[str, tuple[str, ...]] = {
+    "Lens": (
+        *("distance", "f-stop", "T-stop", "focal length", "film back", "sensor width", "squeeze"),
+        *("sharp up to", "discs as of a", "distances from", "pupil offset", "kit", "lens"),
+        *("the view breathes", "blades", "rotation", "curvature", "cat's eye", "rim"),
+        *("axial colour", "at f-stop", "method", "bokeh", "quality", "layers", "picture size"),
+        *("views", "rays a pixel", "source", "the lens follows it"),
+    ),
+    "Look": (
+        *("display", "view", "input", "exposure", "gamma", "overlay", "compare", "gain", "B is"),
+    ),
+    "Plate": (
+        *("channel", "convention", "near", "far", "kind", "scene unit", "in metres"),
+        "colour layer",
+    ),
+    "Scene": ("camera", "clip", "size", "up axis", "unit"),
+    "Export": (
+        *("folder", "name", "as", "frames", "at quality", "depth beside the colour", "for"),
+        *("frame, focus and f-stop in the picture", "guides and desqueeze of the window"),
+    ),
+    "Marks": ("close focus",),
+    "Guides": (
+        *("matte", "own aspect", "opacity", "safe areas", "thirds", "centre cross", "desqueeze"),
+        *("own desqueeze", "colour what is in focus", "colours", "in", "contrast", "blur up to"),
+    ),
+    "Speed": ("time each pass",),
+    "Timeline": (
+        *("frame", "timecode", "frames per second", "ending", "pace", "missing frames"),
+        *("auto key", "curve", "interpolation"),
+    ),
+}
+
+
+def setting_places(session: Session, ui: UiState) -> tuple[Action, ...]:
+    """Return an action for each setting, which shows where it stands."""
+    return tuple(
+        Action(
+            words,
+            f"{panel} tab",
+            partial(_show, ui, panel, words),
+            barred=partial(_why_not, session, panel),
+        )
+        for panel, settings in SETTINGS.items()
+        for words in settings
+    )
+
+
+def _why_not(session: Session, panel: str) -> str:
+    if panel == "Scene" and not session.has_scene:
+        return "Only a scene has these settings, and none is open."
+    if panel == "Timeline" and not session.timeline.has_time:
+        return "Only what has several frames has a timeline."
+    return ""
+
+
+def _show(ui: UiState, panel: str, words: str) -> None:
+    ui.panels[panel] = True
+    seek(panel, words)
