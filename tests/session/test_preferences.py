@@ -55,6 +55,7 @@ REMEMBERED = st.builds(
     layout=st.text(),
     ending=st.sampled_from(Ending),
     every_frame=st.booleans(),
+    feed_labels=st.booleans(),
     theme=st.sampled_from(Theme),
     ring_maps=st.lists(
         st.builds(ChannelMap, st.text(max_size=5), st.sampled_from(Ring), bend=st.floats(0.2, 5.0)),
@@ -143,6 +144,7 @@ WRONG = [
     {"layout": None},
     {"ending": "explode"},
     {"theme": "pink"},
+    {"feed_labels": "yes"},
     {"guides": {"aspect": 0}},
     {"guides": {"opacity": 1.5}},
     {"guides": {"thirds": 1}},

@@ -1,5 +1,7 @@
 """The picture alone: without panels in the window, and in a second window for the client."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from imgui_bundle import imgui
@@ -70,4 +72,37 @@ def test_the_second_window_shows_the_whole_picture_and_nothing_over_it(gui):
     assert (surround == surround[0, 0]).all()
     likely = [np.abs(inside - flipped[..., :3]).mean() for flipped in (display, display[::-1])]
     assert min(likely) < 3.0
+    alone.release()
+
+
+def shown_alone(gui, alone: PictureAlone, has_labels: bool) -> np.ndarray:
+    """Return (540, 960, 3) of the second window, the top row first."""
+    size = (960, 540)
+    alone.draw(gui.screen.picture.pictures, gui.session.view, size, has_labels)
+    pixels = np.frombuffer(alone.texture.read(), np.uint8).reshape(size[1], size[0], 4)
+    return pixels[::-1, :, :3].astype(int)
+
+
+def test_looks_beside_each_other_are_named_in_the_second_window_where_that_is_wished(gui):
+    session, alone = gui.session, PictureAlone(gui.ctx)
+    for stop in (1.4, 8.0):
+        session.editing.edit_lens(replace(session.lens, f_stop=stop))
+        gui.rest()
+        session.looks.keep()
+    gui.settled()
+    np.testing.assert_array_equal(*(shown_alone(gui, alone, named) for named in (True, False)))
+    session.looks.toggle_grid()
+    gui.settled()
+    named, clean = (shown_alone(gui, alone, has_labels) for has_labels in (True, False))
+    cells = np.any(named != clean, axis=2)
+    for down, across in ((0, 0), (0, 1), (1, 0)):  # A, B, and the lens as it is
+        cell = cells[down * 270 : (down + 1) * 270, across * 480 : (across + 1) * 480]
+        ys, xs = np.nonzero(cell)
+        assert 5 < xs.min() < 20 < 100 < xs.max() and 220 < ys.min() < ys.max() < 268
+    assert not cells[270:, 480:].any()
+    session.looks.toggle_grid()
+    assert gui.ui.has_feed_labels
+    gui.do("Names of looks in the second window")
+    assert not gui.ui.has_feed_labels
+    gui.do("Names of looks in the second window")
     alone.release()

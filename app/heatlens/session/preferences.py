@@ -53,6 +53,7 @@ class Remembered:
     layout_em      height of the letters in pixels when that was written; 0: not known
     theme          the colours of the interface
     ui_scales      how much larger than usual the interface is drawn, by the screen
+    feed_labels    whether looks beside each other are named in the second window
     ending         what happens after the last frame that is played
     every_frame    whether playing waits for each frame to be there; else it keeps time
     keep_frames    whether frames of a shot are rendered ahead while nothing else is to do
@@ -76,6 +77,7 @@ class Remembered:
     layout_em: float = 0.0
     theme: Theme = Theme.DARK
     ui_scales: Mapping[str, float] = field(default_factory=dict)
+    feed_labels: bool = True
     ending: Ending = Ending.LOOP
     every_frame: bool = True
     keep_frames: bool = True
@@ -285,6 +287,7 @@ _READERS = {
     "layout_em": _em,
     "theme": lambda entry: Theme(entry.choice(tuple(Theme))),
     "ui_scales": _scales,
+    "feed_labels": _flag,
     "ending": lambda entry: Ending(entry.choice(tuple(Ending))),
     "every_frame": _flag,
     "keep_frames": _flag,

@@ -265,6 +265,10 @@ def _window(ui: UiState) -> list[Action]:
             "Second window with the picture", "Window", ui.toggle_feed, _K.f12,
             is_on=lambda: ui.has_feed,
         ),
+        Action(
+            "Names of looks in the second window", "Window", ui.toggle_feed_labels,
+            is_on=lambda: ui.has_feed_labels,
+        ),
         *(panel(name) for name in PANELS if name != "Speed"),
         panel("Speed"),
         Action("Reset layout", "Window", ui.reset_layout),

@@ -43,8 +43,13 @@ class CleanFeed:
         self._window: Any = None
         self._own: moderngl.Context | None = None
 
-    def draw(self, is_wanted: bool, pictures: Pictures | None, view: ViewState) -> bool:
-        """Open, draw or close the window; return whether it is still wanted."""
+    def draw(
+        self, is_wanted: bool, pictures: Pictures | None, view: ViewState, has_labels: bool
+    ) -> bool:
+        """Open, draw or close the window; return whether it is still wanted.
+
+        `has_labels`: looks beside each other are named in it.
+        """
         if self._window is not None and glfw.window_should_close(self._window):
             is_wanted = False
         if is_wanted and self._window is None:
@@ -52,7 +57,7 @@ class CleanFeed:
         if not is_wanted:
             self.close()
         elif self._window is not None:
-            self._draw(pictures, view)
+            self._draw(pictures, view, has_labels)
         return self._window is not None
 
     def _open(self) -> None:
@@ -87,11 +92,11 @@ class CleanFeed:
             fill_screen(window, not glfw.get_window_monitor(window), _SIZE)
         glfw.post_empty_event()
 
-    def _draw(self, pictures: Pictures | None, view: ViewState) -> None:
+    def _draw(self, pictures: Pictures | None, view: ViewState, has_labels: bool) -> None:
         size = glfw.get_framebuffer_size(self._window)
         if min(size) < 1 or self._own is None:
             return
-        self._alone.draw(pictures, view, size)
+        self._alone.draw(pictures, view, size, has_labels)
         self._ctx.finish()  # before the other context reads it
         assert self._alone.texture is not None
         number = self._alone.texture.glo

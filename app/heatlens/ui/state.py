@@ -80,6 +80,15 @@ class UiState:
         """Show the picture alone in a second window, or close that."""
         self.has_feed = not self.has_feed
 
+    @property
+    def has_feed_labels(self) -> bool:
+        """Return True where looks beside each other are named in the second window."""
+        return self._session.preferences.now.feed_labels
+
+    def toggle_feed_labels(self) -> None:
+        """Name the looks in the second window, or leave their pictures clean."""
+        self._session.preferences.change(feed_labels=not self.has_feed_labels)
+
     def leave_bare(self) -> None:
         """Come back from the picture alone and from the full screen."""
         self.is_bare = self.is_full_screen = False

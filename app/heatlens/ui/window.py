@@ -237,7 +237,9 @@ class Loop:
         glfw.swap_buffers(self._window)
         session.drawn()
         picture = self._screen.picture
-        self._ui.has_feed = self._feed.draw(self._ui.has_feed, picture.pictures, session.view)
+        self._ui.has_feed = self._feed.draw(
+            self._ui.has_feed, picture.pictures, session.view, self._ui.has_feed_labels
+        )
         self._tell_title()
         seconds = time.perf_counter() - start
         shown = session.live.shown if session.live.shown is not before else None

@@ -1,6 +1,7 @@
 """The picture in its window: zoom, pan, wipe, grid of looks, click to focus, outlines."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -125,6 +126,10 @@ class ViewportPanel:
         self.place.viewport = self.cells[0]
         self.place.geometry = geometry(whole, self.place.viewport, pictures.shape)
         self._place_pictures(replace(pictures, overlay=None), whole)
+
+    def place_over(self, placed: Iterable[PlacedPicture]) -> None:
+        """Place more pictures over those that were placed for `paint`."""
+        self._placed += placed
 
     def _answer_mouse(
         self, view: ViewState, shape: PictureShape

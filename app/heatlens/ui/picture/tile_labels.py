@@ -1,0 +1,80 @@
+"""The words of the looks of a grid as pictures, for a window in which ImGui draws nothing."""
+
+from collections.abc import Sequence
+
+import moderngl
+import numpy as np
+from imgui_bundle import imgui
+from PIL import Image, ImageDraw, ImageFont
+
+from heatlens.display.picture_pass import PlacedPicture
+from heatlens.model.boxes import Box
+from heatlens.model.view_geometry import Viewport
+from heatlens.ui import theme
+from heatlens.ui.picture.grid import Tile
+
+_HEIGHT_SHARE, _SIZE_LEAST = 1 / 45, 12.0  # of the letters: of the window's height, and in pixels
+_ASIDE_EM, _BELOW_EM, _PAD_EM = 0.9, 0.8, 0.4  # as `draw_tiles` has them
+
+
+class TileLabels:
+    """Makes the labels; one that was there in the frame before is not made again."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._made: dict[tuple[str, int], moderngl.Texture] = {}
+
+    def placed(
+        self, tiles: Sequence[Tile], cells: Sequence[Viewport], height_px: int
+    ) -> list[PlacedPicture]:
+        """Return the label of each tile at the lower left of its cell, in pixels of the window."""
+        size = round(max(height_px * _HEIGHT_SHARE, _SIZE_LEAST))
+        self._keep({(tile.words, size) for tile in tiles})
+        return [
+            _at_lower_left(self._texture(tile.words, size), cell, size)
+            for tile, cell in zip(tiles, cells, strict=True)
+        ]
+
+    def _texture(self, words: str, size: int) -> moderngl.Texture:
+        key = words, size
+        if key not in self._made:
+            pixels = label_pixels(words, size)
+            height, width = pixels.shape[:2]
+            made = self._ctx.texture((width, height), 4, pixels.tobytes())
+            made.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._made[key] = made
+        return self._made[key]
+
+    def _keep(self, wanted: set[tuple[str, int]]) -> None:
+        for key in self._made.keys() - wanted:
+            self._made.pop(key).release()
+
+    def release(self) -> None:
+        """Give the textures back."""
+        self._keep(set())
+
+
+def label_pixels(words: str, size: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    """Return (H, W, 4) bytes with straight alpha: words on a dark ground, letters of `size` px."""
+    font = ImageFont.truetype(str(theme.FONT_FILE), size)
+    pad, (ascent, descent) = round(_PAD_EM * size), font.getmetrics()
+    wide = round(font.getlength(words)) + 2 * pad
+    ground, ink = (_bytes_of(c) for c in (theme.OVER_PICTURE.shadow, theme.OVER_PICTURE.handle))
+    image = Image.new("RGBA", (wide, ascent + descent + pad), ground)
+    ImageDraw.Draw(image).text((pad, pad // 2), words, fill=ink, font=font)
+    return np.asarray(image, np.uint8)
+
+
+def _bytes_of(color: int) -> tuple[int, int, int, int]:
+    parts = imgui.color_convert_u32_to_float4(color)
+    red, green, blue, alpha = (round(255 * part) for part in (parts.x, parts.y, parts.z, parts.w))
+    return red, green, blue, alpha
+
+
+def _at_lower_left(texture: moderngl.Texture, cell: Viewport, size: int) -> PlacedPicture:
+    (x, y), (width, height) = cell.corner, cell.size
+    left, low = round(x + _ASIDE_EM * size), round(y + height - _BELOW_EM * size)
+    first = float(left), float(low - texture.height)
+    clip = Box(round(x), round(y), round(x + width), round(y + height))
+    last = float(left + texture.width), float(low)
+    return PlacedPicture(texture, first, last, clip, is_nearest=True, is_opaque=False)
