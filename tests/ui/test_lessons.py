@@ -46,6 +46,17 @@ def test_each_gesture_is_ticked_off_as_it_is_done(gui):
     assert left(gui) == ()
 
 
+def test_a_legend_stands_beside_the_lessons_and_in_their_place_once_they_are_gone(gui):
+    gui.key(K.z)
+    gui.frame(2)
+    lessons = imgui.internal.find_window_by_name("lessons")
+    assert gui.rect("legend")[0] > lessons.pos.x + lessons.size.x
+    gui.click(gui.middle("dismiss lessons"))
+    gui.frame(2)
+    assert gui.rect("legend")[0] < lessons.pos.x + lessons.size.x
+    gui.key(K.z)
+
+
 def test_whoever_knows_them_sends_them_away(gui):
     gui.click(gui.middle("dismiss lessons"))
     assert left(gui) == ()

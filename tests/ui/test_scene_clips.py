@@ -17,9 +17,12 @@ from support.window_plates import QUICK
 
 
 def clips_file(path: Path, names: tuple[str, ...] = ("walk", "run", "run")) -> Path:
-    """Write a square that moves farther and longer in each clip."""
+    """Write a square that moves farther and longer in each clip, and many that stand still."""
     writer = GltfWriter()
-    node = writer.node(name="square", mesh=writer.mesh())
+    mesh = writer.mesh()
+    node = writer.node(name="square", mesh=mesh)
+    for index in range(12):
+        writer.node(name=f"other {index}", mesh=mesh, translation=[0, 0, -1 - index])
     for index, name in enumerate(names):
         writer.animate(node, "translation", [0, index + 1], [[0, 0, 0], [0.1 * index, 0, 0]])
         writer.json["animations"][-1]["name"] = name
@@ -72,6 +75,14 @@ def test_the_clip_is_in_the_shot_file_and_the_rate_stays(gui, tmp_path):
         gui.session.shot.framing,
         FrameRange(1, 11),
     )  # of two that move one thing the first is played
+
+
+def test_all_of_the_tab_is_in_sight(gui):
+    """Also with a choice of clips and many objects, the buttons under the list."""
+    window = imgui.internal.find_window_by_name("Scene")
+    assert "clip" in gui.drawn
+    assert gui.rect("mark object")[3] < window.pos.y + window.size.y
+    assert not window.scrollbar_y
 
 
 def test_a_file_with_one_clip_offers_no_choice(ctx, tmp_path):

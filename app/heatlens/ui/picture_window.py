@@ -136,7 +136,8 @@ class PictureWindow:
             session.view.unit,
             session.view.peaking if session.view.is_peaking else None,
         )
-        draw_legend(legend, session.picture_view.viewport)
+        is_right = bool(self._lessons.left)  # the lessons stand at the left
+        draw_legend(legend, session.picture_view.viewport, is_right)
 
     def _take(self, result: ViewportResult) -> None:
         self._session.view, self.hovered = result.view, result.hovered_px

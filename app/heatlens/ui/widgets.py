@@ -104,6 +104,8 @@ def choice(
 ) -> str:
     """Draw one of several words to choose; `barred` ones say why they cannot be taken."""
     label(name, tip)
+    room = imgui.get_content_region_avail().x - imgui.get_frame_height()
+    is_cut = imgui.calc_text_size(printable(value)).x > room - imgui.get_style().frame_padding.x
     if imgui.begin_combo(f"##{name}", printable(value), imgui.ComboFlags_.height_large):
         for index, item in enumerate(choices):
             why = (barred or {}).get(item, "")
@@ -114,6 +116,8 @@ def choice(
             if picked:
                 value = item
         imgui.end_combo()
+    elif is_cut and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(printable(value))
     probe.note(name)
     return value
 

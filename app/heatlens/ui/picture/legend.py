@@ -23,7 +23,7 @@ from heatlens.model.units import format_distance
 from heatlens.model.view import Overlay
 from heatlens.model.view_geometry import Viewport
 from heatlens.plate.plate import DepthReport
-from heatlens.ui import theme
+from heatlens.ui import probe, theme
 
 
 @dataclass(frozen=True)
@@ -97,17 +97,19 @@ def _layers(limits_px: Sequence[float]) -> list[Entry]:
     return [Entry(tint, text) for tint, text in zip(OVERLAY_LAYERS, words, strict=False)]
 
 
-def draw_legend(legend: Sequence[Entry], viewport: Viewport) -> None:
-    """Draw it over the lower left corner of the viewport, in the current window."""
+def draw_legend(legend: Sequence[Entry], viewport: Viewport, is_right: bool = False) -> None:
+    """Draw it over the lower left corner of the viewport, or the right one, in the window."""
     em = imgui.get_font_size()
     row = 1.35 * em
     (x, y), height = viewport.corner, viewport.size[1]
     width = max(imgui.calc_text_size(entry.words).x for entry in legend) + 2.4 * em
     top = y + height - len(legend) * row - 0.9 * em
     draw = imgui.get_window_draw_list()
-    low = ImVec2(x + 0.6 * em, top)
+    left = x + viewport.size[0] - width - 0.6 * em if is_right else x + 0.6 * em
+    low = ImVec2(left, top)
     high = ImVec2(low.x + width, top + len(legend) * row + 0.3 * em)
     draw.add_rect_filled(low, high, theme.OVER_PICTURE.shadow, 3.0)
+    probe.note_at("legend", (low.x, low.y, high.x, high.y))
     for i, entry in enumerate(legend):
         at = ImVec2(low.x + 0.5 * em, top + i * row + 0.3 * em)
         swatch = ImVec2(at.x + 0.85 * em, at.y + 0.85 * em)
