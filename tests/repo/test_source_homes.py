@@ -30,6 +30,7 @@ MAY_ASK_FOR_A_SCENE = {
     "commands.render": "tells what drawing a scene has left out",
     "export.rendering": "a scene leaves as it is drawn, with overscan and what is behind",
     "render": "a lens that breathes cuts a plate, and sees a scene at another angle",
+    "session.clip_choice": "the clips of a scene",
     "session.look_pictures": "looks of a scene are drawn by a renderer of their own",
     "session.mark_commands": "points of a scene are measured by drawing them",
     "session.open_source": "has the property",
@@ -43,6 +44,7 @@ MAY_ASK_FOR_A_SCENE = {
     "ui.picture.seen_pictures": "the mouse moves a scene's camera",
     "ui.screen": "keys of scenes",
     "ui.setting_list": "methods that look into scenes",
+    "ui.setting_places": "the settings of scenes",
     "ui.status_bar": "the mouse moves a scene's camera",
     "ui.timeline.dope_sheet": "the row of the camera",
 }

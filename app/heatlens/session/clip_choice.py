@@ -5,7 +5,6 @@ from dataclasses import replace
 from heatlens.model.framing import Framing, SceneTiming
 from heatlens.session.editing import Editing
 from heatlens.session.open_source import OpenSource
-from heatlens.source.scene_source import SceneSource
 
 ALL_CLIPS = "all at once"
 
@@ -64,12 +63,12 @@ class ClipChoice:
     def poll(self) -> None:
         """Read the scene again where the shot wants another clip; call this once a frame."""
         opened = self._source.opened
-        if opened is None or not isinstance(opened.source, SceneSource):
+        if opened is None or not self._source.has_scene:
             return
         if self._source.opener.opening is not None or self._editing.shot.source != opened.text:
             return
         self._chosen = None  # what was being read arrived, or was refused
-        wanted, read = self._shot_timing, opened.source.timing or SceneTiming()
+        wanted, read = self._shot_timing, opened.timing or SceneTiming()
         if wanted == read:
             self._asked = None
         elif wanted != self._asked:  # what was refused is not tried again and again
@@ -90,10 +89,8 @@ class ClipChoice:
         """
         opened, chosen = self._source.opened, self._chosen
         self._chosen = None
-        if opened is None or chosen is None or not isinstance(opened.source, SceneSource):
+        if opened is None or chosen is None or (opened.timing or SceneTiming()) != chosen:
             return
-        if (opened.source.timing or SceneTiming()) != chosen:
-            return
-        shot, timing = self._editing.shot, opened.source.timing
+        shot, timing = self._editing.shot, opened.timing
         framing = replace(shot.framing or Framing(), timing=timing)
         self._editing.do(replace(shot, framing=framing, frames=opened.frames))

@@ -169,9 +169,10 @@ class LookPictures:
     def _next(self) -> _Tile | None:
         """The look to go on with: each has a quick picture of a scene before one is finished."""
         left = [tile for tile in self._tiles.values() if not tile.is_done]
+        if not self._renderer.has_many_views:
+            return next(iter(left), None)
         bare = [tile for tile in left if not tile.has_quick]
-        is_scene = self._renderer.has_many_views
-        return next(iter(bare if is_scene and bare else left), None)
+        return next(iter(bare or left), None)
 
     def wants_work(self, is_plate_whole: bool = True) -> bool:
         """Return True where there is a picture to go on with; none before the plate is whole."""

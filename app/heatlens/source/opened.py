@@ -61,6 +61,10 @@ class Opened(Protocol):
         """The current range of frames; None for a still and a stream."""
 
     @property
+    def timing(self) -> SceneTiming | None:
+        """How the seconds of a scene became frames; None in the usual way, and for all else."""
+
+    @property
     def news(self) -> int:
         """A counter that increases whenever the state of a frame changes."""
 
@@ -122,6 +126,7 @@ class OpenedPlates:
 
     kind: ClassVar = SourceKind.PLATES
     scene: ClassVar = None
+    timing: ClassVar = None
     stamps: ClassVar = ()
 
     @property
@@ -228,6 +233,11 @@ class OpenedScene:
         return self.scene.frames
 
     @property
+    def timing(self) -> SceneTiming | None:
+        """See `Opened`."""
+        return self.source.timing
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """See `Opened`."""
         return self.scene.notes
@@ -263,6 +273,7 @@ class OpenedStream:
     kind: ClassVar = SourceKind.STREAM
     frame: ClassVar = 1
     frames: ClassVar = None
+    timing: ClassVar = None
     cache: ClassVar = None
     scene: ClassVar = None
     news: ClassVar = 0
