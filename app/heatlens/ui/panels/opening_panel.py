@@ -196,11 +196,13 @@ def _image_disc(
     draw, step = imgui.get_window_draw_list(), 2 * radius_px / _CELLS
     left, top = centre[0] - radius_px, centre[1] - radius_px
     draw.add_rect_filled(
-        ImVec2(left, top), ImVec2(left + 2 * radius_px, top + 2 * radius_px), theme.GROOVE
+        ImVec2(left, top),
+        ImVec2(left + 2 * radius_px, top + 2 * radius_px),
+        theme.OVER_PICTURE.groove,
     )
     for row, line in enumerate(image_cells(aperture, place)):
         for first, last, grey in line:
-            color = imgui.get_color_u32(ImVec4(grey, grey, grey, 1.0))
+            color = theme.packed((grey, grey, grey))
             # On whole pixels of the screen, for between them there would be lines.
             corner = ImVec2(round(left + first * step), round(top + row * step))
             end = ImVec2(round(left + last * step), round(top + (row + 1) * step))
