@@ -14,7 +14,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "Lens": (
         *("distance", "f-stop", "T-stop", "focal length", "film back", "sensor width", "squeeze"),
         *("sharp up to", "discs as of a", "distances from", "pupil offset", "kit", "lens"),
-        *("the view breathes", "blades", "rotation", "curvature", "cat's eye", "rim"),
+        *("the view breathes", "image", "blades", "rotation", "curvature", "cat's eye", "rim"),
         *("axial colour", "at f-stop", "method", "bokeh", "quality", "layers", "picture size"),
         *("views", "rays a pixel", "source", "the lens follows it"),
     ),
