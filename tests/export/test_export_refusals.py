@@ -30,7 +30,7 @@ from support.exports import files_in, refused
         ("n.####.exr", ("--proxy", "2"), "proxy"),
         ("n.####.exr", ("--chunk", "2"), "--submit"),
         ("n.####.exr", ("--plate", "nix.####.exr"), "nix.####.exr"),
-        ("plates/plate.####.exr", (), "made of"),
+        ("plates/plate.####.exr", (), "an input of"),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_sentence(

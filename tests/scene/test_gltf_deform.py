@@ -189,7 +189,7 @@ def test_without_a_first_frame_the_first_second_begins_at_frame_one(tmp_path):
 
 def test_other_scenes_tell_their_frames_themselves(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    with pytest.raises(InputError, match="glTF alone"):
+    with pytest.raises(InputError, match="only for glTF"):
         read_scene(tmp_path / "a.obj", SceneTiming(None, 25.0))
 
 

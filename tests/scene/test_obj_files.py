@@ -56,7 +56,7 @@ def test_an_export_renders_again_what_was_written_again(capsys, scene, tmp_path,
 def test_an_export_is_not_written_over_a_picture_of_an_obj(capsys, scene):
     path = scene.parent / "a map.png"
     before = path.read_bytes()
-    assert "made of" in refused(capsys, scene, path, *TOLD)
+    assert "an input of" in refused(capsys, scene, path, *TOLD)
     assert path.read_bytes() == before
 
 

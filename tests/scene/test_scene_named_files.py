@@ -99,7 +99,7 @@ def test_an_export_is_not_written_over_a_picture_that_a_scene_is_made_of(capsys,
     textured(folder / "map.png", "map.png").write(folder / "scene.gltf")
     (folder / "link.png").symlink_to("map.png")
     before = (folder / "map.png").read_bytes()
-    assert "made of" in refused(capsys, folder / "scene.gltf", folder / name, *TOLD)
+    assert "an input of" in refused(capsys, folder / "scene.gltf", folder / name, *TOLD)
     assert (folder / "map.png").read_bytes() == before
 
 

@@ -39,7 +39,7 @@ def test_obj_whose_materials_are_gone_or_elsewhere_is_shown_without(tmp_path):
         (tmp_path / "in" / "a.obj").write_text(OBJ.replace("a.mtl", name))
         scene = read_scene(tmp_path / "in" / "a.obj")
         assert scene.triangle_count == 2
-        assert f"{name} is not there" in scene.notes[0]
+        assert f"{name} is missing" in scene.notes[0]
 
 
 def test_ply_with_colours(tmp_path):

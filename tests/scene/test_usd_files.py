@@ -78,7 +78,7 @@ def test_an_export_sees_what_was_written_again_and_is_not_written_over_it(capsys
     path.write_bytes(encoded([[[200, 20, 20], [20, 20, 200]]]))
     assert "1 frame written" in exported(capsys, scene, out, *TOLD)
     before = path.read_bytes()
-    assert "made of" in refused(capsys, scene, path, *TOLD)
+    assert "an input of" in refused(capsys, scene, path, *TOLD)
     assert path.read_bytes() == before
 
 

@@ -1,4 +1,4 @@
-"""Cameras of USD: where they are over the frames, and the lens that they have."""
+"""Cameras of USD: their poses over the frames, and their lenses."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ from heatlens.model.framing import CameraTrack, Pose, PoseKey, pose_of
 from heatlens.scene.scene import SceneCamera
 from heatlens.scene.usd.stage import STILL_FRAME, UsdStage
 
-_INFINITE_M = 0.999e9  # from here on a focus is at infinity, which USD cannot say
+_INFINITE_M = 0.999e9  # a focus from here on is at infinity, which USD cannot express
 # Field of Lens -> attribute of a camera.
 _ATTRIBUTES = {
     "focal_length_mm": "focalLength",
@@ -77,7 +77,7 @@ def _camera(stage: UsdStage, prim: Any, name: str, frames: FrameRange | None) ->
 
 def _tracks(stage: UsdStage, prim: Any, frames: tuple[int, ...]) -> Tracks:
     """Return the lens at each frame: millimetres, and metres for the focus."""
-    mm = stage.meters_per_unit * 100  # lenses are told in tenths of a unit
+    mm = stage.meters_per_unit * 100  # lens lengths are in tenths of a unit
     units = {"focal_length_mm": mm, "f_stop": 1.0, "focus_distance_m": stage.meters_per_unit}
     found = {
         field: tuple(_number(stage, prim, name, frame) * units[field] for frame in frames)
@@ -88,13 +88,13 @@ def _tracks(stage: UsdStage, prim: Any, frames: tuple[int, ...]) -> Tracks:
 
 
 def _possible(stage: UsdStage, prim: Any, tracks: Tracks) -> Tracks:
-    """Return the tracks that a lens can have: USD says 0 where nothing is out of focus."""
+    """Return the tracks with possible values; in USD, 0 means that nothing is out of focus."""
     longest_m = max(tracks["focal_length_mm"]) / 1e3
     least = {"focal_length_mm": 0.0, "f_stop": 0.0, "focus_distance_m": longest_m}
     for field in ("f_stop", "focus_distance_m"):
         if any(tracks[field]) and min(tracks[field]) <= least[field]:
             words = field.removesuffix("_m").replace("_", " ")
-            note = f"The {words} of {prim.GetPath()} is none that a lens can have: left out."
+            note = f"The {words} of {prim.GetPath()} is not possible for a lens, and is ignored."
             stage.notes[note] = None
     return {field: track for field, track in tracks.items() if min(track) > least[field]}
 
@@ -104,7 +104,7 @@ def _number(stage: UsdStage, prim: Any, name: str, frame: float) -> float:
 
 
 def _pose(stage: UsdStage, prim: Any, frame: float) -> Pose:
-    """Return the pose of a prim without its parents' scale, upright where they mirror it."""
+    """Return the pose of a prim without its parents' scale, upright if they mirror it."""
     matrix = stage.places([prim], frame)[0]
     back, up = matrix[:3, 2], matrix[:3, 1]
     side = np.cross(up, back)

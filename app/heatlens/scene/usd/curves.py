@@ -17,11 +17,11 @@ from heatlens.scene.usd.material import UsdMaterials
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-_STEPS = 6  # of a cubic segment
-_MOST = 400_000  # points of all tubes of a prim
+_STEPS = 6  # per cubic segment
+_MOST = 400_000  # points in all tubes of a prim
 _SIDES, _SIDES_OF_MANY, _MANY = 6, 3, 60_000  # sides of a tube; of this many points or more
-_THIN = 2e-3  # of its size: the width of curves that have none
-# Rows are powers of t from 1 to t cubed, columns are the four points of a segment.
+_THIN = 2e-3  # the default width of curves, relative to their size
+# Rows are the powers of t from 0 to 3, columns the four points of a segment.
 _BASES = {
     "bezier": np.array([(1, 0, 0, 0), (-3, 3, 0, 0), (3, -6, 3, 0), (-1, 3, -3, 1)]),
     "bspline": np.array([(1, 4, 1, 0), (-3, 0, 3, 0), (3, -6, 3, 0), (-1, 3, -3, 1)]) / 6,
@@ -30,7 +30,7 @@ _BASES = {
 
 
 def read_curves(materials: UsdMaterials, prim: Any) -> list[Mesh]:
-    """Return the tubes of BasisCurves; raise InputError where they contradict themselves."""
+    """Return the tubes of BasisCurves; raise InputError if their data are inconsistent."""
     what, first = _what(materials, prim), usd_module("Usd").TimeCode.EarliestTime()
     curves = usd_module("UsdGeom").BasisCurves(prim)
     points = _points(what, curves.GetPointsAttr().Get(first))
@@ -46,7 +46,7 @@ def read_curves(materials: UsdMaterials, prim: Any) -> list[Mesh]:
     lines = _Lines(np.column_stack([points, widths, colors]), counts).evaluated(curves)
     if len(lines.rows) > _MOST:
         lines = lines.some(_MOST)
-        materials.notes[f"Of curves with very many points only {_MOST:,} points are drawn."] = None
+        materials.notes[f"Only {_MOST:,} points of curves with very many points are drawn."] = None
     if not len(lines.rows):
         return []
     sides = _SIDES if len(lines.rows) < _MANY else _SIDES_OF_MANY
@@ -69,7 +69,7 @@ def read_points(materials: UsdMaterials, prim: Any) -> list[Mesh]:
     if len(widths) in (1, len(points)):
         radii = np.broadcast_to(0.5 * np.nan_to_num(widths.astype(np.float64)), len(points))
     if len(points) > POINTS_MOST:
-        materials.notes[f"Of very many points only {POINTS_MOST:,} are drawn."] = None
+        materials.notes[f"Only {POINTS_MOST:,} points of very large point sets are drawn."] = None
     facing = normals.astype(np.float64) if len(normals) == len(points) else None
     drawn = drawn_points(points, radii, facing)
     colors, material = _colors(materials, prim, len(points), np.ones(len(points), np.int64))
@@ -79,14 +79,14 @@ def read_points(materials: UsdMaterials, prim: Any) -> list[Mesh]:
 
 
 class _Lines:
-    """Rows (P, n) of position, width and colour along one curve after the other."""
+    """Rows (P, n) of position, width and color along one curve after the other."""
 
     def __init__(self, rows: Array, counts: Indices) -> None:
         self.rows = rows
         self.counts = counts
 
     def evaluated(self, curves: Any) -> "_Lines":
-        """Return the points to join by straight lines, of straight or cubic curves."""
+        """Return the points of linear or cubic curves, to be joined by straight lines."""
         kind, wrap = str(curves.GetTypeAttr().Get()), str(curves.GetWrapAttr().Get())
         basis = str(curves.GetBasisAttr().Get())
         if kind == "linear" or basis not in _BASES:
@@ -94,14 +94,14 @@ class _Lines:
         return self._cubic(basis, wrap)
 
     def some(self, most: int) -> "_Lines":
-        """Return as many of the curves, evenly chosen, as have about so many points."""
+        """Return an even selection of the curves with about `most` points in total."""
         share = max(1, int(len(self.counts) * most / max(len(self.rows), 1)))
         chosen = np.zeros(len(self.counts), bool)
         chosen[np.linspace(0, len(self.counts) - 1, share).astype(int)] = True
         return _Lines(self.rows[np.repeat(chosen, self.counts)], self.counts[chosen])
 
     def _closed(self) -> "_Lines":
-        """Return the curves with their first point once more at the end."""
+        """Return the curves with their first point repeated at the end."""
         some = self.counts > 0
         lasts = np.cumsum(self.counts)[some]
         rows = np.insert(self.rows, lasts, self.rows[lasts - self.counts[some]], axis=0)
@@ -134,7 +134,7 @@ class _Lines:
 
 
 def _windows(count: int, step: int, basis: str, wrap: str) -> Indices:
-    """Return (S, 4), which four of a curve's `count` points make each of its segments."""
+    """Return (S, 4), the indices of the four points of each segment of a curve."""
     if count < 2 or (count < 4 and wrap != "pinned"):
         return np.zeros((0, 4), np.int64)
     places = np.arange(count)
@@ -142,7 +142,7 @@ def _windows(count: int, step: int, basis: str, wrap: str) -> Indices:
         segments = max(count // step, 0)
         return np.asarray((np.arange(segments)[:, None] * step + np.arange(4)) % count)
     if wrap == "pinned" and basis != "bezier":
-        # The end points once more beyond the ends make the curve reach them, or nearly so.
+        # Repeating the end points makes the curve reach them, or nearly so.
         places = np.concatenate([[0], places, [count - 1]])
     segments = (len(places) - 4) // step + 1
     return np.asarray(places[np.arange(max(segments, 0))[:, None] * step + np.arange(4)])
@@ -160,7 +160,7 @@ def _points(what: str, told: Any) -> Array:
 
 
 def _widths(what: str, told: Any, points: Array, counts: Indices) -> Array:
-    """Return (P,) widths: one for all, for each curve, for each point, or thin where none fits."""
+    """Return (P,) widths: constant, per curve or per point; a thin default if none fits."""
     found = np.nan_to_num(numbers(told, 1, f"{what}: widths")[:, 0].astype(np.float64))
     if len(found) == len(points):
         return found
@@ -171,7 +171,7 @@ def _widths(what: str, told: Any, points: Array, counts: Indices) -> Array:
 
 
 def _colors(materials: UsdMaterials, prim: Any, points: int, counts: Indices) -> tuple[Array, int]:
-    """Return (P, 3) colours that the base colour is multiplied by, and the material."""
+    """Return (P, 3) colors that multiply the base color, and the material."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
     told = primvar.ComputeFlattened() if primvar else None
     values = numbers(told, 3, f"{_what(materials, prim)}: displayColor").astype(np.float64)

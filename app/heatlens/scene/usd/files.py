@@ -1,4 +1,4 @@
-"""The layers and pictures that a USD file is made of besides itself."""
+"""The layers and pictures that a USD file refers to."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""What of a USD stage has a surface: which prims are drawn, and the meshes of each."""
+"""The prims of a USD stage that are drawn, and the meshes of each."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -58,13 +58,13 @@ def has_surface(prim: Any) -> bool:
 
 
 def is_shown(prim: Any) -> bool:
-    """Return True for a prim that is visible and for a final picture."""
+    """Return True for a prim that is visible and meant for a final picture."""
     image = usd_module("UsdGeom").Imageable(prim)
     return image.ComputeVisibility() != "invisible" and image.ComputePurpose() not in _HIDDEN
 
 
 def left_out(prims: Iterable[Any]) -> str:
-    """Return which kinds of surfaces of a stage are not drawn, as a sentence; "" for none."""
+    """Return a sentence that lists the kinds of surfaces that are not drawn; "" for none."""
     gprim = usd_module("UsdGeom").Gprim
     kinds = Counter(
         str(prim.GetTypeName())

@@ -1,4 +1,4 @@
-"""Point instancers of USD: many copies of a few prototypes, each at a place of its own."""
+"""Point instancers of USD: many copies of a few prototypes, each with its own transform."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -20,7 +20,7 @@ _ATTRIBUTES = ("positions", "orientations", "orientationsf", "scales", "protoInd
 
 @dataclass(frozen=True, eq=False)
 class Copies:
-    """Meshes that one prim brings in, and where they are in its own space.
+    """The meshes that one prim adds, and their transforms in its own space.
 
     names   (N,) names of the prims that the meshes are of
     meshes  (N,) numbers of the meshes
@@ -38,7 +38,7 @@ def is_instancer(prim: Any) -> bool:
 
 
 def is_within_instancer(prim: Any) -> bool:
-    """Return True below a point instancer, where prims are prototypes and not drawn themselves."""
+    """Return True below a point instancer, where prims are prototypes and not drawn directly."""
     parent = prim.GetParent()
     while parent and not parent.IsPseudoRoot():
         if is_instancer(parent):
@@ -62,7 +62,7 @@ class Instancers:
     notes: dict[str, None] = field(default_factory=dict)
 
     def copies(self, prim: Any, frames: FrameRange | None) -> Copies:
-        """Return what the instancer shows, over the frames where its own attributes change.
+        """Return the copies of the instancer over the frames in which its own attributes change.
 
         Raises InputError where it has too many copies.
         """
@@ -72,7 +72,7 @@ class Instancers:
         for frame in times[1:]:
             other = self._at(prim, frame, 0)
             if other.meshes != found.meshes:
-                self.notes["The copies of an instancer come and go: they stay as first."] = None
+                self.notes["An instancer whose copies come and go stays as it is first."] = None
                 return found
             locals_.append(other.local)
         return Copies(found.names, found.meshes, np.concatenate(locals_))
@@ -93,11 +93,11 @@ class Instancers:
         ).reshape(-1, 4, 4).swapaxes(1, 2)  # fmt: skip
         mask = np.array(instancer.ComputeMaskAtTime(time) or np.ones(len(kinds)), bool)
         if not len(places) == len(kinds) == len(mask):
-            self.notes["A point instancer contradicts itself, and is left out."] = None
+            self.notes["A point instancer with inconsistent data is left out."] = None
             return Copies((), (), np.zeros((1, 0, 4, 4)))
         is_near = np.asarray((np.abs(places) <= _FAR_MOST).all(axis=(1, 2)))
         if not is_near[mask].all():
-            self.notes["Copies of an instancer that lie nowhere, or too far, are left out."] = None
+            self.notes["Copies of an instancer at infinity or too far away are left out."] = None
         mask &= is_near
         targets = instancer.GetPrototypesRel().GetForwardedTargets()
         names: list[str] = []

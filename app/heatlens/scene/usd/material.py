@@ -1,4 +1,4 @@
-"""Materials of USD: UsdPreviewSurface, and the pictures its inputs are joined to."""
+"""Materials of USD: UsdPreviewSurface, and the pictures that its inputs are connected to."""
 
 import math
 from collections.abc import Iterable
@@ -20,13 +20,13 @@ _BLEND_CUTOFF = 0.5
 
 @dataclass
 class UsdMaterials:
-    """The materials that prims are bound to, each once; the first is for unbound prims."""
+    """The materials that prims are bound to, without repeats; the first is for unbound prims."""
 
     stage: UsdStage
     materials: list[Material] = field(default_factory=lambda: [Material()])
     images: list[NDArray[np.uint8]] = field(default_factory=list)
-    notes: dict[str, None] = field(default_factory=dict)  # in order, each once
-    shaders: set[int] = field(default_factory=set)  # those that are more than the colour of a prim
+    notes: dict[str, None] = field(default_factory=dict)  # used as an ordered set
+    shaders: set[int] = field(default_factory=set)  # those that are more than the color of a prim
     _found: dict[str, int] = field(default_factory=dict)
     _pictures: dict[str, int | None] = field(default_factory=dict)
 
@@ -75,7 +75,7 @@ class UsdMaterials:
     def _input(
         self, surface: Any, name: str, *default: float
     ) -> tuple[tuple[float, ...], int | None]:
-        """Return the numbers of an input, as many as the default has, and its picture."""
+        """Return the value of an input, with as many numbers as its default, and its picture."""
         found = surface.GetInput(name)
         if not found:
             return default, None
@@ -91,24 +91,24 @@ class UsdMaterials:
         return default, self._picture(file.resolvedPath or file.path)
 
     def _picture(self, path: str) -> int | None:
-        """Return the place of a picture among the images; None, with a note, where it is none."""
+        """Return the index of a picture in the images; None, with a note, if it cannot be read."""
         if path not in self._pictures:
             try:
                 self.images.append(self._opened(path))
                 self._pictures[path] = len(self.images) - 1
             except InputError as error:
                 said = str(error).removeprefix(f"{self.stage.path}: ").rstrip(".")
-                self.notes[f"{said}; it is done without."] = None
+                self.notes[f"{said}; it is ignored."] = None
                 self._pictures[path] = None
         return self._pictures[path]
 
     def _opened(self, path: str) -> NDArray[np.uint8]:
-        """Return the pixels of a picture; raise InputError where it is none or not there."""
+        """Return the pixels of a picture; raise InputError if it is missing or no picture."""
         resolver = usd_module("Ar")
         check_asset(self.stage.path, path)
         asset = resolver.GetResolver().OpenAsset(resolver.ResolvedPath(path))
         if not asset:
-            raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is not there.")
+            raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is missing.")
         with asset:
             data = bytes(asset.GetBuffer())
         return read_picture(data, f"{self.stage.path}: {path}", self.images)

@@ -1,4 +1,4 @@
-"""The triangles of a mesh of USD: polygons cut into fans, every corner a vertex of its own."""
+"""Triangles of USD meshes: polygons are split into fans, and each corner becomes a vertex."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +19,7 @@ _UV_NAMES = ("st", "UVMap", "map1", "st0")
 
 
 def read_parts(materials: UsdMaterials, subdivision: Subdivision, prim: Any) -> list[Mesh]:
-    """Return one mesh for each material; raise InputError where a mesh contradicts itself."""
+    """Return one mesh for each material; raise InputError if the data are inconsistent."""
     geometry = usd_module("UsdGeom")
     what = f"{materials.stage.path}: {prim.GetPath()}"
     time = usd_module("Usd").TimeCode.EarliestTime()
@@ -56,7 +56,7 @@ def read_parts(materials: UsdMaterials, subdivision: Subdivision, prim: Any) -> 
 
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """Polygons with what is told at their corners.
+    """Polygons with the attributes of their corners.
 
     faces    (F,) the face of the file that each one is a part of
     normals  (corners, 3); None where they are found as for polygons
@@ -72,7 +72,7 @@ class _Surface:
 
 
 def _refined(what: str, subdivision: Subdivision, mesh: Any, cage: _Surface) -> _Surface | None:
-    """Return the subdivision surface of a cage; None where it is drawn as it is."""
+    """Return the subdivision surface of a cage; None if the cage itself is drawn."""
     told = {"uvs": cage.uvs, "colors": cage.colors}
     whole = cage.counts > 2
     of_whole = np.repeat(whole, cage.counts)
@@ -166,7 +166,7 @@ def _colors(
 def _by_material(
     what: str, prim: Any, faces: NDArray[np.int64], count: int
 ) -> list[tuple[Any, NDArray[np.bool_]]]:
-    """Return each part that is bound to a material, and a mask of its triangles."""
+    """Return the prim of each part with its own material, and a mask of its triangles."""
     binding = usd_module("UsdShade").MaterialBindingAPI(prim)
     rest = np.ones(count, bool)
     found = []

@@ -50,7 +50,7 @@ class _Sampled:
 
 
 def _between(samples: Array, at: float) -> Array:
-    """Return the sample (F, ...) at a place between two of them."""
+    """Interpolate the samples (F, ...) linearly at a fractional index."""
     before = min(int(at), max(len(samples) - 2, 0))
     if len(samples) == 1:
         return np.asarray(samples[0])
@@ -59,7 +59,7 @@ def _between(samples: Array, at: float) -> Array:
 
 
 def read_usd(path: Path) -> Scene:
-    """Run `usd_scene` in a process of its own, and survive a crash of OpenUSD.
+    """Run `usd_scene` in a separate process, which survives a crash of OpenUSD.
 
     Raises InputError as `usd_scene` does, and where OpenUSD ends that process.
     """

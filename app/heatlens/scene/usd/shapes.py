@@ -1,4 +1,4 @@
-"""Shapes of USD that have no triangles of their own: sphere, cube, cylinder, cone and so on."""
+"""Geometric primitives of USD: sphere, cube, cylinder, cone and so on."""
 
 import math
 from typing import Any
@@ -20,7 +20,7 @@ _LENGTHS = ("size", "radius", "height", "width", "length", "radiusTop", "radiusB
 
 
 def read_shape(materials: UsdMaterials, prim: Any) -> list[Mesh]:
-    """Return the mesh of a shape; none where it has no extent.
+    """Return the mesh of a shape; an empty list if it has no extent.
 
     Raises InputError where a length of it is negative or no number.
     """
@@ -36,7 +36,7 @@ def _shape(what: str, prim: Any) -> Shape:
     kind, told = kind_of(prim), _lengths(what, prim)
     axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
     if axis not in ("X", "Y", "Z"):
-        raise InputError(f"{what}: its axis is {axis[:20]!r}, which is none of X, Y and Z.")
+        raise InputError(f"{what}: its axis is {axis[:20]!r}, which is not X, Y or Z.")
     radius, height = told.get("radius", 0.0), told.get("height", 0.0)
     bottom, top = told.get("radiusBottom", radius), told.get("radiusTop", radius)
     if kind == "Sphere":
@@ -53,13 +53,13 @@ def _shape(what: str, prim: Any) -> Shape:
 
 
 def _lengths(what: str, prim: Any) -> dict[str, float]:
-    """Return the lengths that a shape has, as they are first."""
+    """Return the lengths of a shape at their first values."""
     first = usd_module("Usd").TimeCode.EarliestTime()
     found = {}
     for name in _LENGTHS:
         if prim.HasAttribute(name):
             value = usd_values.number(prim.GetAttribute(name).Get(first), f"{what}: {name}")
             if not 0 <= value < math.inf:
-                raise InputError(f"{what}: its {name} is {value:g}, which is no length.")
+                raise InputError(f"{what}: its {name} is {value:g}, which is not a length.")
             found[name] = value
     return found

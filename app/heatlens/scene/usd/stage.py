@@ -1,4 +1,4 @@
-"""A stage of OpenUSD, opened: its unit and up axis, its frames, and where things are in them."""
+"""An opened OpenUSD stage: its unit, up axis and frames, and the transforms of its prims."""
 
 import math
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ from heatlens.model.frames import FrameRange, check_frame, check_frames_per_seco
 from heatlens.scene.scene import Array
 
 STILL_FRAME = 1
-# Cameras get a key for each frame, and things a matrix.
+# Cameras get a key for each frame, and objects a matrix.
 _FRAMES_MOST = 100_000
 
 
@@ -36,7 +36,7 @@ class UsdStage:
     notes: dict[str, None] = field(default_factory=dict)
 
     def frames_of(self, prims: list[Any], attributes: Iterable[Any] = ()) -> FrameRange | None:
-        """Return the frames in which a prim or one of its ancestors moves; None where none does.
+        """Return the frames in which a prim or one of its ancestors moves; None if none does.
 
         The times of further attributes count as well.
         """
@@ -58,7 +58,7 @@ class UsdStage:
         return found
 
     def places(self, prims: list[Any], frame: float) -> Array:
-        """Return (P, 4, 4) from each prim to our world at a frame."""
+        """Return (P, 4, 4), the matrices from each prim to the heatlens world at a frame."""
         cache = usd_module("UsdGeom").XformCache(frame)
         found = np.array([cache.GetLocalToWorldTransform(prim) for prim in prims], np.float64)
         placed = self.to_metres @ found.reshape(-1, 4, 4).swapaxes(1, 2)
@@ -68,7 +68,7 @@ class UsdStage:
 
 
 def open_stage(path: Path) -> UsdStage:
-    """Open a stage; raise InputError where it is no stage, is damaged, or has no unit."""
+    """Open a stage; raise InputError if it is no stage, is damaged, or has no unit."""
     usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
     stage = open_usd(path)
     prims = list(stage.Traverse(usd.TraverseInstanceProxies()))
@@ -84,5 +84,5 @@ def open_stage(path: Path) -> UsdStage:
 
 
 def kind_of(prim: Any) -> str:
-    """Return the name of a prim's schema, that of a fallback where its own type is not known."""
+    """Return the name of a prim's schema, or of its fallback if its type is unknown."""
     return str(prim.GetPrimTypeInfo().GetSchemaTypeName())

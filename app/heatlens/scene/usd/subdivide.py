@@ -1,4 +1,4 @@
-"""Which meshes of USD are subdivided, how often, and where they stay sharp."""
+"""Subdivision of USD meshes: which ones, how often, and where they stay sharp."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,12 +12,12 @@ from heatlens.scene.subdivision import Polygons, subdivided
 
 _LEVELS = 2  # as Blender and most renderers show it by default
 _MOST_OF_MESH, _MOST = 400_000, 1_000_000  # quads
-_SHARP = 10.0  # USD's word for a crease that stays sharp for ever
+_SHARP = 10.0  # USD's value for an infinitely sharp crease
 
 
 @dataclass
 class Subdivision:
-    """Subdivides meshes as long as there is room for their quads.
+    """Subdivides meshes up to a limit on the number of quads.
 
     left_out  meshes that are drawn as their cages, for they would have too many
     once      meshes that were subdivided once instead of twice
@@ -30,7 +30,7 @@ class Subdivision:
     loops: int = 0
 
     def refined(self, what: str, mesh: Any, cage: Polygons) -> Polygons | None:
-        """Return the surface of `cage`; None where it is to be drawn as it is.
+        """Return the subdivision surface of `cage`; None if the cage itself is drawn.
 
         Raises InputError where its creases are no numbers.
         """
@@ -49,7 +49,7 @@ class Subdivision:
         attribute = mesh.GetSubdivisionSchemeAttr()
         scheme = attribute.Get()
         self.loops += scheme == "loop"
-        # Without a word on the scheme, polygons with normals were meant as they are.
+        # If the file names no scheme, polygons with normals are not subdivided.
         normals = mesh.GetPrim().GetAttribute("primvars:normals"), mesh.GetNormalsAttr()
         has_normals = any(told and told.HasAuthoredValue() for told in normals)
         is_meant = attribute.HasAuthoredValue() or not has_normals
@@ -67,17 +67,17 @@ class Subdivision:
 
     @property
     def notes(self) -> list[str]:
-        """Return what was not subdivided as it should be, in sentences."""
+        """Return sentences on the meshes that were not subdivided as intended."""
         told = (
             (self.once, "subdivided once instead of twice: they have many faces."),
-            (self.left_out, "drawn as their cages: subdivided they would have too many faces."),
-            (self.loops, "drawn as their cages: the scheme 'loop' is not done."),
+            (self.left_out, "drawn as their cages, because they would have too many faces."),
+            (self.loops, "drawn as their cages: the scheme 'loop' is not supported."),
         )
         return [f"{count} subdivision surfaces are {words}" for count, words in told if count]
 
 
 def _creased(what: str, mesh: Any, cage: Polygons) -> Polygons:
-    """Return the cage with the creases and sharp corners of the file, those that make sense."""
+    """Return the cage with the valid creases and sharp corners of the file."""
     first = usd_module("Usd").TimeCode.EarliestTime()
     indices = whole_numbers(mesh.GetCreaseIndicesAttr().Get(first), f"{what}: creaseIndices")
     lengths = whole_numbers(mesh.GetCreaseLengthsAttr().Get(first), f"{what}: creaseLengths")
@@ -106,7 +106,7 @@ def _creased(what: str, mesh: Any, cage: Polygons) -> Polygons:
 def _chains(
     indices: NDArray[np.int64], lengths: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return (E, 2) the edges of chains of vertices, and (E,) the chain of each."""
+    """Return (E, 2), the edges of chains of vertices, and (E,), the chain of each edge."""
     none = np.zeros((0, 2), np.int64), np.zeros(0, np.int64)
     if not len(lengths) or lengths.min() < 0 or lengths.sum() != len(indices):
         return none
@@ -116,5 +116,5 @@ def _chains(
 
 
 def _sharp(values: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return sharpness from 0 to that of ever; NaN becomes 0."""
+    """Return sharpness clipped to 0.._SHARP; NaN becomes 0."""
     return np.clip(np.nan_to_num(values.astype(np.float64), nan=0.0, posinf=_SHARP), 0.0, _SHARP)

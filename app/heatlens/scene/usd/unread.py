@@ -1,4 +1,4 @@
-"""What a USD stage holds that is not drawn, or not as it is meant: each kind with its count."""
+"""Notes on what of a USD stage is not drawn, or not as intended: each kind with its count."""
 
 import re
 from collections import Counter
@@ -12,16 +12,16 @@ from heatlens.scene.usd.stage import UsdStage, kind_of
 
 _LISTED_MOST = 8
 _PREVIEW = "UsdPreviewSurface"
-# Inputs of UsdPreviewSurface that are read, and those with the values that make no difference.
+# Inputs of UsdPreviewSurface that are read, and those whose given values change nothing.
 _READ_INPUTS = (
     *("diffuseColor", "emissiveColor", "opacity", "opacityThreshold", "metallic", "roughness"),
     "opacityMode",
 )
 _HARMLESS_INPUTS: Mapping[str, object] = {
     "useSpecularWorkflow": 0,
-    "specularColor": None,  # counts with the workflow alone
+    "specularColor": None,  # only has an effect in the specular workflow
     "clearcoat": 0.0,
-    "clearcoatRoughness": None,  # counts with clearcoat alone
+    "clearcoatRoughness": None,  # only has an effect with clearcoat
     "ior": 1.5,
     "normal": (0.0, 0.0, 1.0),
     "displacement": 0.0,
@@ -38,7 +38,7 @@ _PLAIN_READER: Mapping[str, object] = {
 
 @dataclass(frozen=True)
 class _Loss:
-    """A value of prims that is left out: where it is, what is said, and when it matters."""
+    """An attribute of prims that is ignored: where it is, the note, and when it matters."""
 
     kind: str  # a schema of UsdGeom
     attribute: str
@@ -51,7 +51,7 @@ def _varies(attribute: Any) -> bool:
 
 
 def _is_told(attribute: Any) -> bool:
-    """Return whether there is a value, and not only zeros or ones."""
+    """Return True if the file has a value, and not only zeros or ones."""
     told = attribute.Get() if attribute.HasAuthoredValue() else None
     return told is not None and told not in (0, 1) and any(v != 1 for v in _flat(told))
 
@@ -67,42 +67,42 @@ _SHAPES = (
     *("points", "normals", "faceVertexIndices", "widths", "radius", "height", "size", "width"),
     *("length", "radiusTop", "radiusBottom", "primvars:st", "primvars:displayColor"),
 )
-_CHANGES = "Objects that change their shape or colour over time stay as they are first"
-_SHIFTED = "Cameras whose film is shifted are seen through without the shift"
-_EDGES = "Subdivision surfaces with rules of their own for edges are smoothed by the usual ones"
+_CHANGES = "Objects whose shape or color changes over time keep their first shape and color"
+_SHIFTED = "The film offset of cameras is ignored"
+_EDGES = "Subdivision surfaces with special edge rules are smoothed with the default rules"
 _LOSSES = (
     *(_Loss("Gprim", name, _CHANGES, _varies) for name in _SHAPES),
-    _Loss("Gprim", "primvars:displayOpacity", "Opacities of objects are left out", _is_told),
+    _Loss("Gprim", "primvars:displayOpacity", "The opacity of objects is ignored", _is_told),
     _Loss("Camera", "horizontalApertureOffset", _SHIFTED, lambda a: bool(a.Get())),
     _Loss("Camera", "verticalApertureOffset", _SHIFTED, lambda a: bool(a.Get())),
-    _Loss("Camera", "clippingPlanes", "Planes that cut a camera's view cut nothing", _is_told),
+    _Loss("Camera", "clippingPlanes", "The clipping planes of cameras are ignored", _is_told),
     _Loss("Mesh", "interpolateBoundary", _EDGES, lambda a: a.Get() == "none"),
     _Loss(
         "Imageable",
         "visibility",
-        "Objects that appear or vanish over time are as they are in the file's default",
+        "Objects that appear or vanish over time keep the file's default visibility",
         _varies,
     ),
 )
 
 
 def unread_notes(stage: UsdStage, shown: Iterable[Any]) -> list[str]:
-    """Return sentences on what of the stage is not drawn; `shown` are the prims that could be."""
+    """Return notes on what of the stage is not drawn; `shown` are the prims that could be drawn."""
     prims = list(shown)
     counted = _of_prims(stage.prims) + _of_materials(prims)
     sentences = [f"{words} ({count})." for words, count in counted.items()]
     lux, skeleton = usd_module("UsdLux"), usd_module("UsdSkel")
     lights = [p for p in stage.prims if p.HasAPI(lux.LightAPI)]
     told = (
-        (_kinds(lights), "Lights of USD are not read, and the daylight shines: {}."),
+        (_kinds(lights), "Lights of USD are not read, and daylight is used instead: {}."),
         (
             _kinds(
                 p for p in stage.prims if p.IsA(skeleton.Skeleton) or p.IsA(skeleton.BlendShape)
             ),
-            "Figures stand as they were modelled, for these are not read: {}.",
+            "Figures keep the pose in which they were modelled, because these are not read: {}.",
         ),
-        (_kinds(filter(_is_unknown, stage.prims)), "Not drawn, of kinds that nobody knows: {}."),
-        (_missing(stage), "What the stage takes from these files is not there: {}."),
+        (_kinds(filter(_is_unknown, stage.prims)), "Not drawn, of unknown kinds: {}."),
+        (_missing(stage), "The stage refers to files that are missing: {}."),
     )
     return [*sentences, *(words.format(names) for names, words in told if names)]
 
@@ -124,13 +124,13 @@ def _of_prims(prims: Iterable[Any]) -> Counter[str]:
             "proxy",
         )
         if is_stand_in:
-            own.add("Guides and stand-ins, which are no part of a final picture, are not drawn")
+            own.add("Guides and proxies, which are not part of a final picture, are not drawn")
         found.update(sorted(own))
     return found
 
 
 def _of_materials(prims: Iterable[Any]) -> Counter[str]:
-    """Count what of the materials of prims is left out; each material once."""
+    """Count what is ignored of the materials of prims; each material counts once."""
     shade, geometry = usd_module("UsdShade"), usd_module("UsdGeom")
     bound: dict[Any, Any] = {}
     for prim in prims:
@@ -148,37 +148,37 @@ def _of_materials(prims: Iterable[Any]) -> Counter[str]:
 def _of_surface(surface: Any) -> Iterable[str]:
     if surface.GetIdAttr().Get() != _PREVIEW:
         name = printable(str(surface.GetIdAttr().Get()))[:60]
-        yield f"Materials other than {_PREVIEW} are read as far as they are like it: {name}"
+        yield f"Materials other than {_PREVIEW} are read as far as they match it: {name}"
     for entry in surface.GetInputs():
         name = printable(entry.GetBaseName())
         sources = entry.GetConnectedSources()[0]
         if entry.GetAttr().ValueMightBeTimeVarying():
-            yield "Materials that change over time stay as they are first"
+            yield "Materials that change over time keep their first values"
         if name in _HARMLESS_INPUTS:
             if sources or not _is_like(entry.Get(), _HARMLESS_INPUTS[name]):
-                yield f"Of materials this is left out: {name}"
+                yield f"This input of materials is ignored: {name}"
         elif name not in _READ_INPUTS:
-            yield f"Of materials this is left out: {name[:60]}"
+            yield f"This input of materials is ignored: {name[:60]}"
         elif sources and name not in _COLOR_MAPS:
-            yield f"Pictures of this are left out, and its usual value stands: {name}"
+            yield f"Pictures of this input are ignored, and its default value is used: {name}"
         elif sources:
             yield from _of_reader(sources[0].source.GetPrim())
 
 
 def _of_reader(reader: Any) -> Iterable[str]:
-    """Yield what is left out of how a picture is read."""
+    """Yield notes on the settings of a picture reader that are ignored."""
     shade = usd_module("UsdShade").Shader(reader)
     for name, plain in _PLAIN_READER.items():
         entry = shade.GetInput(name)
         told = entry.Get() if entry else None
         if told is not None and not _is_like(told, plain) and told != "useMetadata":
-            yield f"Pictures are laid and used without this: {name}"
+            yield f"This setting of pictures is ignored: {name}"
     place = shade.GetInput("st")
     sources = place.GetConnectedSources()[0] if place else ()
     if sources and "Transform2d" in str(
         usd_module("UsdShade").Shader(sources[0].source.GetPrim()).GetIdAttr().Get()
     ):
-        yield "Pictures that are moved, turned or scaled lie as they are"
+        yield "The transforms of pictures are ignored"
 
 
 def _is_like(told: object, plain: object) -> bool:
