@@ -4,7 +4,7 @@
 // Built twice: COUNT writes how long each list is, and WRITE, after peel_starts, the lists themselves.
 //
 // Where nothing says how much of a pixel its surfaces cover, the smaller picture shows it by colour and depth as
-// a flat one does, and its list has what is behind that.
+// a flat one does, and its list has what is behind that: as the pixels tell that show nothing farther themselves.
 //
 // Inputs
 //   color_tx, depth_tx   of the whole picture, premultiplied
@@ -38,15 +38,14 @@ layout(std430) writeonly buffer proxy_fragment_block { uint proxy_fragment_buf[]
 #define GROUPS_MOST 8
 #define LEAST_COVER 1e-4   // less than this is none
 #define WHOLE_COVER 0.9995
-#define SAME_DEPTH 1.001   // of the distance: what is no farther than this behind a surface belongs to it
 #define SIDE_MOST 5        // pixels along a side of a footprint that are looked at; of more, evenly many
 
 ivec2 whole_size;
 Footprint footprint;
 bool has_fronts_seen;  // the list is of all that is seen, not just of what is behind that
 ivec2 stride;          // from each pixel that is looked at to the next
-float sampled_part;    // of the footprint: pixels that are looked at, if what is seen is listed; else
-                       // those that have lists
+float sampled_part;    // of the footprint: pixels that count
+float farthest_front;  // dioptres: pixels that show something farther do not count
 float farthest_group;  // dioptres: ends of a list that would be too long, the same without cuts
 float nearest_group;
 
@@ -76,6 +75,11 @@ Fragment front_of(ivec2 pixel) {
     return Fragment(x.rgb / max(cover, LEAST_COVER), cover, 1.0 / texelFetch(depth_tx, pixel, 0).r);
 }
 
+bool is_counted(ivec2 pixel, List list) {
+    if (has_fronts_seen) return true;
+    return list.end > list.first && 1.0 / texelFetch(depth_tx, pixel, 0).r >= farthest_front;
+}
+
 // Everything in the footprint from `high` dioptres down to, without, `low`.
 Group group_within(float low, float high) {
     Group group = Group(vec4(0.0), 0.0, vec4(0.0), 0.0);
@@ -83,8 +87,8 @@ Group group_within(float low, float high) {
         for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
             ivec2 pixel = ivec2(x, y);
             List list = list_at(pixel, whole_size);
-            bool counts = has_fronts_seen || list.end > list.first;
-            float part = counts ? part_in(footprint, pixel) / sampled_part : 0.0, left = 1.0;
+            if (!is_counted(pixel, list)) continue;
+            float part = part_in(footprint, pixel) / sampled_part, left = 1.0;
             if (has_fronts_seen && !list.has_front) add(group, front_of(pixel), part, left, low, high);
             for (uint i = list.first; i < list.end; ++i) add(group, fragment_of(i), part, left, low, high);
         }
@@ -98,6 +102,7 @@ float nearest_from(float high) {
         for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
             ivec2 pixel = ivec2(x, y);
             List list = list_at(pixel, whole_size);
+            if (!is_counted(pixel, list)) continue;
             Fragment front = front_of(pixel);
             bool is_front = has_fronts_seen && !list.has_front && front.cover > LEAST_COVER;
             if (is_front && front.coc <= high) nearest = max(nearest, front.coc);
@@ -123,23 +128,16 @@ void begin(ivec2 at) {
     footprint = footprint_of(at, size, whole_size);
     stride = (footprint.last - footprint.first + SIDE_MOST) / SIDE_MOST;
     has_fronts_seen = is_measured;
-    nearest_group = farthest_group = 0.0;
-    float listed_part = 0.0, whole_part = 0.0;
+    nearest_group = farthest_group = sampled_part = 0.0;
+    for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
+        for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x)
+            has_fronts_seen = has_fronts_seen || list_at(ivec2(x, y), whole_size).has_front;
+    farthest_front = 1.0 / (imageLoad(depth_img, at).r * SAME_GROUP);
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
         for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
-            List list = list_at(ivec2(x, y), whole_size);
-            float part = part_in(footprint, ivec2(x, y));
-            has_fronts_seen = has_fronts_seen || list.has_front;
-            whole_part += part;
-            if (list.end > list.first) listed_part += part;
+            ivec2 pixel = ivec2(x, y);
+            if (is_counted(pixel, list_at(pixel, whole_size))) sampled_part += part_in(footprint, pixel);
         }
-    sampled_part = has_fronts_seen ? whole_part : listed_part;
-}
-
-// Where the search begins: behind what a flat picture shows, unless that is in the list itself.
-float first_limit(ivec2 at) {
-    if (has_fronts_seen) return 1e30;
-    return 1.0 / (imageLoad(depth_img, at).r * SAME_DEPTH);
 }
 
 // Cuts the dioptres evenly if there would be too many groups.
@@ -173,7 +171,8 @@ void main() {
     if (any(greaterThanEqual(at, size))) return;
     begin(at);
     uint index = uint(at.y * size.x + at.x), count = 0u;
-    float high = first_limit(at), left = 1.0;
+    // Behind what a flat picture shows, unless that is in the list itself.
+    float high = has_fronts_seen ? 1e30 : farthest_front, left = 1.0;
     bool has_front = false, is_first = has_fronts_seen;
     limit_groups(high);
 #ifndef COUNT

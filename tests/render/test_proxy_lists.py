@@ -119,6 +119,19 @@ def test_what_is_hidden_is_known_behind_the_smaller_picture(ctx, passes):
     assert (depth == np.float32(NEAR_M)).all()
 
 
+def test_what_is_behind_the_farther_pixels_is_not_behind_the_nearer_one(ctx, passes):
+    """Beside a wire the wall is seen, with a room behind it: behind the wire is the wall alone."""
+    wire = everywhere(0.0)
+    wire[:, 1::2] = 1.0  # where a footprint's depth is sampled
+    layers = [(0.5, wire, NEAR_M), (0.3, everywhere(1.0), 3.0), (0.9, everywhere(1.0), FAR_M)]
+    plate = plate_with(layers, has_alpha=False, is_measured=False)
+    _, depth, lists = reduced(ctx, passes, plate, 0.5)
+    assert (depth == np.float32(NEAR_M)).all()
+    first = lists.starts[:-1] >> 1
+    np.testing.assert_allclose(lists.dioptres[first], 1 / 3.0, rtol=1e-6)
+    np.testing.assert_allclose(lists.coverage[first], 1.0)
+
+
 def through(renderer, plate: Plate, coc_px: float, **settings: object) -> Image:
     renderer.load(plate)
     lens = lens_blurring(coc_px, plate.display_window.width)
