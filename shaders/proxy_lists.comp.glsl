@@ -57,6 +57,7 @@ struct Group {
 };
 
 void add(inout Group group, Fragment fragment, float part, inout float left, float low, float high) {
+    if (!has_fronts_seen && fragment.coc > farthest_front) return;  // the same surface as the picture shows
     if (fragment.coc > low && fragment.coc <= high) {
         float seen = part * left * fragment.cover, hidden = part * (1.0 - left) * fragment.cover;
         group.seen += seen * vec4(fragment.color, fragment.coc);

@@ -110,7 +110,9 @@ def test_coverage_is_averaged_over_four_pixels(ctx, passes):
 
 def test_what_is_hidden_is_known_behind_the_smaller_picture(ctx, passes):
     """Nothing tells the coverage of what is seen: the picture is a flat one, with a wall behind."""
-    layers = [(0.5, everywhere(1.0), NEAR_M), (0.3, everywhere(1.0), FAR_M)]
+    near = (0.5, everywhere(1.0), NEAR_M)
+    twin = (0.5, everywhere(1.0), 1.01 * NEAR_M)  # so close behind that it is the same surface
+    layers = [near, twin, (0.3, everywhere(1.0), FAR_M)]
     plate = plate_with(layers, has_alpha=False, is_measured=False)
     _, depth, lists = reduced(ctx, passes, plate, 0.5)
     assert not (lists.starts & 1).any() and (np.diff(lists.starts >> 1) == 1).all()
