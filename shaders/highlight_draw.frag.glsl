@@ -9,6 +9,7 @@
 #include "lib/fragment_list.lib.glsl"
 #endif
 #include "lib/kind.lib.glsl"
+#include "lib/pixel_cover.lib.glsl"
 
 flat in vec4 place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp
 flat in vec3 light;
@@ -150,7 +151,7 @@ float seen_at(ivec2 at, float coc) {
 void main() {
     float coc = place.z, ramp = place.w;
     if (abs(coc) < 1e-3) coc = 1e-3;
-    Cover inside = aperture_coverage(gl_FragCoord.xy - place.xy, 0.5 * coc, ramp, place.xy);
+    Cover inside = pixel_coverage(gl_FragCoord.xy - place.xy, 0.5 * coc, ramp, place.xy);
     if (most_of(inside) > 0.0) inside *= seen_at(ivec2(gl_FragCoord.xy), coc);
     if (most_of(inside) > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, place.xy, coc);
     if (most_of(inside) == 0.0) discard;

@@ -10,6 +10,7 @@
 
 #include "lib/aperture.lib.glsl"
 #include "lib/highlights.lib.glsl"
+#include "lib/pixel_cover.lib.glsl"
 
 layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
 
@@ -106,7 +107,7 @@ Cover pixels_covered(vec2 centre, float radius, float ramp) {
     ivec2 first = ivec2(floor(centre - reach)), last = ivec2(floor(centre + reach));
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x)
-            sum += aperture_coverage(vec2(x, y) + 0.5 - centre, radius, ramp, centre);
+            sum += pixel_coverage(vec2(x, y) + 0.5 - centre, radius, ramp, centre);
     return sum;
 }
 

@@ -20,7 +20,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;
 uniform int end_row;
-uniform vec2 shifts[DRAWS];  // of the samples of each draw, in their distances
+uniform vec2 shifts[PEEL_DRAWS];  // of the samples of each draw, in their distances
 uniform sampler2D depth_tx;
 
 #ifdef COUNT
@@ -43,8 +43,8 @@ vec4 light_place(ivec2 pixel, out vec3 light_sum) {
         vec3 light = front_sample(pixel, i).rgb;
         light_sum += light;
         float weight = (light.r + light.g + light.b) / 3.0;
-        int number = i / DRAWS;
-        vec2 at = vec2(number % front_side, number / front_side) + 0.5 + shifts[i % DRAWS];
+        int number = i / PEEL_DRAWS;
+        vec2 at = vec2(number % front_side, number / front_side) + 0.5 + shifts[i % PEEL_DRAWS];
         vec2 place = at / float(front_side) - 0.5;
         sum += weight * place;
         squares += weight * dot(place, place);
@@ -75,7 +75,7 @@ void main() {
     float depth_m = texelFetch(depth_tx, at, 0).r;
     begin_pixel(at, depth_m);
     int left = front_count;
-    float limit = 1e30;
+    float limit = 1e30, nearest = nearest_sample(pixel);
 #ifndef COUNT
     uint start = start_buf[index] >> 1, room = (start_buf[index + 1u] >> 1) - start;
     vec3 light;
@@ -85,12 +85,11 @@ void main() {
     if (room == 0u) return;
     has_front = (start_buf[index] & 1u) == 1u;
 #endif
-    for (int k = 0; k < GROUPS_MOST; ++k) {
-        float nearest = nearest_beyond(pixel, limit);
-        if (nearest < 0.0) break;
-        float low = k == GROUPS_MOST - 1 ? 0.0 : nearest / SAME_GROUP;
-        Group group = group_within(pixel, low, limit, left);
+    for (int k = 0; k < GROUPS_MOST && nearest >= 0.0; ++k) {
+        float low = k == GROUPS_MOST - 1 ? 0.0 : nearest / SAME_GROUP, next;
+        Group group = group_within(pixel, low, limit, left, next);
         limit = low;
+        nearest = next;
         if (group.cover < LEAST_COVER) continue;
 #ifdef COUNT
         if (is_first) has_front = group.is_seen && group.cover < 1.0;

@@ -23,7 +23,7 @@ from heatlens.model.disc_shape import DiscShape
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.model.picture_field import PictureField
-from heatlens.model.settings import Method
+from heatlens.model.settings import Method, Quality
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.breathing_window import frame_centre_px, room_of
@@ -237,7 +237,9 @@ class FrameRenderer:
     ) -> Steps[moderngl.Texture]:
         """Blur the picture with as much around it as reaches the frame, and return the frame."""
         plate, peeled = self.loaded.plate, None
-        if layers_for(shot.defocus) > 1:
+        if shot.defocus.quality is not Quality.FILM:
+            overscan = overscan.in_own_pixels  # a preview has to come soon
+        if layers_for(shot.defocus) > 1 and overscan is self.loaded.overscan:
             peeled = self.loaded.peeled
         seen = overscan if peeled is None else peeled
         bins = seen.bins

@@ -2,7 +2,8 @@
 // surfaces behind. Samples whose distances differ by less than SAME_GROUP are one surface.
 //
 // Inputs
-//   front_tx     front_side x front_side samples a pixel, of DRAWS draws below each other: rgb, a dioptres
+//   front_tx     front_side x front_side samples a pixel, of PEEL_DRAWS draws below each other: rgb,
+//                a dioptres
 //   done_tx      1 where all that is seen in a pixel is one surface, and front_tx has no samples
 //   first_tx     behind_side x behind_side samples a pixel: r metres of what is seen
 //   behind_tx, last_tx   rgb, a dioptres of the next surface and the one after it
@@ -13,7 +14,6 @@ uniform sampler2D first_tx;
 uniform sampler2D behind_tx;
 uniform sampler2D last_tx;
 
-#define DRAWS 4
 #define SAME_GROUP 1.03    // of the distance
 #define GROUPS_MOST 6      // the last one takes all that is left
 #define LEAST_COVER 0.004  // less than the smallest part that samples can tell
@@ -29,14 +29,14 @@ float own_dioptres;  // where it is done
 
 void begin_pixel(ivec2 at, float depth_m) {
     is_done = texelFetch(done_tx, at, 0).r > 0.0;
-    front_count = is_done ? 1 : DRAWS * front_side * front_side;
+    front_count = is_done ? 1 : PEEL_DRAWS * front_side * front_side;
     own_dioptres = 1.0 / depth_m;
 }
 
 // One sample of what is seen; of a pixel that is done without its colour.
 vec4 front_sample(ivec2 pixel, int i) {
     if (is_done) return vec4(vec3(0.0), own_dioptres);
-    int draw = i % DRAWS, number = i / DRAWS, height = textureSize(front_tx, 0).y / DRAWS;
+    int draw = i % PEEL_DRAWS, number = i / PEEL_DRAWS, height = textureSize(front_tx, 0).y / PEEL_DRAWS;
     ivec2 at = front_side * pixel + ivec2(number % front_side, number / front_side);
     return texelFetch(front_tx, at + ivec2(0, draw * height), 0);
 }
@@ -56,40 +56,41 @@ vec4 behind_sample(ivec2 at, bool is_last) {
     return has_next && next.a > 0.0 ? texelFetch(last_tx, at, 0) : vec4(vec3(0.0), -1.0);
 }
 
-// Dioptres of the nearest sample that is farther than `limit`; -1 for none.
-float nearest_beyond(ivec2 pixel, float limit) {
+// Dioptres of the nearest sample. One of those behind may be nearer than all that are seen, which lie in
+// other places of the pixel.
+float nearest_sample(ivec2 pixel) {
     float nearest = -1.0;
-    for (int i = 0; i < front_count; ++i) {
-        float d = front_sample(pixel, i).a;
-        if (d < limit) nearest = max(nearest, d);
-    }
+    for (int i = 0; i < front_count; ++i) nearest = max(nearest, front_sample(pixel, i).a);
     for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
         int k = i >> 1;
         ivec2 at = behind_side * pixel + ivec2(k % behind_side, k / behind_side);
-        float d = behind_sample(at, (i & 1) == 1).a;
-        if (d < limit) nearest = max(nearest, d);
+        nearest = max(nearest, behind_sample(at, (i & 1) == 1).a);
     }
     return nearest;
 }
 
 // The samples from `low` up to, without, `high` dioptres; `left` of those of the front are not hidden by
-// what is nearer, and are fewer after this.
-Group group_within(ivec2 pixel, float low, float high, inout int left) {
+// what is nearer, and are fewer after this. `next` becomes the dioptres of the nearest sample below `low`,
+// -1 for none: each sample is read once a surface.
+Group group_within(ivec2 pixel, float low, float high, inout int left, out float next) {
     vec4 seen = vec4(0.0), hidden = vec4(0.0);
     int seen_count = 0, hidden_count = 0;
+    next = -1.0;
     for (int i = 0; i < front_count; ++i) {
         vec4 x = front_sample(pixel, i);
-        if (x.a < low || x.a >= high) continue;
-        seen += x;
-        ++seen_count;
+        bool is_within = x.a >= low && x.a < high;
+        seen += is_within ? x : vec4(0.0);
+        seen_count += int(is_within);
+        if (x.a < low) next = max(next, x.a);
     }
     for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
         int k = i >> 1;
         ivec2 at = behind_side * pixel + ivec2(k % behind_side, k / behind_side);
         vec4 x = behind_sample(at, (i & 1) == 1);
-        if (x.a < low || x.a >= high) continue;
-        hidden += x;
-        ++hidden_count;
+        bool is_within = x.a >= low && x.a < high;
+        hidden += is_within ? x : vec4(0.0);
+        hidden_count += int(is_within);
+        if (x.a < low) next = max(next, x.a);
     }
     if (seen_count > 0) {
         float cover = seen_count == left ? 1.0 : float(seen_count) / float(left);

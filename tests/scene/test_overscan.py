@@ -116,4 +116,6 @@ def test_as_much_is_needed_as_discs_reach(ctx, f_stop):
     assert overscan.used_px(Optics(line, np.array([0.0]))) in (0, 16, 32, 64)
     half = Overscan(texture, texture, margin // 2, ring_m, bins_of(1 / ring_m), fine=2)
     assert half.needed_px(Optics(line, np.array([0.0]))) == min(margin // 2, int(radius_px + 1.5))
+    own = replace(half, own=(texture, texture)).in_own_pixels
+    assert own.needed_px(Optics(line, np.array([0.0]))) == min(margin // 2, int(radius_px + 1))
     assert overscan.needed_px(Optics(CocLine(0.0, 0.0), np.array([0.0]))) == 1

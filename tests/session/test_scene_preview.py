@@ -77,7 +77,8 @@ def test_the_first_picture_comes_at_once_and_is_whole_without_a_wait(price):
     sight.look(SHOT, 1)
     assert machine.drawn == [(160, 90, 1)] and not sight.is_whole
     refined(sight, machine)
-    steps = [1, PINHOLE_VIEWS] if price * SIZE[0] * SIZE[1] * PINHOLE_VIEWS <= 0.25 else [1, 16, 64]
+    is_soon = price * SIZE[0] * SIZE[1] * PINHOLE_VIEWS <= 0.25
+    steps = [1, PINHOLE_VIEWS] if is_soon else [1, 16, PINHOLE_VIEWS]
     assert machine.drawn[1:] == [(*SIZE, views) for views in steps]
     assert sight.is_good
 

@@ -187,7 +187,7 @@ class HighlightListPass:
         high_tx = {"high_tx": high}
         read_tx = high_tx | {"places_tx": places or high} | self._openings.of(optics.disc.aperture)
         shape = optics.disc.uniforms | {"has_places": places is not None}
-        switches = optics.disc.switches
+        switches = optics.disc.switches | {"FINE_RIMS": places is not None}
         restore_groups = pixel_groups(size)
         self._count.with_(**switches).dispatch(
             groups, textures=read_tx, buffers=bound, uniforms=shape
@@ -257,7 +257,10 @@ class HighlightDrawPass:
         band: tuple[int, int, int, int],
     ) -> None:
         """Draw into `band` (x, y, width, height) alone, with all state set: others draw between."""
-        program = self._programs.with_(LISTS=picture.lists is not None, **optics.disc.switches)
+        lists = picture.lists
+        is_fine = lists is not None and lists.held.is_exact
+        switches = {"LISTS": lists is not None, "FINE_RIMS": is_fine} | optics.disc.switches
+        program = self._programs.with_(**switches)
         quads = self._quads_of(program, buffers.sprite)
         target = self._target.around(color)
         target.use()

@@ -23,8 +23,9 @@ _LENGTHS_PX = (720, 1920)  # of lines; longer ones are cut into longer runs of t
 _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
+_SPRITES = "highlight_sprites.comp.glsl"
 _COUNTED = (
-    *("highlight_sprites.comp.glsl", "peel_lists.comp.glsl", "proxy_lists.comp.glsl"),
+    *(_SPRITES, "peel_lists.comp.glsl", "proxy_lists.comp.glsl"),
     "scatter_sort.comp.glsl",
 )
 _SHAPES = (  # of openings that are no ellipses
@@ -67,6 +68,11 @@ def pass_builds() -> list[Build]:
         (name, defines | {"LISTS": 1})  # for pictures with fragment lists
         for name, defines in builds
         if "#ifdef LISTS" in (data_dir("shaders") / name).read_text()
+    ]
+    builds += [
+        (name, defines | {"FINE_RIMS": 1})  # for highlights of scenes
+        for name, defines in builds
+        if "FINE_RIMS" in _whole_text(name) and ("LISTS" in defines or name == _SPRITES)
     ]
     builds += [
         (name, defines | shape)

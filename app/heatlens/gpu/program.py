@@ -33,7 +33,7 @@ class _Inputs:
     """
 
     def __init__(self, linked: _Linked, sources: Sequence[ShaderSource]) -> None:
-        self._linked = linked
+        self._linked, self._names = linked, frozenset(linked)  # to look in `linked` itself is slow
         self._declared = declared_in(
             (source.files[0] for source in sources), (source.text for source in sources)
         )
@@ -81,7 +81,7 @@ class _Inputs:
     def _set(self, uniforms: Mapping[str, object]) -> None:
         for name, value in uniforms.items():
             self._declared.check(name, "uniform")
-            if name in self._linked:
+            if name in self._names:
                 self._linked[name] = value
                 self._unset.discard(name)
 

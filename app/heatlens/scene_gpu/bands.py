@@ -8,9 +8,9 @@ from heatlens.gpu.context import is_software
 from heatlens.model.boxes import Box
 from heatlens.scene.scene_view import SceneView
 
-# On a processor a hundred thousand pixels of a scene take about 10 ms. Each band processes all
+# On a processor so many pixels of a scene take about 100 ms of one core. Each band processes all
 # triangles again, each for half as long as a pixel, so that many of them call for larger bands.
-_LEAST_PX = 1 << 17
+_LEAST_PX = 1 << 18
 _PX_FOR_A_TRIANGLE = 1
 _ROWS = 64  # the side of a tile of Mesa's rasteriser
 _SAMPLES_MOST = 1 << 21  # of a band of samples, whose texture has 16 bytes for each

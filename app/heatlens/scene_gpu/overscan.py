@@ -1,7 +1,7 @@
 """What a scene shows outside the frame, because a lens blurs it in."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import moderngl
 import numpy as np
@@ -94,9 +94,14 @@ class Overscan:
         return Box(cut, cut, self.color.width - cut, self.color.height - cut)
 
     @property
-    def in_own_pixels(self) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """Colour and depth, a pixel for each of the picture."""
-        return self.own or (self.color, self.depth)
+    def in_own_pixels(self) -> "Overscan":
+        """The same with a pixel for each of the picture."""
+        if self.own is None:
+            return self
+        color, depth = self.own
+        rings_m = self.ring_m.reshape(-1, self.fine, 2)
+        wider_m = np.stack([rings_m[..., 0].min(axis=1), rings_m[..., 1].max(axis=1)], axis=1)
+        return replace(self, color=color, depth=depth, ring_m=wider_m, fine=1, own=None)
 
 
 class RingSurvey:

@@ -15,6 +15,7 @@ import numpy as np
 
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.gpu.shader_constants import PEEL_DRAWS
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.fragments import FragmentLists
@@ -30,9 +31,9 @@ from heatlens.scene_gpu.surface_raster import SurfaceRaster
 FRONT_SIDE, _BEHIND_SIDE = 4, 2
 # How far the samples of each draw are shifted, in their distances: no two draws share a row or a
 # column, so that an edge along one is told as finely as any other.
-_SHIFTS = ((-0.375, -0.125), (-0.125, 0.375), (0.125, -0.375), (0.375, 0.125))
-STEPS_OF_BAND = len(_SHIFTS) + 3
-SAMPLES = len(_SHIFTS) * FRONT_SIDE**2  # of a pixel that is not done with fewer
+_SHIFTS = ((-1 / 3, 0.0), (0.0, 1 / 3), (1 / 3, -1 / 3))
+STEPS_OF_BAND = PEEL_DRAWS + 3
+SAMPLES = PEEL_DRAWS * FRONT_SIDE**2  # of a pixel that is not done with fewer
 LARGER = 16  # bands than others on a processor: most of their pixels are done
 _A_PIXEL = 2.0  # fragments that there is room for, on average, until a scene has more
 _ROOM = 1.1  # more than a picture had, for those that follow
@@ -170,7 +171,7 @@ class ScenePeel:
         """Draw a band, and return the textures by the names of lib/surface_groups.lib.glsl."""
         seen, behind = (samples_of(view, rows, side) for side in sides)
         width, height = seen.size
-        front = self._pool.texture("front", (width, height * len(_SHIFTS)), 4)
+        front = self._pool.texture("front", (width, height * PEEL_DRAWS), 4)
         first = self._pool.texture("first", behind.size, 1)
         for number, shift in enumerate(_SHIFTS):
             place()

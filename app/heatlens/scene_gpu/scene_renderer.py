@@ -36,7 +36,8 @@ Drawn = tuple[moderngl.Texture, moderngl.Texture]  # colour and depth
 # Samples of a pixel, spread evenly over it. With fewer, lamps smaller than a pixel would be dimmer
 # or brighter than they are, and a blur would spread the error.
 PINHOLE_VIEWS = SAMPLES
-_FEW_ACROSS = 4  # that all pixels get, after which some are done
+_FEW_ACROSS = 2  # that all pixels get, after which some are done
+_GOOD_ACROSS = 4  # that all pixels get where none will get more
 _OVERSCAN_FROM_VIEWS = 16  # with fewer something moves, and nobody looks at the border
 
 
@@ -145,11 +146,13 @@ class SceneRenderer:
         margin = margin_px(self._ctx, wish.size)
         view = finer(self._view(wish.shot, wish.frame, wish.size, margin), fine)
         color, depth = self._textures("wide", wish.bank, view.size)
-        yield from self._colored(view, _FEW_ACROSS // fine, fine, key, color, wish.frame)
+        is_peeled = wish.views >= PINHOLE_VIEWS
+        across = _FEW_ACROSS if is_peeled else _GOOD_ACROSS
+        yield from self._colored(view, across // fine, fine, key, color, wish.frame)
         yield from self._deep(view, wish.frame, depth)
         rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
         overscan, peeled = Overscan(color, depth, margin, rings_m, bins, fine), None
-        if wish.views >= PINHOLE_VIEWS:
+        if is_peeled:
             done = self._pinhole.picture(view.size).done
             peeled = yield from self._peel.steps(
                 view, overscan, done, lambda: self._raster.place(wish.frame), wish.bank
@@ -207,12 +210,6 @@ class SceneRenderer:
             yield "pinhole"
             self._raster.place(frame)
 
-    def _overscan(
-        self, color: moderngl.Texture, depth: moderngl.Texture, margin: int, fine: int
-    ) -> Overscan:
-        rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
-        return Overscan(color, depth, margin, rings_m, bins, fine)
-
     def _in_own_pixels(self, wish: "_Wish", overscan: Overscan) -> Generator[str, None, Overscan]:
         """Return the overscan with colour and depth in the pixels of the frame too."""
         if overscan.fine == 1:
@@ -227,7 +224,8 @@ class SceneRenderer:
     def _framed(self, wish: "_Wish", overscan: Overscan) -> Drawn:
         """Return colour and depth of the frame alone."""
         framed = self._textures("pinhole", wish.bank, wish.size)
-        for whole, out in zip(overscan.in_own_pixels, framed, strict=True):
+        own = overscan.in_own_pixels
+        for whole, out in zip((own.color, own.depth), framed, strict=True):
             self._crop.run(whole, (overscan.margin_px,) * 2, out)
         return framed
 

@@ -27,7 +27,8 @@ def with_overscan(pinhole: Pinhole, margin_px: int, peeled: Peeled | None = None
             f"{plate.path}: {margin_px} pixels of overscan are more than are drawn around a "
             f"picture of {frame.width}x{frame.height}: {most} are the most."
         )
-    frame, (color_tx, depth_tx) = plate.display_window, overscan.in_own_pixels
+    frame, own = plate.display_window, overscan.in_own_pixels
+    color_tx, depth_tx = own.color, own.depth
     cut, width = most - margin_px, color_tx.width
     part = Box(cut, cut, width - cut, color_tx.height - cut)
     rows, columns = slice(part.y0, part.y1), slice(part.x0, part.x1)

@@ -1,0 +1,25 @@
+// How much of a pixel the disc of a highlight covers. With FINE_RIMS small discs are looked at in several
+// places of each pixel: where a disc is hardly larger than a pixel, a rim as wide as one makes it too soft.
+// After lib/aperture.lib.glsl.
+
+#ifdef FINE_RIMS
+#define FINE_ACROSS 3          // places, each way
+#define FINE_RADIUS_PX 4.0     // up to which discs are small
+
+Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
+    if (abs(radius) > FINE_RADIUS_PX) return aperture_coverage(offset, radius, ramp, place);
+    // The ramp of a pixel has the variance of its box, to which that of the light itself is added.
+    float of_light = max(ramp * ramp / 3.0 - 1.0 / 12.0, 0.0);
+    float narrow = sqrt(3.0 * (of_light + 1.0 / (12.0 * float(FINE_ACROSS * FINE_ACROSS))));
+    Cover sum = Cover(0.0);
+    for (int i = 0; i < FINE_ACROSS * FINE_ACROSS; ++i) {
+        vec2 aside = (vec2(i % FINE_ACROSS, i / FINE_ACROSS) + 0.5) / float(FINE_ACROSS) - 0.5;
+        sum += aperture_coverage(offset + aside, radius, narrow, place);
+    }
+    return sum / float(FINE_ACROSS * FINE_ACROSS);
+}
+#else
+Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
+    return aperture_coverage(offset, radius, ramp, place);
+}
+#endif
