@@ -20,11 +20,11 @@ def _sample(camera: CameraSamples, at: int) -> LensSample:
     values: dict[str, Any] = {
         name: finite_m(track[at]) for name, track in tracks.items() if track is not None
     }
-    time = _time_of(camera.frames[at], camera.frames_per_second)
+    time = time_of_frame(camera.frames[at], camera.frames_per_second)
     return LensSample(camera.name, **values, timecode=time)
 
 
-def _time_of(frame: int, frames_per_second: float) -> tuple[int, int, int, int] | None:
+def time_of_frame(frame: int, frames_per_second: float) -> tuple[int, int, int, int] | None:
     """Return the frame as hours, minutes, seconds and frames; None before frame 0.
 
     Timecode counts whole frames a second, as SMPTE ST 12-1 does without dropping: 24 at 23.976.

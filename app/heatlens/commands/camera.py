@@ -21,7 +21,7 @@ from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.errors import InputError
 from heatlens.model.frames import parse_frame_range
 from heatlens.model.units import parse_scene_unit_m
-from heatlens.ring.address import Protocol, RingAddress, parse_ring_address
+from heatlens.ring.address import RingAddress, opentrackio_address
 from heatlens.ring.otrk_packet import Encoding
 from heatlens.ring.sender import LensSender, send_in_time
 from heatlens.scene.first_shot import FirstShot, first_shot
@@ -128,7 +128,7 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the camera and send it; print its origin and any assumptions."""
     _check_given(args)
-    address = None if args.send is None else _address_of(args.send)
+    address = None if args.send is None else opentrackio_address(args.send)
     camera = _camera_of(args)
     if args.output is None:
         say(*camera.notes)
@@ -137,13 +137,6 @@ def run(args: argparse.Namespace) -> int:
     if address is not None:
         _send(args, camera, address)
     return 0
-
-
-def _address_of(text: str) -> RingAddress:
-    address = parse_ring_address(text)
-    if address.protocol is not Protocol.OPENTRACKIO:
-        raise InputError(f"{text}: a camera can only be sent as OpenTrackIO: give opentrackio.")
-    return address
 
 
 def _check_given(args: argparse.Namespace) -> None:

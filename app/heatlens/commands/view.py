@@ -18,8 +18,11 @@ from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError, NoWindowError
+from heatlens.model.frames import FRAMES_PER_SECOND
+from heatlens.ring.address import opentrackio_address, parse_ring_address
 from heatlens.ring.opening import open_ring
 from heatlens.ring.ring_input import RingInput
+from heatlens.ring.sender import LensSender
 from heatlens.scene.scene_name import DEMO, is_demo
 from heatlens.session.window_door import hand_over
 from heatlens.source.kind import kind_of
@@ -81,6 +84,12 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         help="follow the lens of a camera as it is turned: opentrackio for what is sent to this "
         "machine, opentrackio://239.135.1.1 for source 1 of a network; or a controller: "
         "osc://:9000, midi:NAME for a port of this machine, pad for a game pad or a jog wheel",
+    )
+    parser.add_argument(
+        "--lens-out",
+        metavar="opentrackio[://HOST:PORT]",
+        help="send the lens at the playhead as a camera sends its own, to an engine, a "
+        "follow-focus or another heatlens: opentrackio for this machine",
     )
     parser.add_argument(
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
@@ -162,9 +171,9 @@ def _open(args: argparse.Namespace) -> int:
     camera = checked_camera_of(args, lens)
     start = Start(plate, plate_options(args), lens, settings_of(args), ocio=args.ocio)
     timing, placing = timing_of(args, plate), placing_of(args)
-    with _lens_in(args) as lens_in:
+    with _lens_out(args) as lens_out, _lens_in(args) as lens_in:
         start = replace(start, camera=camera, timing=timing, placing=placing, kit=kit_of(args))
-        run_window(replace(start, lens_in=lens_in))
+        run_window(replace(start, lens_in=lens_in, lens_out=lens_out))
     return 0
 
 
@@ -173,6 +182,17 @@ def _lens_in(args: argparse.Namespace) -> AbstractContextManager[RingInput | Non
     if args.lens_in is None:
         return nullcontext()
     return open_ring(args.lens_in)
+
+
+def _lens_out(args: argparse.Namespace) -> AbstractContextManager[LensSender | None]:
+    """Open what the lens is sent to. Raises InputError for an address that cannot be sent to."""
+    if args.lens_out is None:
+        return nullcontext()
+    address = opentrackio_address(args.lens_out)
+    if args.lens_in is not None and args.lens_in.startswith("opentrackio"):
+        if parse_ring_address(args.lens_in) == address:
+            raise InputError(f"--lens-in and --lens-out are both {address}: it would hear itself.")
+    return LensSender(address, FRAMES_PER_SECOND)
 
 
 def _listen(args: argparse.Namespace) -> int:
@@ -190,8 +210,9 @@ def _listen(args: argparse.Namespace) -> int:
     stream = StreamSource(*parse_address(args.listen))
     start = Start(stream.text, plate_options(args), lens, defocus, ocio=args.ocio, stream=stream)
     try:
-        with _lens_in(args) as lens_in:
-            run_window(replace(start, camera=camera, lens_in=lens_in, kit=kit_of(args)))
+        with _lens_out(args) as lens_out, _lens_in(args) as lens_in:
+            start = replace(start, lens_in=lens_in, lens_out=lens_out)
+            run_window(replace(start, camera=camera, kit=kit_of(args)))
     finally:
         stream.close()
     return 0

@@ -74,6 +74,14 @@ def _not_an_address(text: str) -> InputError:
     )
 
 
+def opentrackio_address(text: str) -> RingAddress:
+    """Return the address that a lens is sent to. Raises InputError for another protocol."""
+    address = parse_ring_address(text)
+    if address.protocol is not Protocol.OPENTRACKIO:
+        raise InputError(f"{text}: a camera can only be sent as OpenTrackIO: give opentrackio.")
+    return address
+
+
 def listening_socket(address: RingAddress) -> socket.socket:
     """Return a socket that gets the datagrams sent to `address`.
 

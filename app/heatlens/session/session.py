@@ -46,6 +46,7 @@ from heatlens.session.reference import Reference, ReferenceLoader
 from heatlens.session.render_scheduler import RenderScheduler
 from heatlens.session.rendered_pull import RenderedPull, store_of
 from heatlens.session.ring_hand import RingHand
+from heatlens.session.ring_out import RingOut
 from heatlens.session.ring_take import RingTake
 from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.scene_mark_tracks import SceneMarkTracks
@@ -96,6 +97,7 @@ class Session:
         self.references = ReferenceLoader(renderer.ctx, wake)
         self.lens_commands = LensCommands(self.source, self.editing, say)
         self.sent_lens = SentLens(self.source, self.editing, self.given, say)
+        self.ring_out = RingOut(start.lens_out, self.editing, say)
         self.ring = RingHand(start.lens_in, self.editing, say, self.preferences, wake=wake)
         self.view_commands = ViewCommands(
             self.picture_view, self.source, self.editing, self.references, say
@@ -312,6 +314,7 @@ class Session:
             *(self.recent.poll, self.files.poll, self.exports.poll, self.pictures.poll),
             *(self.documents.poll, self.marks.poll, self.scene_tracks.poll, self.clips.poll),
             *(self.player.poll, self.sent_lens.poll, self.ring.poll, self.recording.poll),
+            self.ring_out.poll,
             self.pull.poll,
         ):
             poll()
@@ -382,6 +385,7 @@ class Session:
             self.scheduler.seconds_until_needed(),
             self.player.seconds_until_needed(),
             self.ring.seconds_until_needed(),
+            self.ring_out.seconds_until_needed(),
             shader_reload.EVERY_S if self._shaders is not None else None,
         )
         return min((wait for wait in waits if wait is not None), default=None)

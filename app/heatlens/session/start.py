@@ -12,6 +12,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import ViewState
 from heatlens.ring.ring_input import RingInput
+from heatlens.ring.sender import LensSender
 from heatlens.scene.placing import Placing
 from heatlens.source.stream_source import StreamSource
 
@@ -28,6 +29,7 @@ class Start:
     camera         tells what `lens` does not tell of the lens
     timing         puts the seconds of a scene into frames
     lens_in        a camera or a controller that the lens follows; closed with the program
+    lens_out       what the lens at the playhead is sent to; closed with the program
     placing        tells of a scene's file what it does not say
     kit            bounds the lens of what is named, else of what opens first
     """
@@ -42,6 +44,7 @@ class Start:
     camera: CameraSamples | None = None
     timing: SceneTiming | None = None
     lens_in: RingInput | None = None
+    lens_out: LensSender | None = None
     placing: Placing = field(default_factory=Placing)
     kit: LensKit | None = None
 

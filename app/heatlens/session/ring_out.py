@@ -1,0 +1,74 @@
+"""The lens at the playhead, sent as a camera sends its own: to an engine or another heatlens."""
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from heatlens.camera.ring_samples import time_of_frame
+from heatlens.camera.samples import finite_m
+from heatlens.errors import InputError
+from heatlens.ring.lens_sample import LensSample
+from heatlens.session.editing import Editing
+from heatlens.session.messages import Problem
+
+_SOURCE = "heatlens"
+_RESTING_S = 0.5  # a camera that says nothing for a second counts as silent
+_SOON_S = 0.001  # a window that waits for no time at all works on, and draws no frame
+
+
+class Sender(Protocol):
+    """What takes the samples, as `LensSender` does."""
+
+    def send(self, sample: LensSample) -> None:
+        """Send one sample. Raises InputError if the network refuses it."""
+        ...
+
+
+class RingOut:
+    """Sends the lens when it changes, and now and then while it rests."""
+
+    def __init__(
+        self,
+        sender: Sender | None,
+        editing: Editing,
+        say: Callable[[str], None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Send to `sender`; None sends nothing."""
+        self._sender = sender
+        self._editing = editing
+        self._say = say
+        self._clock = clock
+        self._sent: LensSample | None = None
+        self._sent_s = 0.0
+
+    def poll(self) -> None:
+        """Send what has changed; call this once a frame. A network that refuses is said once."""
+        if self._sender is None:
+            return
+        sample = self._sample()
+        if sample == self._sent and self._clock() < self._sent_s + _RESTING_S:
+            return
+        self._sent, self._sent_s = sample, self._clock()
+        try:
+            self._sender.send(sample)
+        except InputError as error:
+            self._sender = None
+            self._say(Problem(f"The lens is not sent any more: {error}"))
+
+    def seconds_until_needed(self) -> float | None:
+        """Return how long until the resting lens is sent again; None if nothing is sent."""
+        if self._sender is None:
+            return None
+        return max(_SOON_S, self._sent_s + _RESTING_S - self._clock())
+
+    def _sample(self) -> LensSample:
+        lens, rate = self._editing.lens, self._editing.shot.frames_per_second
+        return LensSample(
+            _SOURCE,
+            focus_distance_m=finite_m(lens.focus_distance_m),
+            f_stop=lens.f_stop,
+            t_stop=lens.t_stop,
+            focal_length_mm=lens.focal_length_mm,
+            timecode=time_of_frame(self._editing.frame, rate),
+        )
