@@ -177,8 +177,7 @@ bool is_one_pixel(float radius) {
 }
 
 // How much light a point of the opening lets through of what a pinhole sees at a place in the picture, behind
-// the focus or in front of it. With an image the points themselves are denser where it is brighter, and a rim,
-// which only moves light within a disc, lets as much of it through on both sides.
+// the focus or in front of it. With an image the points themselves are denser where it is brighter.
 float aperture_weight(vec2 p, vec2 place, bool is_behind) {
 #ifdef IMAGED
     float past = -1.0;
@@ -187,11 +186,7 @@ float aperture_weight(vec2 p, vec2 place, bool is_behind) {
 #endif
     if (aperture_barrel > 0.0)
         past = max(past, past_barrel(p, barrel_shift(place)).x);
-    float through = past > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);
-#ifdef IMAGED
-    through *= PI / (is_behind ? aperture_lights.y : aperture_lights.x);
-#endif
-    return through;
+    return past > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);
 }
 
 // The place where a pinhole sees what is seen at `px` through a point of the opening, `radius` being that of
