@@ -87,7 +87,7 @@ def test_a_mistake_is_told_with_its_place(tmp_path, entries, words):
         ("[]", "this is no shot of heatlens"),
         ("{}", "this is no shot of heatlens"),
         ('{"heatlens_shot": 1}', "the entry 'lens' is missing"),
-        ('{"heatlens_shot": 1, "heatlens_shot": 1}', "'heatlens_shot' stands twice"),
+        ('{"heatlens_shot": 1, "heatlens_shot": 1}', "'heatlens_shot' occurs twice"),
         ('{"heatlens_shot": NaN}', "NaN is not a JSON number"),
         ('{"heatlens_shot": 1e999}', 'too large; infinity is written "inf"'),
         ("9" * 5000, "is damaged"),
