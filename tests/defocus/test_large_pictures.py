@@ -16,6 +16,6 @@ def test_pictures_up_to_8k_can_be_blurred(session_context, size):
 
 
 def test_a_texture_beyond_the_largest_is_refused_with_a_remedy(session_context):
-    with pytest.raises(GpuError, match=r"picture of 16000x16000 takes .*A smaller --proxy"):
+    with pytest.raises(GpuError, match=r"picture of 16000x16000 needs .*A smaller --proxy"):
         check_texture_fits(session_context, (16000, 16000), (4096, 1 << 20))
     check_texture_fits(session_context, (640, 360), (4096, 80))

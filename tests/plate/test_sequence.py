@@ -185,7 +185,7 @@ def test_folders_that_decide_nothing_say_what_they_hold(tmp_path):
         ("shot.####.exr", "", "Frames '' cannot be read"),
         ("shot.####.exr", "1-2x0.5", "Frames '1-2x0.5' cannot be read"),
         ("shot.####.exr", "1001 1002", "Frames '1001 1002' cannot be read"),
-        ("shot.####.exr", "1-2000000", "up to 1000000"),
+        ("shot.####.exr", "1-2000000", "up to 1,000,000"),
         ("shot.####.exr", "1-99999999999", "cannot be read|up to"),
     ],
 )

@@ -22,7 +22,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.shot_store import unnamed_path
-from heatlens.ui import theme
+from heatlens.ui.palettes import DARK
 from support.gui import gui_of
 from support.window_plates import LENS, room_file
 from support.x_server import SCREEN, WAIT_S, Screen, Window
@@ -222,10 +222,10 @@ def _key(window: Window, shot: Path, twin: Twin) -> None:
     hand("key", "Right")
     hand("key", "a")
     window.click(*twin.picture(73, 167))
-    window.until(lambda: has_color(window, theme.TRIED), "what is only tried")
+    window.until(lambda: has_color(window, DARK.tried), "what is only tried")
     assert len(focus_frames(saved(window, shot, lambda _: True, "the shot"))) == 2
     hand("key", "Left")
-    window.until(lambda: not has_color(window, theme.TRIED), "the keyed focus again")
+    window.until(lambda: not has_color(window, DARK.tried), "the keyed focus again")
     hand("key", "a")
 
 

@@ -18,7 +18,7 @@ from typing import Any, NoReturn
 
 from heatlens import __version__
 from heatlens.commands.say import say_nothing
-from heatlens.commands.words import meant, with_command
+from heatlens.commands.words import is_name_elsewhere, meant, with_command
 from heatlens.errors import FaultError, HeatlensError, InputError
 from heatlens.faults import told_error
 from heatlens.printable import printable
@@ -75,6 +75,10 @@ class _Parser(argparse.ArgumentParser):
         if unknown:
             self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, self)}")
         return parsed, unknown
+
+    def _get_option_tuples(self, option_string: str) -> list[Any]:
+        """Return the options that begin like this, except where other programs mean another one."""
+        return [] if is_name_elsewhere(option_string) else super()._get_option_tuples(option_string)
 
 
 class _Completion(argparse.Action):

@@ -55,6 +55,15 @@ def _near(word: str, commands: Sequence[str]) -> str:
     return f". Did you mean {near[0]}?" if near else f"; there are {', '.join(commands)}."
 
 
+def is_name_elsewhere(option: str) -> bool:
+    """Return True for an option of other programs that is called something else here.
+
+    "--aperture" is one, although it is also the beginning of --aperture-image.
+    """
+    name = option.partition("=")[0]
+    return not _OTHER_NAMES.get(name, name).startswith(name)
+
+
 def meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
     """Return ". Did you mean --f-stop?" for a wrong option that is like one there is, else ""."""
     known = [name for name in parser._option_string_actions if name.startswith("--")]

@@ -237,15 +237,18 @@ class HighlightDrawPass:
         picture: Fragments,
         optics: Optics,
         color: moderngl.Texture,
+        has_places: bool = False,
     ) -> Iterator[None]:
         """Add every disc of the list to `color`, where `picture` does not show it hidden.
 
-        Band by band of the picture: a hundred discs a third of it wide are drawn in several steps.
+        `has_places` is True if the list was filled with the places of the light in its pixels. The
+        picture is drawn in bands, so that many large discs do not hold up the window.
         """
         width, height = color.size
         rows = max(1, _PIXELS_A_BAND // width)
         for first in range(0, height, rows):
-            self._draw_band(buffers, picture, optics, color, (0, first, width, rows))
+            band = (0, first, width, rows)
+            self._draw_band(buffers, picture, optics, color, band, has_places)
             yield
 
     def _draw_band(
@@ -255,11 +258,11 @@ class HighlightDrawPass:
         optics: Optics,
         color: moderngl.Texture,
         band: tuple[int, int, int, int],
+        has_places: bool,
     ) -> None:
         """Draw into `band` (x, y, width, height) alone, with all state set: others draw between."""
-        lists = picture.lists
-        is_fine = lists is not None and lists.held.is_exact
-        switches = {"LISTS": lists is not None, "FINE_RIMS": is_fine} | optics.disc.switches
+        listed = {"LISTS": picture.lists is not None, "FINE_RIMS": has_places}
+        switches = listed | optics.disc.switches
         program = self._programs.with_(**switches)
         quads = self._quads_of(program, buffers.sprite)
         target = self._target.around(color)

@@ -274,7 +274,8 @@ class DefocusPipeline:
             self._passes.composite.run(layer.color, plan, layer.listed, out)
             yield self._passed("composite")
         if listed is not None:
-            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out)
+            has_places = self._places is not None
+            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out, has_places)
             yield from self._named("highlights drawn", drawn)
         self._passed("highlights drawn")
         return out

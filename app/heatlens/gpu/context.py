@@ -64,7 +64,7 @@ def check_texture_fits(
     limit = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
     if max(needed) > limit:
         raise GpuError(
-            f"To blur a picture of {picture[0]}x{picture[1]} needs a texture of {needed[0]}x"
+            f"Blurring a picture of {picture[0]}x{picture[1]} needs a texture of {needed[0]}x"
             f"{needed[1]}; this OpenGL takes {limit} pixels a side. A smaller --proxy fits."
         )
 

@@ -205,6 +205,7 @@ class SceneRenderer:
 
     def _deep(self, view: SceneView, frame: float, depth: moderngl.Texture) -> Iterator[str]:
         """Draw depth at the middle of each pixel."""
+        self._raster.place(frame)  # others may have drawn another frame in between
         for band in self._raster.bands.of(view.size):
             self._raster.depth(view, depth, band)
             yield "pinhole"
