@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 import subprocess
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -23,6 +24,7 @@ from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.shot_store import unnamed_path
 from heatlens.ui.palettes import DARK
+from heatlens.ui.picture.alt_held import HOLD_S
 from support.gui import gui_of
 from support.window_plates import LENS, room_file
 from support.x_server import SCREEN, WAIT_S, Screen, Window
@@ -118,7 +120,7 @@ def test_a_directors_desk(desk: Screen, tmp_path: Path) -> None:
 
 
 def _hold_alt(window: Window) -> None:
-    """Check that Alt shows the pinhole picture while it is held."""
+    """Check that Alt shows the pinhole picture while it is held, and Alt+Tab does not."""
     desk = window.screen
     window.move(500, 450)
     window.rest()
@@ -127,6 +129,14 @@ def _hold_alt(window: Window) -> None:
     window.until(lambda: bool((_corner(window) != sharp).any()), "the pinhole picture")
     desk.hand("keyup", "alt")
     window.until(lambda: bool((_corner(window) == sharp).all()), "the picture again")
+    shown = window.seen()
+    desk.hand("keydown", "alt", "key", "Tab")
+    window.until(lambda: window.seen() != shown, "the list of windows")
+    time.sleep(2 * HOLD_S)
+    window.rest()
+    assert (_corner(window) == sharp).all()
+    desk.hand("keyup", "alt")
+    window.until(lambda: window.seen() == shown, "the end of the list")
 
 
 def _corner(window: Window) -> np.ndarray:

@@ -4,6 +4,7 @@ import ctypes
 import time
 from collections.abc import Callable
 from contextlib import closing
+from functools import partial
 from typing import Any
 
 from imgui_bundle import imgui  # before glfw: both then share one libglfw
@@ -26,6 +27,7 @@ from heatlens.ui import theme
 from heatlens.ui.clean_feed import CleanFeed, fill_screen
 from heatlens.ui.export_bar import export_title
 from heatlens.ui.fast_keys import FastKeys, events_wait
+from heatlens.ui.keyboard_grab import is_keyboard_taken
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.monitors import room_of, screen_name
 from heatlens.ui.pads import pad_axes
@@ -127,6 +129,7 @@ class Loop:
         if isinstance(start.lens_in, PadInput):
             start.lens_in.read = pad_axes
         self._screen = Screen(self._session, glfw.post_empty_event)
+        self._screen.picture.alt.is_keyboard_taken = partial(is_keyboard_taken, window)
         self._ui = self._screen.ui
         self._ui.scale.of_screen = glfw.get_window_content_scale(window)[0]
         self._ui.scale.screen = screen_name(window)

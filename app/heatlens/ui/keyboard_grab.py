@@ -1,0 +1,48 @@
+"""Ask the X server whether another program has taken the keyboard.
+
+A window manager takes it while it shows its list of windows, and GLFW does not tell that.
+"""
+
+import ctypes
+from functools import cache
+from typing import Any
+
+import glfw
+
+_ALREADY_GRABBED = 1  # X.h: AlreadyGrabbed
+_ASYNCHRONOUS = 1  # GrabModeAsync
+_NOW = 0  # CurrentTime
+
+
+def is_keyboard_taken(window: Any) -> bool:
+    """Return True if another program has taken the keyboard from a GLFW `window`.
+
+    False on systems other than X11, where that cannot be asked. It takes the keyboard for a moment,
+    because X has no other way to ask; GLFW ignores the changes of the focus that this makes.
+    """
+    if glfw.get_platform() != glfw.PLATFORM_X11:
+        return False
+    library = _x11()
+    if library is None:
+        return False
+    display = glfw.get_x11_display()  # type: ignore[no-untyped-call]
+    drawable = glfw.get_x11_window(window)
+    found = library.XGrabKeyboard(display, drawable, 0, _ASYNCHRONOUS, _ASYNCHRONOUS, _NOW)
+    if found != _ALREADY_GRABBED:
+        library.XUngrabKeyboard(display, _NOW)
+        library.XFlush(display)
+    return bool(found == _ALREADY_GRABBED)
+
+
+@cache
+def _x11() -> ctypes.CDLL | None:
+    """Return the library that GLFW itself uses; None if it is not found."""
+    try:
+        library = ctypes.CDLL("libX11.so.6")
+    except OSError:
+        return None
+    display, window, option, time = ctypes.c_void_p, ctypes.c_ulong, ctypes.c_int, ctypes.c_ulong
+    library.XGrabKeyboard.argtypes = [display, window, option, option, option, time]
+    library.XUngrabKeyboard.argtypes = [display, time]
+    library.XFlush.argtypes = [display]
+    return library
