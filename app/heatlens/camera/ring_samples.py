@@ -3,6 +3,7 @@
 from typing import Any
 
 from heatlens.camera.samples import CameraSamples, finite_m
+from heatlens.model.lens import Lens
 from heatlens.ring.lens_sample import LensSample
 
 
@@ -22,6 +23,18 @@ def _sample(camera: CameraSamples, at: int) -> LensSample:
     }
     time = time_of_frame(camera.frames[at], camera.frames_per_second)
     return LensSample(camera.name, **values, timecode=time)
+
+
+def sample_of_lens(name: str, lens: Lens, frame: int, frames_per_second: float) -> LensSample:
+    """Return the sample of a lens at a frame, sent by the source called `name`."""
+    return LensSample(
+        name,
+        focus_distance_m=finite_m(lens.focus_distance_m),
+        f_stop=lens.f_stop,
+        t_stop=lens.t_stop,
+        focal_length_mm=lens.focal_length_mm,
+        timecode=time_of_frame(frame, frames_per_second),
+    )
 
 
 def time_of_frame(frame: int, frames_per_second: float) -> tuple[int, int, int, int] | None:

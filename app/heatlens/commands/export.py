@@ -5,6 +5,7 @@ from contextlib import closing
 
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.commands.export_progress import progress_of
+from heatlens.commands.export_send import add_send_option, sending
 from heatlens.commands.export_submit import submit
 from heatlens.commands.look_options import say_seen_through
 from heatlens.commands.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
@@ -58,6 +59,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "(H.264)",
     )
     add_export_options(parser)
+    add_send_option(parser)
     parser.set_defaults(run=run)
 
 
@@ -65,6 +67,8 @@ def run(args: argparse.Namespace) -> int:
     """Export the frames; print progress, and a summary at the end."""
     if args.chunk is not None and args.submit is None:
         raise InputError("--chunk needs --submit, which writes a job for a farm.")
+    if args.send is not None and args.submit is not None:
+        raise InputError("--send is for frames that are rendered here; --submit renders none.")
     plan = planned(job_of(args))
     if args.submit is None and is_shot_file(args.shot):
         _say_of_shot(plan)
@@ -74,11 +78,13 @@ def run(args: argparse.Namespace) -> int:
     if not plan.job.output.is_exr:
         say_seen_through(plan.job.look.transform)
     with (
+        sending(args.send, plan.job.shot) as send,
         progress_of(args.progress, plan) as tell,
         closing(export_frames(plan, _renderer)) as steps,
     ):
         for done in steps:
             tell(done)
+            send(done.frame)
     return 0
 
 

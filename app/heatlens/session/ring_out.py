@@ -4,8 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from heatlens.camera.ring_samples import time_of_frame
-from heatlens.camera.samples import finite_m
+from heatlens.camera.ring_samples import sample_of_lens
 from heatlens.errors import InputError
 from heatlens.ring.lens_sample import LensSample
 from heatlens.session.editing import Editing
@@ -63,12 +62,6 @@ class RingOut:
         return max(_SOON_S, self._sent_s + _RESTING_S - self._clock())
 
     def _sample(self) -> LensSample:
-        lens, rate = self._editing.lens, self._editing.shot.frames_per_second
-        return LensSample(
-            _SOURCE,
-            focus_distance_m=finite_m(lens.focus_distance_m),
-            f_stop=lens.f_stop,
-            t_stop=lens.t_stop,
-            focal_length_mm=lens.focal_length_mm,
-            timecode=time_of_frame(self._editing.frame, rate),
-        )
+        editing = self._editing
+        rate = editing.shot.frames_per_second
+        return sample_of_lens(_SOURCE, editing.lens, editing.frame, rate)
