@@ -30,7 +30,7 @@ from support.window_plates import LENS, room_file
 from support.x_server import SCREEN, WAIT_S, Screen, Window
 
 QUICK = ("--bokeh", "heat", "--quality", "draft", "--proxy", 0.5)
-FIRST, LAST = 1001, 1080
+FIRST, LAST = 1001, 1400
 
 
 @pytest.fixture
