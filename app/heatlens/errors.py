@@ -11,6 +11,8 @@ HeatlensError
 └── FaultError    a bug of heatlens itself, which only a new version fixes: exit code 70
 """
 
+FAULT_CODE = 70  # EX_SOFTWARE of sysexits.h: an error within a program
+
 
 class HeatlensError(Exception):
     """An error whose message is one or two plain sentences for the user."""

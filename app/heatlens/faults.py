@@ -77,13 +77,16 @@ def write_report(error: BaseException) -> Path | None:
 
 
 def report_from_threads() -> None:
-    """Write a report when a thread fails, where Python would print a traceback."""
+    """Write a report and say a sentence when a thread fails; Python would print a traceback."""
     threading.excepthook = _of_thread
 
 
 def _of_thread(args: threading.ExceptHookArgs) -> None:
-    if args.exc_value is not None:
-        write_report(args.exc_value)
+    if not isinstance(args.exc_value, Exception):
+        return
+    told = told_error(args.exc_value, "A part of the program stopped")
+    if sys.stderr is not None:  # None in a program without a terminal
+        sys.stderr.write(f"heatlens: {printable(str(told))}\n")
 
 
 def _in_a_file(text: str) -> Path | None:

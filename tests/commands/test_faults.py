@@ -117,13 +117,16 @@ def test_whatever_a_job_raises_is_told(reports, expects_faults):
     assert background.poll() is None
 
 
-def test_a_thread_that_fails_prints_no_traceback(reports, monkeypatch, capfd, expects_faults):
+def test_a_thread_that_fails_is_told_in_one_line(reports, monkeypatch, capfd, expects_faults):
     monkeypatch.setattr(threading, "excepthook", threading.excepthook)
     report_from_threads()
     thread = threading.Thread(target=broken)
     thread.start()
     thread.join()
-    assert capfd.readouterr() == ("", "") and "in broken" in report_in(reports)
+    said = capfd.readouterr()
+    assert said.out == "" and len(said.err.splitlines()) == 1
+    assert said.err.startswith("heatlens: A part of the program stopped; this is a fault")
+    assert "in broken" in report_in(reports)
 
 
 # The window

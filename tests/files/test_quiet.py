@@ -1,6 +1,7 @@
 """The library is mute, on any number of threads; everything else is heard."""
 
 import os
+import subprocess
 import sys
 import threading
 import weakref
@@ -69,6 +70,42 @@ def test_python_can_still_complain_on_the_process_stderr(capfd, monkeypatch):
             os.write(2, b"from C\n")
         assert sys.stderr is stderr
     assert capfd.readouterr() == ("", "progress\n")
+
+
+# One thread prints while others mute the process all the time; without a buffer, as in containers,
+# a line and its end are written one after the other.
+PRINTING = """
+import sys, threading
+from heatlens.files.quiet import protect_output, quiet_library
+protect_output()
+
+is_over = threading.Event()
+
+def read():
+    while not is_over.is_set():
+        with quiet_library():
+            pass
+
+threads = [threading.Thread(target=read) for _ in range(2)]
+for thread in threads:
+    thread.start()
+for number in range(2000):
+    print(number, flush=True)
+    print(number, file=sys.stderr)
+is_over.set()
+for thread in threads:
+    thread.join()
+"""
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_every_line_arrives_while_other_threads_mute_the_process(unbuffered):
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    run = subprocess.run(
+        [sys.executable, "-c", PRINTING], env=environment, capture_output=True, text=True
+    )
+    lines = [f"{number}" for number in range(2000)]
+    assert (run.stdout.split("\n")[:-1], run.stderr.split("\n")[:-1]) == (lines, lines)
 
 
 @pytest.mark.parametrize("name", ["stdout", "stderr"])

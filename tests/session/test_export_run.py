@@ -48,6 +48,51 @@ def test_a_process_hears_signals_that_the_program_was_started_to_ignore(monkeypa
     assert after == [signal.SIG_IGN] * 2
 
 
+# Prints what a broken pipe or another program's message may look like, between true events.
+NOISY = """
+print('{"event": "begin", "frames": 3}')
+print('{"done": 1, "frames": 3}{"done": 2, "frames": 3}')
+print('{a brace}')
+print('[1]')
+print('{"done": 3, "frames": 3}')
+"""
+
+
+def followed(monkeypatch, tmp_path, program, wake):
+    """Run `program` in the place of an export to its end, and return what is known of it."""
+    real = subprocess.Popen
+
+    def started(_line, **options):
+        return real([sys.executable, "-c", program], **options)
+
+    monkeypatch.setattr(export_process.subprocess, "Popen", started)
+    run = ExportRun(wake)
+    run.export(Shot(Lens(50.0, 2.0, 3.0, 36.0)), str(tmp_path / "a.####.exr"))
+    assert run._follower is not None
+    run._follower.join(60)
+    return run.state
+
+
+def test_lines_that_are_no_events_do_not_end_the_following(monkeypatch, tmp_path):
+    state = followed(monkeypatch, tmp_path, NOISY, lambda: None)
+    assert (state.done, state.frames, state.code) == (3, 3, 0)
+
+
+def test_a_fault_while_following_ends_the_export_with_a_sentence(
+    monkeypatch, tmp_path, expects_faults
+):
+    calls = []
+
+    def wake():
+        calls.append(1)
+        if len(calls) == 1:
+            raise ZeroDivisionError
+
+    state = followed(monkeypatch, tmp_path, NOISY, wake)
+    assert state.code == 70 and "is a fault of heatlens (ZeroDivisionError)" in state.said
+    assert len(calls) == 2  # the window is told
+
+
 def test_a_process_that_ignores_signals_is_killed(monkeypatch, tmp_path):
     monkeypatch.setattr(export_process, "_PATIENCE_S", 0.2)
     real = subprocess.Popen

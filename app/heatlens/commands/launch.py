@@ -21,9 +21,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from heatlens import stopping
+from heatlens.errors import FAULT_CODE
 
 _PATIENCE_S = 3.0  # time for a worker that handles signals itself to finish its current step
-_FAULT = 70  # EX_SOFTWARE of sysexits.h
 
 
 def main() -> int:
@@ -47,7 +47,9 @@ def main() -> int:
 def _work() -> int:
     from heatlens.commands.main import main as run
     from heatlens.faults import report_from_threads
+    from heatlens.files.quiet import protect_output
 
+    protect_output()
     report_from_threads()
     if not sys.warnoptions:  # warnings show lines of source code, which do not help users
         warnings.simplefilter("ignore")
@@ -117,7 +119,7 @@ def _ended(code: int, record: int) -> int:
             f"a fault in the graphics driver or in a library ended the work ({name}). "
             "`heatlens doctor` checks this machine."
         )
-        return _FAULT
+        return FAULT_CODE
     if -code == signal.SIGKILL:
         _say("the work was killed from outside, as systems do when memory runs out")
     return 128 - code

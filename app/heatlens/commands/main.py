@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 from heatlens import __version__
 from heatlens.commands.say import say_nothing
 from heatlens.commands.words import is_name_elsewhere, meant, with_command
-from heatlens.errors import FaultError, HeatlensError, InputError
+from heatlens.errors import FAULT_CODE, FaultError, HeatlensError, InputError
 from heatlens.faults import told_error
 from heatlens.printable import printable
 from heatlens.stopping import stop_was_said
@@ -41,7 +41,6 @@ examples:
 `heatlens COMMAND --help` explains each command.
 """
 
-_FAULT = 70  # as sysexits.h calls an error within a program
 _COMMANDS = (
     *("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench"),
     *("kits", "doctor"),
@@ -162,4 +161,4 @@ def _drop_output() -> None:
 def _failed(error: HeatlensError) -> int:
     """Print an error in one line, and return the exit code."""
     print(f"heatlens: {printable(str(error))}", file=sys.stderr)
-    return _FAULT if isinstance(error, FaultError) else 2
+    return FAULT_CODE if isinstance(error, FaultError) else 2

@@ -1,4 +1,9 @@
-"""Keep messages of the OpenEXR library off the terminal, because heatlens reports errors itself."""
+"""Keep messages of the OpenEXR library off the terminal, because heatlens reports errors itself.
+
+The library can only be muted by pointing the process's descriptors 1 and 2 to nowhere for a while,
+on any thread. A line that another thread prints at that moment would be lost or cut, so a program
+that prints from one thread and reads files on others calls `protect_output` when it starts.
+"""
 
 import contextlib
 import ctypes
@@ -51,6 +56,21 @@ _last_quiet: list[_WithoutQuietThreads] = []
 _lock = threading.Lock()
 _undo = ExitStack()
 _threads_inside = 0
+
+
+def protect_output() -> None:
+    """Give Python's stdout and stderr descriptors of their own, which are never muted."""
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        stream = getattr(sys, name)
+        if _is_process_stream(stream, number):
+            setattr(sys, name, _duplicate(stream, number))
+
+
+def _duplicate(stream: TextIO, number: int) -> TextIO:
+    """Return a stream with a copy of the descriptor `number`, buffered as `stream` is."""
+    stream.flush()
+    buffering = 1 if stream.line_buffering else -1
+    return open(os.dup(number), "w", buffering, stream.encoding, stream.errors)
 
 
 @contextlib.contextmanager

@@ -15,6 +15,8 @@ from pathlib import Path
 from threading import Thread, current_thread, main_thread
 
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.errors import FAULT_CODE
+from heatlens.faults import told_error
 from heatlens.model.shot import Shot
 
 _PATIENCE_S = 2.0  # until an export that was asked to stop is killed
@@ -76,8 +78,7 @@ class ExportRun:
         One that has not stopped after a while is killed. Nobody waits for it here.
         """
         if self._process is not None and self.is_busy:
-            self._process.terminate()  # heard from its first moment on, unlike Ctrl-C
-            Thread(target=_kill_late, args=(self._process,), daemon=True).start()
+            _stop(self._process)
 
     def close(self) -> None:
         """Stop it and wait until it has ended, which does not take long."""
@@ -106,22 +107,30 @@ class ExportRun:
         state: ExportState,
         folder: "tempfile.TemporaryDirectory[str]",
     ) -> None:
-        """Take what the process says until it ends; on a thread."""
-        with folder, process:
-            errors = Thread(target=self._listen, args=(process, state), daemon=True)
-            errors.start()
-            assert process.stdout is not None
+        """Read what the process prints until it ends, then set its exit code; on a thread."""
+        try:
+            with folder, process:
+                self._read(process, state)
+            code = process.returncode
+            state.said = _closing_sentence(code, state)
+        except Exception as error:  # without an exit code the window would wait for ever
+            state.said, code = str(told_error(error, f"{state.title} failed")), FAULT_CODE
+        state.code = code
+        self._wake()
+
+    def _read(self, process: "subprocess.Popen[str]", state: ExportState) -> None:
+        errors = Thread(target=self._listen, args=(process, state), daemon=True)
+        errors.start()
+        assert process.stdout is not None
+        try:
             for line in process.stdout:
                 _take(line, state)
                 self._wake()
+        except Exception:
+            _stop(process)
+            raise
+        finally:
             errors.join()
-        code = process.returncode
-        if code == 0:
-            state.said = f"Done: {state.title}. {state.told}".strip()
-        elif code in _STOPPED:
-            state.said = f"Stopped: {state.title}. Finished frames stay; export again to go on."
-        state.code = code
-        self._wake()
 
     def _listen(self, process: "subprocess.Popen[str]", state: ExportState) -> None:
         assert process.stderr is not None
@@ -149,6 +158,12 @@ def _signals_heard_by_children() -> Iterator[None]:
             signal.signal(number, signal.SIG_IGN)
 
 
+def _stop(process: "subprocess.Popen[str]") -> None:
+    """Ask `process` to stop; kill it after a while if it has not."""
+    process.terminate()  # heard from its first moment on, unlike Ctrl-C
+    Thread(target=_kill_late, args=(process,), daemon=True).start()
+
+
 def _kill_late(process: "subprocess.Popen[str]") -> None:
     """Kill a process that was asked to stop and goes on; on a thread."""
     try:
@@ -157,11 +172,23 @@ def _kill_late(process: "subprocess.Popen[str]") -> None:
         process.kill()
 
 
+def _closing_sentence(code: int, state: ExportState) -> str:
+    """Return what the window says after exit code `code`: of a failure, the command's words."""
+    if code == 0:
+        return f"Done: {state.title}. {state.told}".strip()
+    if code in _STOPPED:
+        return f"Stopped: {state.title}. Finished frames stay; export again to go on."
+    return state.said
+
+
 def _take(line: str, state: ExportState) -> None:
-    """Take one line of `--progress json`; what others print, such as names, is left out."""
-    if not line.startswith("{"):
+    """Take the event of a line of `--progress json`; leave out any other line, such as a name."""
+    try:
+        event = json.loads(line)
+    except ValueError:
         return
-    event = json.loads(line)
+    if not isinstance(event, dict):
+        return
     state.frames = event.get("frames", state.frames)
     state.done = event.get("done", state.done)
     state.left_s = event.get("seconds_left", state.left_s)
