@@ -14,9 +14,11 @@ from PIL import Image
 from heatlens.commands.main import main
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
+from heatlens.model.frames import FrameRange
 from heatlens.model.guides import Guides
 from heatlens.model.look_options import LookOptions
 from heatlens.model.settings import DefocusSettings, Quality
+from heatlens.model.shot import LensParameter
 from heatlens.paths import data_dir
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_write import write_exr
@@ -28,6 +30,7 @@ from support.plates import room
 
 FRAMES = (1001, 1002, 1003)
 TALL = (1280, 1500)  # the whole panel is seen
+FOCUS = LensParameter.FOCUS_DISTANCE
 WAIT_S = 90.0  # a bound for what must come
 
 
@@ -106,6 +109,30 @@ def test_what_cannot_be_exported_is_said_in_red(gui: Gui, tmp_path: Path) -> Non
     assert gui.session.message == window_words(state.said)
 
 
+def test_a_shot_that_tells_no_frames_is_exported_with_those_on_disk(
+    gui: Gui, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session, sent = gui.session, []
+    session.editing.begin(replace(session.shot, frames=None).with_key(1002, FOCUS, 2.0))
+    gui.frame(2)
+    assert session.exports.played == FrameRange(FRAMES[0], FRAMES[-1])
+    assert session.exports.wish.output.endswith("room.####.exr")
+    monkeypatch.setattr(session.exports.run, "export", lambda shot, *_: sent.append(shot))
+    gui.click(gui.middle("Export"))
+    assert sent[0].played == session.exports.played  # and not only the frames with keys
+
+
+def test_a_still_needs_a_number_once_it_has_keys(gui: Gui, tmp_path: Path) -> None:
+    still = tmp_path / "room_alone.exr"
+    still.write_bytes((tmp_path / f"room.{FRAMES[0]}.exr").read_bytes())
+    gui.open(still)
+    assert gui.session.exports.wish.output.endswith("room_alone.exr")
+    keyed = gui.session.shot.with_key(1, FOCUS, 2.0).with_key(5, FOCUS, 3.0)
+    gui.session.editing.begin(keyed)
+    gui.frame(2)
+    assert gui.session.exports.wish.output.endswith("room_alone.####.exr")
+
+
 def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
     exporter = gui.session.exports
     gui.click(gui.middle("Export"))
@@ -147,8 +174,10 @@ def test_a_wish_is_words_for_the_command(tmp_path) -> None:
     seen = LookOptions(display="sRGB", view="ACES", exposure_stops=0.5)
     assert wish.output == str(tmp_path / "bar_dof" / "bar.####.exr")
     assert wish.words(seen) == []
-    single = wish_for(tmp_path / "still.exr", is_single=True)
+    single = replace(wish_for(tmp_path / "still.exr"), is_single=True)
     assert single.output == str(tmp_path / "still_dof" / "still.exr")
+    several = replace(single, frames="1-3")
+    assert several.output == str(tmp_path / "still_dof" / "still.####.exr")
     for kind, suffix in FRAME_KINDS.items():
         assert ExportWish("/a", "b", kind).output.endswith(suffix)
     assert "--view" not in ExportWish("/a", "b", "ProRes movie").words(LookOptions())
@@ -186,7 +215,7 @@ def test_news_of_the_process_are_taken_and_other_lines_left() -> None:
 
 def test_what_comes_with_the_program_is_exported_to_the_users_pictures(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_PICTURES_DIR", str(tmp_path))
-    own = wish_for(data_dir("assets") / "still_life.exr", is_single=True)
+    own = wish_for(data_dir("assets") / "still_life.exr")
     assert Path(own.folder) == tmp_path / "still_life_dof"
     beside = wish_for(tmp_path / "room.exr")
     assert Path(beside.folder) == tmp_path / "room_dof"

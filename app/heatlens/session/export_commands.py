@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.errors import HeatlensError
+from heatlens.model.frames import FrameRange
 from heatlens.model.look_options import LookOptions
 from heatlens.model.option import words_of
 from heatlens.session.color_choice import ColorChoice
@@ -14,6 +15,7 @@ from heatlens.session.export_wish import ExportWish, wish_for
 from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_view import PictureView
+from heatlens.session.timeline import Timeline
 from heatlens.source.kind import NO_FILES
 
 
@@ -24,6 +26,7 @@ class ExportCommands:
         self,
         source: OpenSource,
         editing: Editing,
+        timeline: Timeline,
         view: PictureView,
         color: ColorChoice,
         say: Callable[[str], None],
@@ -31,6 +34,7 @@ class ExportCommands:
     ) -> None:
         self._source = source
         self._editing = editing
+        self._timeline = timeline
         self._view = view
         self._color = color
         self._say = say
@@ -44,21 +48,30 @@ class ExportCommands:
         """The reason why nothing can be exported now; "" if exporting is possible."""
         return NO_FILES if not (self._source.is_repeatable or self.run.is_busy) else ""
 
+    @property
+    def played(self) -> FrameRange | None:
+        """The frames from in to out, which are exported if no others are named; None for a still.
+
+        The shot file of a sequence need not tell its frames: the files on disk do.
+        """
+        return self._timeline.timed_shot.played
+
     def propose(self) -> None:
         """Propose folder and name if another plate has been opened since the last proposal."""
-        plate, shot = self._source.plate, self._editing.shot
-        if plate is not None and shot.source != self._of:
-            is_single = shot.played is None or shot.played.count == 1
-            self.wish, self._of = wish_for(plate.path, is_single), shot.source
+        plate, source = self._source.plate, self._editing.shot.source
+        if plate is not None and source != self._of:
+            self.wish, self._of = wish_for(plate.path), source
+        is_single = self.played is None or self.played.count == 1
+        self.wish = replace(self.wish, is_single=is_single)
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""
         words = self.wish.words(self._look(), self._view.state.guides)
-        self._begin(lambda: self.run.export(self._editing.shot, self.wish.output, words))
+        self._begin(lambda: self.run.export(self._timeline.timed_shot, self.wish.output, words))
 
     def write_camera(self) -> None:
         """Start to write the lens as a camera file."""
-        self._begin(lambda: self.run.camera(self._editing.shot, self.wish.camera_output))
+        self._begin(lambda: self.run.camera(self._timeline.timed_shot, self.wish.camera_output))
 
     def write_sheet(self, path: Path, title: str) -> None:
         """Start to write the focus pull as a page to print for the set, with a table beside it."""
@@ -67,7 +80,7 @@ class ExportCommands:
             return
         words = ["--title", title, *words_of(self._look())]
         try:
-            self.run.sheet(self._editing.shot, str(path), words)
+            self.run.sheet(self._timeline.timed_shot, str(path), words)
         except HeatlensError as error:
             self._say(Problem(error))
 

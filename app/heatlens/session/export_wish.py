@@ -35,7 +35,7 @@ class ExportWish:
     frames          range as text, "" for all from in to out
     quality         "" for that of the shot
     with_guides     the guides of the window are drawn into the pictures
-    is_single       there is one frame, whose file needs no number
+    is_single       the shot has one frame, whose file needs no number unless frames are named
     """
 
     folder: str = ""
@@ -53,7 +53,8 @@ class ExportWish:
     def output(self) -> str:
         """The path pattern of the frames, or the path of the movie."""
         suffix = FRAME_KINDS[self.kind]
-        number = "" if self.is_single or suffix in _MOVIES else ".####"
+        is_single = self.is_single and not self.frames
+        number = "" if is_single or suffix in _MOVIES else ".####"
         return str(Path(self.folder) / f"{self.name}{number}{suffix}")
 
     @property
@@ -82,7 +83,7 @@ def _opacity(guides: Guides) -> float:
     return NO_GUIDES.opacity if guides.aspect is None else guides.opacity
 
 
-def wish_for(plate: Path, is_single: bool = False) -> ExportWish:
+def wish_for(plate: Path) -> ExportWish:
     """Propose an export of a plate next to its file, under the same name.
 
     What comes with the program, or lies where nothing may be written, goes to the user's pictures.
@@ -90,4 +91,4 @@ def wish_for(plate: Path, is_single: bool = False) -> ExportWish:
     name, beside = plate.name.split(".")[0], plate.absolute().parent
     is_own = beside.resolve() == data_dir("assets").resolve() or not os.access(beside, os.W_OK)
     folder = (pictures_dir() if is_own else beside) / f"{name}_dof"
-    return ExportWish(str(folder), name, is_single=is_single)
+    return ExportWish(str(folder), name)

@@ -165,7 +165,7 @@ class Session:
             say,
             wake,
         )
-        self.exports = ExportCommands(source, editing, view, self.color, say, wake)
+        self.exports = ExportCommands(source, editing, self.timeline, view, self.color, say, wake)
         self.files.write_sheet = self.exports.write_sheet
         self.recent = RecentFiles(preferences, stream.text if stream else None, wake)
         self.start_choices = StartChoices(

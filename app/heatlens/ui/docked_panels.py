@@ -173,7 +173,7 @@ class DockedPanels:
             if exports.why_not:
                 imgui.text_wrapped(exports.why_not)
             else:
-                draw_exports(exports, self._session.shot.played)
+                draw_exports(exports)
         imgui.end()
 
     def _speed(self) -> None:

@@ -24,10 +24,10 @@ class Asked(StrEnum):
     CANCEL = "cancel"
 
 
-def draw_exports(exports: ExportCommands, played: FrameRange | None) -> None:
+def draw_exports(exports: ExportCommands) -> None:
     """Draw the panel in the current window and begin what its buttons ask for."""
     exports.propose()
-    exports.wish, asked = export_panel(exports.wish, played, exports.run.state)
+    exports.wish, asked = export_panel(exports.wish, exports.played, exports.run.state)
     if asked is Asked.CANCEL:
         exports.run.cancel()
     elif asked is Asked.EXPORT:
