@@ -30,7 +30,7 @@ from support.window_plates import LENS, room_file
 from support.x_server import SCREEN, WAIT_S, Screen, Window
 
 QUICK = ("--bokeh", "heat", "--quality", "draft", "--proxy", 0.5)
-FIRST, LAST = 1001, 1080
+FIRST, LAST = 1001, 1400
 
 
 @pytest.fixture
@@ -150,6 +150,9 @@ class Twin:
     def __init__(self, ctx: moderngl.Context, window: Window, shot: Path) -> None:
         with gui_of(ctx, shot, size=geometry(window)) as gui:
             self._picture = gui.at_picture(0, 0), gui.at_picture(1, 1)
+            gui.do("Export...")
+            gui.frame(2)  # the button, once the panel was brought to the front
+            self.export = gui.middle("Export")
             for _ in range(2):
                 gui.session.looks.keep()
             gui.do("Grid of looks")
@@ -163,7 +166,7 @@ class Twin:
 
 
 def sequence(folder: Path) -> Path:
-    """Write a shot of many frames, all of them one file."""
+    """Write a shot of many frames, all of them one file, which takes a while to export."""
     first = room_file(folder / f"shot.{FIRST}.exr", 320, 214)
     for frame in range(FIRST + 1, LAST + 1):
         os.link(first, folder / f"shot.{frame}.exr")
@@ -196,18 +199,23 @@ def has_color(window: Window, color: Any) -> bool:
     return bool((np.abs(seen - wanted).max(axis=-1) < 4).any())
 
 
-def test_a_shot_is_keyed_and_compared(
+def test_a_shot_is_keyed_compared_and_exported(
     desk: Screen, tmp_path: Path, session_context: moderngl.Context
 ) -> None:
     shot = sequence(tmp_path)
     kept = tmp_path / "config" / "preferences.json"
     kept.parent.mkdir()
     kept.write_text(json.dumps({"keep_frames": False}))  # it would never come to rest
-    window = Window(desk, tmp_path, shot, title="pull.heatlens.json")
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as a shell script starts it with &
+    try:
+        window = Window(desk, tmp_path, shot, title="pull.heatlens.json")
+    finally:
+        signal.signal(signal.SIGINT, before)
     window.activate()
     twin = Twin(session_context, window, shot)
     _key(window, shot, twin)
     _compare_looks(window, shot, twin)
+    _export_and_close(window, shot, twin)
 
 
 def _key(window: Window, shot: Path, twin: Twin) -> None:
@@ -246,6 +254,31 @@ def _compare_looks(window: Window, shot: Path, twin: Twin) -> None:
     window.click(*twin.look_a)
     saved(window, shot, lambda it: it.lens.f_stop == wide, "the first look")
     hand("key", "Escape")
+
+
+def _export_and_close(window: Window, shot: Path, twin: Twin) -> None:
+    """Export, close on it, which asks, and close anyway: no process goes on."""
+    hand = window.screen.hand
+    hand("key", "ctrl+e")
+    window.rest()
+    window.click(*twin.export)
+    window.until(lambda: "% exported" in window.title(), "the progress in the title")
+    exporting = window.processes()
+    bright = _corner(window)
+    hand("key", "alt+F4")
+    window.until(lambda: bool((_corner(window) != bright).any()), "the question")
+    hand("key", "Escape")  # go on with the export
+    window.until(lambda: bool((_corner(window) == bright).all()), "the end of the question")
+    done = window.title()
+    window.until(lambda: "exported" in window.title() != done, "more of the export")
+    hand("key", "alt+F4")
+    window.until(lambda: bool((_corner(window) != bright).any()), "the question again")
+    hand("key", "Return")  # stop it and close
+    assert window.closed() == (0, "")
+    window.until(lambda: not any(Path(f"/proc/{it}").exists() for it in exporting), "their end")
+    written = sorted((shot.parent / "shot_dof").glob("*"))
+    assert 0 < len(written) < LAST - FIRST + 1
+    assert {path.suffix for path in written} <= {".exr"}
 
 
 def test_ctrl_c_ends_a_window_at_rest_and_keeps_what_is_not_saved(
