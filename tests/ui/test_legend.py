@@ -10,7 +10,7 @@ from heatlens.model.peaking import USUAL_PEAKING
 from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.model.view import Overlay
 from heatlens.plate.plate import DepthReport
-from heatlens.ui.picture.legend import entries
+from heatlens.ui.picture.legend import LegendFacts, entries
 
 COCS = np.array([[-40.0, -7.0, 0.0, 0.5, 6.0, 30.0]], np.float32)
 OPTICS = Optics(None, np.sort(COCS.ravel()).astype(np.float64))
@@ -19,7 +19,7 @@ DEPTH = DepthReport("Z", DepthConvention.DISTANCE, DepthKind.PLANAR, "", 0.5, 8.
 
 
 def drawn(ctx, overlay: Overlay) -> np.ndarray:
-    """(6, 3) display colours of the six pixels."""
+    """Return the (6, 3) display colours of the six pixels."""
     size = COCS.shape[::-1]
     depth, out = new_texture(ctx, size, 1), ctx.texture(size, 4)
     upload(depth, COCS)
@@ -38,7 +38,7 @@ def drawn(ctx, overlay: Overlay) -> np.ndarray:
     ],
 )
 def test_colors_are_those_that_are_drawn(ctx, overlay, of_entry):
-    legend = entries(overlay, OPTICS, 1.0, LIMITS, DEPTH, "m")
+    legend = entries(overlay, LegendFacts(OPTICS, 1.0, LIMITS, DEPTH, "m"))
     assert len(legend) >= len(of_entry)
     pixels = drawn(ctx, overlay)
     for entry, pixel in of_entry.items():
@@ -46,7 +46,8 @@ def test_colors_are_those_that_are_drawn(ctx, overlay, of_entry):
 
 
 def test_numbers_are_those_of_lens_and_plate():
-    words = {o: [e.words for e in entries(o, OPTICS, 1.25, LIMITS, DEPTH, "ft")] for o in Overlay}
+    facts = LegendFacts(OPTICS, 1.25, LIMITS, DEPTH, "ft")
+    words = {o: [e.words for e in entries(o, facts)] for o in Overlay}
     assert words[Overlay.COC] == ["nearest 40.0 px", "in focus, up to 1.2 px", "farthest 30.0 px"]
     assert words[Overlay.DEPTH] == ["1'7.7\"", "infinity"]
     assert words[Overlay.LAYERS] == ["up to -10 px", "-10 to -1 px", "-1 to +10 px", "from +10 px"]
@@ -54,7 +55,8 @@ def test_numbers_are_those_of_lens_and_plate():
 
 
 def test_peaking_stands_under_the_overlay_that_it_lies_over():
-    both = entries(Overlay.ZONES, OPTICS, 1.25, LIMITS, DEPTH, "m", USUAL_PEAKING)
-    alone = entries(Overlay.NONE, OPTICS, 1.25, LIMITS, DEPTH, "m", USUAL_PEAKING)
+    facts = LegendFacts(OPTICS, 1.25, LIMITS, DEPTH, "m")
+    both = entries(Overlay.ZONES, facts, USUAL_PEAKING)
+    alone = entries(Overlay.NONE, facts, USUAL_PEAKING)
     assert len(both) == 4 and both[-1] == alone[0]
     assert alone[0].color == USUAL_PEAKING.rgb and alone[0].words == "edges in focus, up to 1.2 px"

@@ -1,4 +1,4 @@
-"""The list of actions: what each menu holds, and its keys."""
+"""Build the list of all actions: the content of each menu, with its shortcuts."""
 
 from collections.abc import Callable
 from functools import partial
@@ -19,7 +19,7 @@ from heatlens.ui.timeline.actions import key_actions, play_actions
 _K = imgui.Key
 _DIGITS = (_K._1, _K._2, _K._3, _K._4, _K._5, _K._6, _K._7, _K._8, _K._9)
 MENUS = ("File", "Edit", "Lens", "Play", "Animate", "View", "Compare", "Window", "Help")
-GROUPS = frozenset(  # the actions with which a group begins in its menu: a line is drawn above
+GROUPS = frozenset(  # the first action of each group; its menu draws a separator above it
     {
         *("Open shot...", "Save picture...", "Quit"),
         *("Focus at infinity", "Keep this look", "Next quality"),
@@ -65,7 +65,7 @@ def _file(session: Session, ui: UiState) -> list[Action]:
 
 
 def _save_shot(session: Session, ui: UiState) -> None:
-    """Write the shot to its file; one without a file asks for its name."""
+    """Save the shot to its file, or ask for a file name where it has none."""
     if not session.documents.save():
         ui.dialogs.ask("save shot")
 

@@ -1,4 +1,4 @@
-"""Everything that can be done, by name: menu, palette, shortcuts and the list of keys read this."""
+"""Define an action: one thing the user can do, for menu, palette, shortcuts and list of keys."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,28 +18,28 @@ _KEY_NAMES = {
     _K.f10: "F10", _K.f11: "F11", _K.f12: "F12",
 }  # fmt: skip
 
-# With Ctrl, what text fields do with them: select all, copy, paste, cut, undo, move by words.
-_OF_TEXT = (
+# Keys that a text field uses with Ctrl: select all, copy, paste, cut, undo, move by words.
+_TEXT_FIELD_KEYS = (
     _K.a, _K.c, _K.v, _K.x, _K.y, _K.z,
     _K.left_arrow, _K.right_arrow, _K.home, _K.end, _K.delete,
 )  # fmt: skip
 
-# With Alt, what window managers do with them.
-_OF_WINDOWS = (_K.tab, _K.space, _K.escape, _K.f4, _K.f10, _K.f11, _K.f12)
+# Keys that window managers use with Alt.
+_WINDOW_MANAGER_KEYS = (_K.tab, _K.space, _K.escape, _K.f4, _K.f10, _K.f11, _K.f12)
 
 
 @dataclass(frozen=True, eq=False)
 class Action:
     """One thing the user can do.
 
-    name      unique, as it stands in the menu
-    menu      the menu it stands in
-    run       does it
-    chord     its key, joined with CTRL and SHIFT as ImGui joins them; 0: none
-    repeats   it is done again and again while the key is held
-    is_on     for what is switched: whether it is on
-    barred    why it cannot be done with what is open, or nothing
-    label     what the menu shows in the place of the name
+    name      unique name, shown in the menu
+    menu      title of its menu
+    run       the function that does it
+    chord     key combined with CTRL and SHIFT as ImGui combines them; 0 for no shortcut
+    repeats   whether it runs repeatedly while the key is held
+    is_on     returns the state of a switch; None for actions that switch nothing
+    barred    returns the reason why the action is unavailable now, or ""
+    label     returns the text that the menu shows instead of the name
     """
 
     name: str
@@ -53,15 +53,15 @@ class Action:
 
     @property
     def shown(self) -> str:
-        """What the menu shows: the name, or more than that where it depends on what is open."""
+        """The text in the menu: `label()` where the action has one, else the name."""
         return self.name if self.label is None else self.label()
 
     def why_not(self) -> str:
-        """Return a sentence that says why it cannot be done now; "" where it can."""
+        """Return the reason, a sentence, why the action is unavailable now; else ""."""
         return "" if self.barred is None else self.barred()
 
     def do(self, say: Callable[[str], None]) -> None:
-        """Do it, or say why that cannot be."""
+        """Run the action, or pass the reason why it is unavailable to `say`."""
         why = self.why_not()
         if why:
             say(Problem(why))
@@ -70,17 +70,17 @@ class Action:
 
     @property
     def key(self) -> imgui.Key | None:
-        """Its key without Ctrl and Shift."""
+        """The key without Ctrl and Shift; None if there is no shortcut."""
         return imgui.Key(self.chord & ~_MODS) if self.chord else None
 
     @property
     def mods(self) -> int:
-        """What is held with its key."""
+        """The modifiers of the shortcut, a combination of CTRL and SHIFT."""
         return self.chord & _MODS
 
     @property
     def shortcut(self) -> str:
-        """The keys as people read them."""
+        """The shortcut as text, for example "Ctrl+Shift+S"; "" if there is none."""
         if self.key is None:
             return ""
         parts = ["Ctrl"] * bool(self.mods & CTRL) + ["Shift"] * bool(self.mods & SHIFT)
@@ -91,24 +91,26 @@ class Action:
 
 
 def pressed(actions: tuple[Action, ...]) -> Iterator[Action]:
-    """Return the actions whose keys went down in this frame; none while text is typed.
+    """Yield the actions whose shortcuts were pressed in this frame.
 
-    ImGui's own `is_key_chord_pressed` would leave every key dead while Alt is held, which shows
-    the picture without depth of field, and the + without Shift.
+    While a text field is edited, only shortcuts that the field does not use itself count.
+
+    ImGui's own `is_key_chord_pressed` is not used: it ignores every key while Alt is held (which
+    shows the picture without depth of field), and the + key without Shift.
     """
     io = imgui.get_io()
     held = (CTRL if io.key_ctrl else 0) | (SHIFT if io.key_shift else 0)
     for action in actions:
         if action.key is None or not _fits(action, held):
             continue
-        if io.key_alt and action.key in _OF_WINDOWS:
+        if io.key_alt and action.key in _WINDOW_MANAGER_KEYS:
             continue
-        if io.want_text_input and (not action.mods & CTRL or action.key in _OF_TEXT):
+        if io.want_text_input and (not action.mods & CTRL or action.key in _TEXT_FIELD_KEYS):
             continue
         if imgui.is_key_pressed(action.key, action.repeats):
             yield action
 
 
 def _fits(action: Action, held: int) -> bool:
-    """Return True where what is held is what the action asks for; a + may need Shift."""
+    """Return True if the held modifiers are those of the action; + may be typed with Shift."""
     return action.mods == (held & ~SHIFT if action.key == _K.equal else held)

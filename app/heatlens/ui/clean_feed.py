@@ -1,7 +1,7 @@
-"""A second window with the picture alone, for the screen that the client looks at.
+"""Show the picture without any interface in a second window, for a client's monitor.
 
-It has an OpenGL context of its own, which shares textures with that of the main window: there the
-picture is drawn in the size of the second window, here it is only copied to the screen.
+The second window has its own OpenGL context, which shares textures with the main window's. The main
+context draws the picture at the size of the second window, and the second one copies it to screen.
 """
 
 from typing import Any
@@ -34,7 +34,7 @@ void main() { color = vec4(texture(picture_tx, at).rgb, 1.0); }
 
 
 class CleanFeed:
-    """The second window: there while it is wanted."""
+    """The second window, which exists as long as the user wants it."""
 
     def __init__(self, ctx: moderngl.Context, main_window: Any) -> None:
         self._ctx = ctx
@@ -46,9 +46,9 @@ class CleanFeed:
     def draw(
         self, is_wanted: bool, pictures: Pictures | None, view: ViewState, has_labels: bool
     ) -> bool:
-        """Open, draw or close the window; return whether it is still wanted.
+        """Open, draw or close the window; return whether it is still open.
 
-        `has_labels`: looks beside each other are named in it.
+        `has_labels` writes the names of the looks into the grid.
         """
         if self._window is not None and glfw.window_should_close(self._window):
             is_wanted = False
@@ -61,7 +61,7 @@ class CleanFeed:
         return self._window is not None
 
     def _open(self) -> None:
-        """Open it on another screen, which it fills, or as a window beside this one."""
+        """Open the window full screen on another monitor, or as a normal window without one."""
         here = monitor_of(self._main)
         monitors = glfw.get_monitors()
         others = [
@@ -76,14 +76,14 @@ class CleanFeed:
             return
         glfw.set_key_callback(self._window, self._key_changed)
         glfw.make_context_current(self._window)
-        glfw.swap_interval(0)  # the main window keeps the time
+        glfw.swap_interval(0)  # only the main window waits for the monitor's refresh
         self._own = moderngl.create_context(require=330)
         program = self._own.program(vertex_shader=_COPY_VERTEX, fragment_shader=_COPY_FRAGMENT)
         self._quad = self._own.vertex_array(program, [])
         glfw.make_context_current(self._main)
 
     def _key_changed(self, window: Any, key: int, _code: int, action: int, _mods: int) -> None:
-        """Escape closes the window, F11 lets it fill its screen and back."""
+        """Close the window on Escape or F12; toggle full screen on F11."""
         if action != glfw.PRESS:
             return
         if key in (glfw.KEY_ESCAPE, glfw.KEY_F12):
@@ -97,7 +97,7 @@ class CleanFeed:
         if min(size) < 1 or self._own is None:
             return
         self._alone.draw(pictures, view, size, has_labels)
-        self._ctx.finish()  # before the other context reads it
+        self._ctx.finish()  # the other context reads the texture next
         assert self._alone.texture is not None
         number = self._alone.texture.glo
         glfw.make_context_current(self._window)
@@ -111,7 +111,7 @@ class CleanFeed:
         glfw.make_context_current(self._main)
 
     def close(self) -> None:
-        """Close the window, where there is one."""
+        """Close the window if it is open."""
         if self._window is None:
             return
         self._alone.release()
@@ -121,7 +121,7 @@ class CleanFeed:
 
 
 def fill_screen(window: Any, is_full: bool, size: tuple[int, int]) -> None:
-    """Let a window fill the screen that it is on, or be a window of this size again."""
+    """Switch a window to full screen on its monitor, or back to a window of `size` screen units."""
     monitor = monitor_of(window)
     if not monitor:
         return
@@ -133,5 +133,5 @@ def fill_screen(window: Any, is_full: bool, size: tuple[int, int]) -> None:
         x, y, width, height = glfw.get_monitor_workarea(monitor)
         own = min(size[0], width), min(size[1], height)
         at = x + (width - own[0]) // 2, y + (height - own[1]) // 2
-        none: Any = None  # its stub does not know that a window needs no monitor
+        none: Any = None  # the stub of glfw does not allow None for "no monitor"
         glfw.set_window_monitor(window, none, *at, *own, 0)

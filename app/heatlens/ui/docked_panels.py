@@ -1,4 +1,4 @@
-"""The panels in their places: each is handed what it shows, and what it returns is taken."""
+"""Draw the open panels: give each one its values and apply the values that it returns."""
 
 from dataclasses import replace
 from functools import partial
@@ -30,14 +30,14 @@ from heatlens.ui.timeline.dope_sheet import lens_dots
 from heatlens.ui.timeline.panel import timeline_panel
 
 _Window = imgui.WindowFlags_
-_OF_A_PICTURE = (
+_NEED_A_PICTURE = (
     "Lens",
     "Plate",
     "Scene",
     "Export",
     "Marks",
     "Looks",
-)  # panels that tell nothing without
+)  # panels that are empty until a picture is open
 
 
 class DockedPanels:
@@ -51,7 +51,7 @@ class DockedPanels:
     def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
         """Draw the panels; `hovered` is the pixel of the display window under the pointer.
 
-        `pictures` are those that are seen, for the stills of looks.
+        `pictures` are those in the viewport; the stills of looks are taken from them.
         """
         session, panels = self._session, self._ui.panels
         if panels["Lens"]:
@@ -121,7 +121,7 @@ class DockedPanels:
             ring.listen_to(chosen.source)
 
     def _doubts(self) -> tuple[Doubt, ...]:
-        """Return what is doubtful of the lens before a plate; a scene's file tells its lengths."""
+        """Return implausible values of lens and plate; a scene has none, for it gives its units."""
         session, plate = self._session, self._session.source.plate
         if plate is None or session.has_scene or not plate.has_distances:
             return ()
@@ -208,7 +208,7 @@ class DockedPanels:
     def _begin(self, name: str, flags: int = 0) -> bool:
         shown, is_open = imgui.begin(name, True, flags)
         self._ui.panels[name] = bool(is_open)
-        if shown and self._session.start_choices.has_nothing and name in _OF_A_PICTURE:
+        if shown and self._session.start_choices.has_nothing and name in _NEED_A_PICTURE:
             imgui.text_disabled("Waits for a picture.")
             return False
         return shown

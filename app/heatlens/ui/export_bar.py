@@ -1,4 +1,4 @@
-"""How far an export is, in the status bar and in the title of the window."""
+"""Show the progress of an export in the status bar and in the window title."""
 
 import webbrowser
 from pathlib import Path
@@ -10,7 +10,7 @@ from heatlens.ui import probe, theme
 from heatlens.ui.state import UiState
 
 _BAR_EM = 9.0
-GAP_EM = 0.5  # between words, bar and buttons
+GAP_EM = 0.5  # between text, progress bar and buttons
 _MINUTE_S = 60.0
 
 
@@ -20,10 +20,10 @@ def export_words(state: ExportState | None) -> str:
         return ""
     if not state.frames:
         return "Exporting"
-    return f"Exporting {state.done} of {state.frames}{_left(state.left_s)}"
+    return f"Exporting {state.done} of {state.frames}{_time_left(state.left_s)}"
 
 
-def _left(left_s: float | None) -> str:
+def _time_left(left_s: float | None) -> str:
     if left_s is None:
         return ""
     if left_s < _MINUTE_S:
@@ -32,19 +32,19 @@ def _left(left_s: float | None) -> str:
 
 
 def export_title(state: ExportState | None) -> str:
-    """Return what the title begins with while an export goes on: "45 % exported, "."""
+    """Return the start of the window title during an export: "45 % exported, "; else ""."""
     if state is None or state.code is not None or not state.frames:
         return ""
     return f"{100 * state.done // state.frames} % exported, "
 
 
 def export_bar_width(run: ExportRun, ui: UiState) -> float:
-    """Return the width that `export_bar` takes; 0 where it draws nothing."""
+    """Return the width of `export_bar` in screen units; 0 if it draws nothing."""
     style, em = imgui.get_style(), imgui.get_font_size()
     buttons, words = _parts(run, ui)
     if not words:
         return 0.0
-    width = imgui.calc_text_size(words).x + em  # to what stands at the right of it
+    width = imgui.calc_text_size(words).x + em  # a gap of one em to the text at its right
     width += (_BAR_EM + GAP_EM) * em if run.is_busy else 0.0
     for name in buttons:
         width += imgui.calc_text_size(name).x + 2 * style.frame_padding.x + GAP_EM * em
@@ -52,7 +52,7 @@ def export_bar_width(run: ExportRun, ui: UiState) -> float:
 
 
 def export_bar(run: ExportRun, ui: UiState) -> None:
-    """Draw progress with a button to stop, or how it ended with one to show its folder."""
+    """Draw the progress with a Stop button, or the result with a button for its folder."""
     buttons, words = _parts(run, ui)
     state = run.state
     if not words or state is None:
@@ -72,7 +72,7 @@ def export_bar(run: ExportRun, ui: UiState) -> None:
 
 
 def _parts(run: ExportRun, ui: UiState) -> tuple[tuple[str, ...], str]:
-    """Return the buttons and the words before them."""
+    """Return the names of the buttons and the text before them."""
     state = run.state
     if state is None:
         return (), ""

@@ -1,21 +1,21 @@
-"""Keys that come faster than frames: each one counts, with the modifiers that were held with it.
+"""Give ImGui every key press with its modifiers, also when keys come faster than frames.
 
-ImGui takes all events that wait into one frame, but for a second change of the same key. So `Shift`
-that is let go of before the next frame is not held any more where that frame sees the `/`. An idle
-key, pressed and let go of behind every press, ends the frame there: what follows waits for the next
-one. Source: `UpdateInputEvents` of Dear ImGui, "Trickling Rule".
+ImGui handles all waiting events in one frame, except a second change of the same key. If `Shift`
+is released before the next frame, that frame sees `/` without `Shift`. Pressing and releasing an
+unused key after every press ends the frame there: later events wait for the next frame.
+Source: `UpdateInputEvents` of Dear ImGui, "Trickling Rule".
 
-GLFW leaves out a press that has the time, in milliseconds, of the last press of the same key: it
-takes it for one that an input method has sent twice (`processEvent` in x11_window.c). A `Ctrl` that
-is pressed twice within a millisecond is therefore not held where GLFW is asked, as ImGui asks it.
-Each key event tells the modifiers by itself, though, and these count here.
+GLFW drops a press with the same time in milliseconds as the last press of that key, because an
+input method may have sent it twice (`processEvent` in x11_window.c). After two presses of `Ctrl`
+within one millisecond, GLFW therefore reports it as released, and ImGui asks GLFW. But each key
+event carries its own modifiers, and this module uses those.
 """
 
 import glfw
 from imgui_bundle import imgui
 
 _K = imgui.Key
-_IDLE = _K.f24  # on no keyboard, and nobody's shortcut
+_IDLE = _K.f24  # a key that keyboards do not have and no shortcut uses
 _MODIFIERS = range(glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SUPER + 1)
 _MODS = {
     glfw.MOD_CONTROL: _K.mod_ctrl,
@@ -23,7 +23,7 @@ _MODS = {
     glfw.MOD_ALT: _K.mod_alt,
     glfw.MOD_SUPER: _K.mod_super,
 }
-_RUNS = (  # GLFW and ImGui count letters, digits and function keys in the same order
+_RUNS = (  # GLFW and ImGui number letters, digits and function keys in the same order
     (glfw.KEY_A, glfw.KEY_Z, _K.a),
     (glfw.KEY_0, glfw.KEY_9, _K._0),
     (glfw.KEY_F1, glfw.KEY_F12, _K.f1),
@@ -41,7 +41,7 @@ _SINGLE = {
 
 
 def imgui_key(key: int) -> imgui.Key | None:
-    """Return the key of ImGui for one of GLFW, as far as shortcuts use it; else None."""
+    """Return ImGui's key for a GLFW key code; None for keys that no shortcut uses."""
     for first, last, begin in _RUNS:
         if first <= key <= last:
             return imgui.Key(int(begin) + key - first)
@@ -49,14 +49,14 @@ def imgui_key(key: int) -> imgui.Key | None:
 
 
 class FastKeys:
-    """Stands between the window's key events and ImGui."""
+    """Prepare ImGui for each key event of the window."""
 
     def __init__(self) -> None:
-        self._has_press = False  # since the last end of a frame
+        self._has_press = False  # whether a key was pressed since the last `_end_frame`
 
     def before(self, key: int, action: int, mods: int = 0) -> None:
-        """Call before ImGui hears of an event of GLFW, with the modifiers of that event."""
-        if action == glfw.REPEAT:  # ImGui counts the time itself
+        """Prepare for a GLFW key event with its modifiers; call before ImGui handles the event."""
+        if action == glfw.REPEAT:  # ImGui repeats held keys by itself
             return
         if self._has_press:
             _end_frame()
@@ -64,20 +64,20 @@ class FastKeys:
         pressed, io = imgui_key(key) if self._has_press else None, imgui.get_io()
         if pressed is None:
             return
-        for bit, mod in _MODS.items():  # ImGui leaves out what changes nothing
+        for bit, mod in _MODS.items():  # ImGui ignores events that change nothing
             io.add_key_event(mod, bool(mods & bit))
         io.add_key_event(pressed, True)
-        _end_frame()  # before GLFW is asked for the modifiers
+        _end_frame()  # so that this frame does not ask GLFW for the modifiers
         self._has_press = False
 
 
 def _end_frame() -> None:
-    """Let what follows wait for the next frame."""
+    """Make all following events wait for the next frame."""
     io = imgui.get_io()
     io.add_key_event(_IDLE, True)
     io.add_key_event(_IDLE, False)
 
 
 def events_wait() -> bool:
-    """Return whether ImGui holds events that it has kept for later frames."""
+    """Return True if ImGui has queued events for later frames."""
     return len(imgui.get_current_context().input_events_queue) > 0

@@ -1,6 +1,6 @@
 """Ask the X server whether another program has taken the keyboard.
 
-A window manager takes it while it shows its list of windows, and GLFW does not tell that.
+A window manager grabs the keyboard while it shows its list of windows; GLFW does not report that.
 """
 
 import ctypes
@@ -17,8 +17,8 @@ _NOW = 0  # CurrentTime
 def is_keyboard_taken(window: Any) -> bool:
     """Return True if another program has taken the keyboard from a GLFW `window`.
 
-    False on systems other than X11, where that cannot be asked. It takes the keyboard for a moment,
-    because X has no other way to ask; GLFW ignores the changes of the focus that this makes.
+    Return False on systems other than X11. X has no query for this, so the keyboard is grabbed for
+    a moment; GLFW ignores the focus changes that this causes.
     """
     if glfw.get_platform() != glfw.PLATFORM_X11:
         return False
@@ -27,16 +27,16 @@ def is_keyboard_taken(window: Any) -> bool:
         return False
     display = glfw.get_x11_display()  # type: ignore[no-untyped-call]
     drawable = glfw.get_x11_window(window)
-    found = library.XGrabKeyboard(display, drawable, 0, _ASYNCHRONOUS, _ASYNCHRONOUS, _NOW)
-    if found != _ALREADY_GRABBED:
+    status = library.XGrabKeyboard(display, drawable, 0, _ASYNCHRONOUS, _ASYNCHRONOUS, _NOW)
+    if status != _ALREADY_GRABBED:
         library.XUngrabKeyboard(display, _NOW)
         library.XFlush(display)
-    return bool(found == _ALREADY_GRABBED)
+    return bool(status == _ALREADY_GRABBED)
 
 
 @cache
 def _x11() -> ctypes.CDLL | None:
-    """Return the library that GLFW itself uses; None if it is not found."""
+    """Return the X11 library that GLFW uses; None if it cannot be loaded."""
     try:
         library = ctypes.CDLL("libX11.so.6")
     except OSError:

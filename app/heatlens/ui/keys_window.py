@@ -1,4 +1,4 @@
-"""All shortcuts, and what the mouse does, in one window that fits on the screen."""
+"""Draw the window that lists all shortcuts and mouse gestures."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.ui import probe, topmost, widgets
 from heatlens.ui.actions import Action
 
-Rows = tuple[tuple[str, str], ...]  # what is pressed, and what it does
-_COLUMNS, _COLUMN_EM = 4, 20.0  # at most, and the width that one takes
-_HEAD_ROWS = 1.6  # height of a title
-_EDGE_EM = 2.0  # of the screen that stays free, both sides together
-_KEYS_EM = 8.0  # width of the keys, at least
+Rows = tuple[tuple[str, str], ...]  # (keys or gesture, what it does)
+_COLUMNS, _COLUMN_EM = 4, 20.0  # largest number of columns, and the width of one
+_HEAD_ROWS = 1.6  # height of a section title, in rows
+_EDGE_EM = 2.0  # free width beside the window, both sides together
+_KEYS_EM = 8.0  # smallest width of the keys
 _TITLE = "Keys"
-_BETWEEN_EM = 1.3  # keys and what they do
+_BETWEEN_EM = 1.3  # gap between keys and description
 
 _MOUSE: Rows = (
     ("click, drag", "focus on what is under the pointer"),
@@ -43,14 +43,14 @@ _MOUSE_OF_SCENE: Rows = (
 
 @dataclass(frozen=True)
 class Section:
-    """Keys that belong together."""
+    """A group of shortcuts or gestures with its title."""
 
     title: str
     rows: Rows
 
 
 def sections(actions: Sequence[Action], has_scene: bool) -> list[Section]:
-    """Return the mouse first, then menu by menu what has a key; a scene adds its own rows."""
+    """Return the sections: the mouse, then each menu's shortcuts; `has_scene` adds its gestures."""
     pan = _PAN_SCENE if has_scene else _PAN_PLATE
     found = [Section("Mouse", _MOUSE + pan)]
     if has_scene:
@@ -64,7 +64,7 @@ def sections(actions: Sequence[Action], has_scene: bool) -> list[Section]:
 
 
 def in_columns(found: Sequence[Section], count: int) -> list[list[Section]]:
-    """Share sections between columns of about equal height, in their order."""
+    """Distribute sections, in order, over columns of about equal height."""
     columns: list[list[Section]] = [[] for _ in range(count)]
     for section in sorted(found, key=lambda section: -len(section.rows)):
         min(columns, key=_height).append(section)
@@ -77,7 +77,7 @@ def _height(column: list[Section]) -> float:
 
 
 def keys_window(actions: Sequence[Action], has_scene: bool) -> bool:
-    """Draw it in the middle of the screen; False when it was closed."""
+    """Draw the window in the middle of the screen; return False when the user closed it."""
     screen, edge = imgui.get_main_viewport(), _EDGE_EM * imgui.get_font_size()
     most = ImVec2(max(screen.work_size.x - edge, 1.0), max(screen.work_size.y - edge, 1.0))
     imgui.set_next_window_size_constraints(ImVec2(1.0, 1.0), most)
@@ -100,7 +100,7 @@ def keys_window(actions: Sequence[Action], has_scene: bool) -> bool:
 
 
 def _is_asked_again() -> bool:
-    """Return True where the key that opened the window was pressed once more."""
+    """Return True if the key that opened the window was pressed again."""
     slash = imgui.is_key_pressed(imgui.Key.slash, False) and imgui.get_io().key_shift
     return bool(slash) and not imgui.is_window_appearing()
 
@@ -120,6 +120,6 @@ def _draw(section: Section) -> None:
     aside = max(imgui.calc_text_size(keys).x for keys, _ in section.rows) + _BETWEEN_EM * em
     for keys, what in section.rows:
         imgui.text_disabled(keys)
-        imgui.same_line(max(aside, _KEYS_EM * em))  # from the column's left
+        imgui.same_line(max(aside, _KEYS_EM * em))  # measured from the left of the column
         imgui.text(f"{what}   ")
     widgets.spacer()

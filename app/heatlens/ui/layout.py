@@ -1,4 +1,4 @@
-"""Where the panels lie when nobody has moved them, and the menu bar above them."""
+"""Arrange the docked panels, restore a saved arrangement, and draw the menu bar."""
 
 from collections.abc import Iterable, Sequence
 from functools import partial
@@ -17,14 +17,14 @@ from heatlens.ui.state import UiState
 PICTURE = "Picture"
 PICTURE_ALONE = "Picture alone"
 _PANEL_EM = 23.6  # width of the column of panels
-_SPEED_PART = 0.42  # of the column, for what is under the lens
+_SPEED_PART = 0.42  # share of the column's height for the lower panels, such as Speed
 _TIMELINE_EM = 15.5  # height of the timeline under the picture
 _LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
-_RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and letters of its folder
+_RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and length of its folder's text
 
 
 def menu_bar(session: Session, ui: UiState, actions: Sequence[Action]) -> Action | None:
-    """Draw the menus; the action that was chosen."""
+    """Draw the menus; return the action that was chosen in this frame."""
     picked = None
     if not imgui.begin_main_menu_bar():
         return None
@@ -54,7 +54,7 @@ def menu_bar(session: Session, ui: UiState, actions: Sequence[Action]) -> Action
 
 
 def _beside(menu: str) -> str:
-    """Return the menu that an arrow key leads to from the one that is being drawn, or ""."""
+    """Return the menu that an arrow key opens next to `menu`, which is being drawn; else ""."""
     right, left = imgui.is_key_pressed(_RIGHT), imgui.is_key_pressed(_LEFT)
     if not (right or left) or not topmost.depth_before():
         return ""
@@ -62,7 +62,7 @@ def _beside(menu: str) -> str:
 
 
 def _open_recent(session: Session, ui: UiState) -> Action | None:
-    """Draw the menu of the files that were opened last, as far as they are there."""
+    """Draw the submenu of recent files that still exist; return an action that opens the chosen."""
     if imgui.is_window_appearing():
         session.recent.look()
     recent, picked = session.recent.found, None
@@ -70,7 +70,7 @@ def _open_recent(session: Session, ui: UiState) -> Action | None:
     probe.note("menu Open recent")
     if is_open:
         if imgui.is_window_appearing():
-            ui.menu_to_open = ""  # the arrow key led here
+            ui.menu_to_open = ""  # the arrow key opened this submenu, not the next menu
         for text in recent:
             if _recent_item(Path(text)):
                 picked = Action(text, "File", partial(session.files.open, text))
@@ -79,7 +79,10 @@ def _open_recent(session: Session, ui: UiState) -> Action | None:
 
 
 def _recent_item(path: Path) -> bool:
-    """Draw name and folder beside the item, whose label would end at the ## of a sequence."""
+    """Draw a recent file; return True if clicked.
+
+    The text is drawn beside an item without label: ImGui would cut a label at the ## of a sequence.
+    """
     em, corner = imgui.get_font_size(), imgui.get_cursor_pos_x()
     width = ImVec2(_RECENT_EM * em, 0)
     label = f"##{printable(str(path))}"
@@ -94,15 +97,15 @@ def _recent_item(path: Path) -> bool:
 
 
 def shortened(folder: Path) -> str:
-    """Return the end of a long path, which tells most."""
+    """Return the path, cut at its beginning if it is long, since its end identifies it best."""
     text = str(folder)
     return text if len(text) <= _FOLDER_LETTERS else f"...{text[3 - _FOLDER_LETTERS :]}"
 
 
 def restore_layout(ui: UiState, layout: str, em: float = 0.0) -> None:
-    """Put the panels where they lay when `layout` was written; call before the first frame.
+    """Restore the saved panel arrangement `layout`; call before the first frame.
 
-    `em` is how high the letters were then, in pixels; 0: as high as now.
+    `em` is the font size in pixels when it was saved; 0 for the present font size.
     """
     if lists_all(layout, ui.panels):
         factor = ui.scale.em / em if em else 1.0
@@ -111,14 +114,14 @@ def restore_layout(ui: UiState, layout: str, em: float = 0.0) -> None:
 
 
 def lists_all(layout: str, panels: Iterable[str]) -> bool:
-    """Return False where a panel is missing in a layout: it would float over the picture."""
+    """Return True if a layout places every panel; one that is missing would cover the picture."""
     return all(f"[Window][{name}]" in layout.splitlines() for name in (PICTURE, *panels))
 
 
 def dock_panels(is_new: bool, size: ImVec2, is_hidden: bool = False) -> None:
-    """Draw the space that panels dock in; `is_new`: lay them out anew.
+    """Draw the space that panels dock in; `is_new` resets their arrangement.
 
-    `is_hidden` only keeps their places, for while the picture is seen alone.
+    `is_hidden` draws nothing and only keeps the arrangement, while the picture is shown alone.
     """
     dock = imgui.get_id("heatlens dock")
     if is_new:
@@ -144,7 +147,7 @@ def _arrange(dock: int, size: ImVec2) -> None:
     for name in ("Look", "Plate", "Scene", "Export", "Speed"):
         inner.dock_builder_dock_window(name, lower)
     _flag(centre, inner.DockNodeFlagsPrivate_.no_tab_bar)
-    for place in (upper, lower, below):  # each tab has a cross of its own
+    for place in (upper, lower, below):  # each tab has its own close button
         _flag(place, inner.DockNodeFlagsPrivate_.no_close_button)
     inner.dock_builder_finish(dock)
 

@@ -1,4 +1,4 @@
-"""The screens of the machine: how they are called, and how much room windows have on them."""
+"""Find out the names of the monitors and how much room they have for windows."""
 
 from typing import Any
 
@@ -6,11 +6,11 @@ from imgui_bundle import imgui  # noqa: F401  # before glfw: both then share one
 
 import glfw  # isort: skip
 
-_USUAL_ROOM = 1600, 900  # where the system does not tell
+_USUAL_ROOM = 1600, 900  # screen units, if the system does not report the size
 
 
 def room_of(monitor: Any) -> tuple[int, int]:
-    """Return the size of the part of a screen that windows may cover."""
+    """Return the size of the work area of a monitor, in screen units."""
     if not monitor:
         return _USUAL_ROOM
     _, _, width, height = glfw.get_monitor_workarea(monitor)
@@ -18,7 +18,7 @@ def room_of(monitor: Any) -> tuple[int, int]:
 
 
 def screen_name(window: Any) -> str:
-    """Return name and size of the screen on which the middle of the window lies."""
+    """Return name and size of the monitor that contains the middle of the window."""
     monitor = monitor_of(window)
     if not monitor:
         return ""
@@ -28,7 +28,7 @@ def screen_name(window: Any) -> str:
 
 
 def monitor_of(window: Any) -> Any:
-    """Return the screen on which the middle of the window lies, else the first; None for none."""
+    """Return the monitor with the middle of the window, else the first; None if there is none."""
     (x, y), (width, height) = glfw.get_window_pos(window), glfw.get_window_size(window)
     for monitor in glfw.get_monitors():
         left, top = glfw.get_monitor_pos(monitor)

@@ -1,4 +1,4 @@
-"""The command palette: type a few letters of what you want, Enter does it."""
+"""Draw the command palette, in which the user finds an action by typing parts of its name."""
 
 from collections.abc import Sequence
 
@@ -11,31 +11,31 @@ _TITLE = "Find a command"
 
 
 def matches(action: Action, words: str) -> bool:
-    """Return True where every word typed is in the name or the menu, in any order."""
+    """Return True if every typed word is in the action's name or menu, in any order."""
     text = f"{action.menu} {action.name}".lower()
     return all(word in text for word in words.lower().split())
 
 
 class Palette:
-    """A popup with a field and the actions that match what is typed in it."""
+    """A popup with a text field and the list of actions that match it."""
 
     def __init__(self) -> None:
         self._wanted = False
         self._text = ""
         self._chosen = 0
-        self._moved = False  # the chosen row is another one than in the frame before
+        self._moved = False  # whether the selected row changed in this frame
 
     @property
     def is_open(self) -> bool:
-        """Return True while it is drawn, or is about to be."""
+        """True while the palette is open or opens in the next frame."""
         return self._wanted or bool(imgui.is_popup_open(_TITLE))
 
     def open(self) -> None:
-        """Show it from the next frame on."""
+        """Open the palette in the next frame."""
         self._wanted, self._text, self._chosen = True, "", 0
 
     def draw(self, actions: Sequence[Action]) -> Action | None:
-        """Draw it where it is open; return the action chosen in this frame, which may be barred."""
+        """Draw the palette if open; return the action chosen in this frame, which may be barred."""
         if self._wanted:
             imgui.open_popup(_TITLE)
         screen = imgui.get_main_viewport()
@@ -59,7 +59,7 @@ class Palette:
         imgui.set_next_item_width(-1)
         changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
         found = [action for action in actions if matches(action, self._text)]
-        if imgui.is_item_deactivated() and not found:  # by Enter: the words want to be others
+        if imgui.is_item_deactivated() and not found:  # Enter without a match: edit the text again
             imgui.set_keyboard_focus_here(-1)
         before, self._chosen = self._chosen, 0 if changed else self._chosen
         self._move(len(found))

@@ -1,7 +1,7 @@
-"""Every colour of the interface, as one value for each theme.
+"""Define all colours of the interface, one Palette for each theme.
 
-Grounds are neutral greys, so that nothing beside the picture tints it. A colour that is drawn over
-the picture is that of `DARK` in every theme, see `theme.OVER_PICTURE`.
+Backgrounds are neutral greys, so that the surround does not bias how the picture's colours look.
+What is drawn over the picture uses `DARK` in every theme, see `theme.OVER_PICTURE`.
 """
 
 from collections.abc import Mapping
@@ -15,26 +15,26 @@ _Col = imgui.Col_
 
 
 def _rgba(red: int, green: int, blue: int, alpha: float = 1.0) -> int:
-    """Return a colour as ImGui's draw lists take it."""
+    """Return a colour packed as ImGui's draw lists take it."""
     return imgui.color_convert_float4_to_u32(ImVec4(red / 255, green / 255, blue / 255, alpha))
 
 
 @dataclass(frozen=True)
 class Palette:
-    """The colours of a theme: packed ones are for draw lists, the others for words and controls.
+    """The colours of a theme: packed integers for draw lists, ImVec4 for text and controls.
 
-    accent         focus: the amber of an assistant's marks; `on_accent` is written on it
-    groove         the ground of bars and curves; `played` is the part of it that is played
-    handle         what stands out: names of rows with keys, icons, lines to be taken hold of
-    key, mark      keys of a curve, and what follows a mark
-    guide          lines over the picture, `pixel_grid` between its pixels
-    fringe_red     rims of a disc whose colours have a focus each, and `fringe_blue`
-    disc_ground    behind the drawing of a disc, which is made of light
-    recorded       a pull that was performed; `armed` is the button before that
-    tried          a value that no key holds
-    status_ground  behind the status bar, `start_ground` behind the start screen
-    dimming        in front of what a dialog covers
-    style          ImGui's own colours, as parts of 1
+    accent         focus, the amber of a focus puller's marks; `on_accent` is text on it
+    groove         background of bars and curves; `played` is the played range of frames
+    handle         emphasised items: names of rows with keys, icons, draggable lines
+    key, mark      keys of a curve, and keys that follow a focus mark
+    guide          guide lines over the picture; `pixel_grid` lines between its pixels
+    fringe_red     rims of a disc with axial colour, also `fringe_blue`
+    disc_ground    background of the drawing of a bokeh disc
+    recorded       a recorded focus pull; `armed` is the record button when armed
+    tried          a value that holds at this frame only and has no key
+    status_ground  background of the status bar; `start_ground` of the start screen
+    dimming        drawn over everything behind a dialog
+    style          ImGui's own colours, components 0 to 1
     """
 
     accent: int
@@ -142,7 +142,7 @@ DARK = Palette(
         _Col.slider_grab_active: (1.0, 0.74, 0.34),
         _Col.check_mark: (0.95, 0.66, 0.23),
         _Col.checkbox_selected_bg: (0.21, 0.21, 0.212),
-        _Col.plot_histogram: (0.50, 0.34, 0.10),  # white figures on it can be read
+        _Col.plot_histogram: (0.50, 0.34, 0.10),  # keeps white figures on it readable
         _Col.plot_histogram_hovered: (0.50, 0.34, 0.10),
         _Col.separator: (0.25, 0.25, 0.25),
         _Col.separator_hovered: (0.4, 0.4, 0.4),
@@ -224,7 +224,7 @@ LIGHT = Palette(
         _Col.slider_grab_active: (0.56, 0.30, 0.0),
         _Col.check_mark: _AMBER,
         _Col.checkbox_selected_bg: (0.98, 0.98, 0.981),
-        _Col.plot_histogram: (0.95, 0.76, 0.42),  # black figures on it can be read
+        _Col.plot_histogram: (0.95, 0.76, 0.42),  # keeps black figures on it readable
         _Col.plot_histogram_hovered: (0.95, 0.76, 0.42),
         _Col.separator: _LINE,
         _Col.separator_hovered: (0.55, 0.55, 0.55),

@@ -1,4 +1,4 @@
-"""The picture in its place: drawn, with its legend and marks, and the hand on it."""
+"""Draw the picture with its legend and marks, and apply the mouse gestures in it."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from heatlens.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.alt_held import AltHeld
 from heatlens.ui.picture.guides import draw_guides
-from heatlens.ui.picture.legend import draw_legend, entries
+from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
 from heatlens.ui.picture.lessons import draw_lessons
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.ruler import draw_ruler
@@ -30,7 +30,7 @@ _Window = imgui.WindowFlags_
 
 
 class PictureWindow:
-    """Draws the picture, or what stands in its place while there is none."""
+    """Draws the picture, or the start screen or a notice while there is none."""
 
     def __init__(
         self, session: Session, ui: UiState, screen: ScreenPictures, kept: KeptScreen
@@ -43,12 +43,12 @@ class PictureWindow:
         self._notice = StreamNotice()
         self._lessons = Lessons(session.editing, session.marks)
         self.viewport = ViewportPanel(ctx, session.picture_view)
-        self.hovered: tuple[int, int] | None = None  # pixel of the display window
+        self.hovered: tuple[int, int] | None = None  # pixel of the display window under the pointer
         self.alt = AltHeld()
-        self.pictures: Pictures | None = None  # that are seen
+        self.pictures: Pictures | None = None  # the pictures shown in this frame
 
     def draw(self, hears_keys: bool) -> None:
-        """Draw the picture; `hears_keys`: no dialog, field or menu takes the keys."""
+        """Draw the picture; `hears_keys` is False while a dialog, field or menu takes the keys."""
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         self._begin()
         imgui.pop_style_var()
@@ -65,7 +65,7 @@ class PictureWindow:
         imgui.end()
 
     def _draw_picture(self, pictures: Pictures | None) -> None:
-        """Draw the picture and what lies over it, or why there is none."""
+        """Draw the picture and everything over it, or the reason why there is none."""
         if self._session.source.is_black and not self._session.pull.is_alone:
             imgui.text_disabled(f"  Frame {self._session.editing.frame} has no file.")
         elif self._session.source.is_waiting and self._session.source.stream is not None:
@@ -78,7 +78,7 @@ class PictureWindow:
             imgui.text_disabled(f"  {words}")
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
-            self._take(self.viewport.draw(pictures, self._session.view, scale))
+            self._apply(self.viewport.draw(pictures, self._session.view, scale))
             self._draw_over(pictures)
             if not (self._ui.is_bare or pictures.tiles):
                 draw_lessons(self._lessons, self._session.picture_view.viewport)
@@ -86,7 +86,7 @@ class PictureWindow:
                 self._notice.draw(self._session.source.stream, self._session.picture_view.viewport)
 
     def _draw_over(self, pictures: Pictures) -> None:
-        """Draw guides, marks and the legend over the picture; the guides over each of a grid."""
+        """Draw guides, marks and the legend over the picture; in a grid, guides in each cell."""
         view, place = self._session.view, self.viewport.place
         for cell in self.viewport.cells:
             here = geometry(view, cell, pictures.shape)
@@ -97,7 +97,7 @@ class PictureWindow:
             self._legend()
 
     def _begin(self) -> None:
-        """Begin the window in its dock, or over the whole screen where it is seen alone."""
+        """Begin the ImGui window in its dock, or over the whole screen if the picture is alone."""
         still = _Window.no_scrollbar | _Window.no_scroll_with_mouse | _Window.no_background
         if not self._ui.is_bare:
             imgui.begin(PICTURE, None, still)
@@ -109,7 +109,7 @@ class PictureWindow:
         imgui.begin(PICTURE_ALONE, None, still | alone | _Window.no_saved_settings)
 
     def _choose(self, hears_keys: bool) -> None:
-        """Draw the start screen and do what the hand wants."""
+        """Draw the start screen and act on the user's choice."""
         choices, opening = self._session.start_choices, self._session.source.opener.opening
         answer = self._start.draw(choices.cards(), opening, hears_keys, choices.most_recent)
         if answer.taken is not None and not choices.take(answer.taken):
@@ -127,26 +127,20 @@ class PictureWindow:
         optics = session.renderer.optics(session.editing.seen_shot, session.editing.frame)
         sharp = sharp_px(session.lens, plate.display_window.width)
         limits = layer_limits_px(optics, session.editing.seen_shot)
-        legend = entries(
-            session.view.overlay,
-            optics,
-            sharp,
-            limits,
-            plate.depth,
-            session.view.unit,
-            session.view.peaking if session.view.is_peaking else None,
-        )
-        is_right = bool(self._lessons.left)  # the lessons stand at the left
+        facts = LegendFacts(optics, sharp, limits, plate.depth, session.view.unit)
+        peaking = session.view.peaking if session.view.is_peaking else None
+        legend = entries(session.view.overlay, facts, peaking)
+        is_right = bool(self._lessons.left)  # the lessons are at the left
         draw_legend(legend, session.picture_view.viewport, is_right)
 
-    def _take(self, result: ViewportResult) -> None:
+    def _apply(self, result: ViewportResult) -> None:
         self._session.view, self.hovered = result.view, result.hovered_px
         if result.camera is not None:
             self._session.scenes.move(result.camera)
         if result.focus_notches:
             self._session.lens_commands.nudge_focus(result.focus_notches)
         if result.tile is not None:
-            self._answer_tile(result.tile)
+            self._choose_tile(result.tile)
         if result.focus_px is None:
             return
         io, ruler = imgui.get_io(), self._session.view_commands.ruler
@@ -158,8 +152,8 @@ class PictureWindow:
         elif is_clicked:
             self._session.marks.set_point(result.focus_px)
 
-    def _answer_tile(self, index: int) -> None:
-        """Take the lens of the look that was clicked, and show its picture alone."""
+    def _choose_tile(self, index: int) -> None:
+        """Use the lens of the look that was clicked in the grid, and leave the grid."""
         assert self.pictures is not None
         self._session.looks.go_to(self.pictures.tiles[index].name)
         self._session.view_commands.change(compare=Compare.OFF)

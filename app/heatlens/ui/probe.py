@@ -1,6 +1,6 @@
-"""Where controls are drawn, for whoever asks: nothing is written down unless somebody listens.
+"""Report where controls are drawn, by name; nothing is recorded unless `listening` is active.
 
-The timeline's dots stand before the controls of the lens, and tests aim at controls by their names.
+The Lens panel uses it to draw key dots beside its controls, and tests use it to click on controls.
 """
 
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ _listening: list[dict[str, Rect]] = []
 
 @contextmanager
 def listening() -> Iterator[dict[str, Rect]]:
-    """Collect by name where each control was drawn last, for as long as the block runs."""
+    """Collect the rectangle of each control by its name while the block runs."""
     drawn: dict[str, Rect] = {}
     _listening.append(drawn)
     try:
@@ -25,13 +25,13 @@ def listening() -> Iterator[dict[str, Rect]]:
 
 
 def note(name: str) -> None:
-    """Tell whoever listens where the last control lies."""
+    """Report the rectangle of the last ImGui item under a name."""
     if _listening:
         low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
         note_at(name, (low.x, low.y, high.x, high.y))
 
 
 def note_at(name: str, rect: Rect) -> None:
-    """Tell whoever listens where something lies that is no control of ImGui's."""
+    """Report the rectangle of something that is not an ImGui item."""
     for drawn in _listening:
         drawn[name] = rect

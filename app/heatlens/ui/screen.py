@@ -1,4 +1,4 @@
-"""One frame of the interface: menus, panels, the picture and the status bar, in that order."""
+"""Draw one frame of the interface: menus, panels, the picture and the status bar."""
 
 from collections.abc import Callable
 
@@ -30,15 +30,15 @@ from heatlens.ui.status_bar import StatusBar
 from heatlens.ui.timeline.rendered_panel import rendered_popup
 
 _Window = imgui.WindowFlags_
-# While the start screen is seen; those of the other menus are for a picture, and none is seen.
-_MENUS_AWAKE = ("File", "Window", "Help")
+# Menus whose shortcuts work on the start screen; those of the other menus need a picture.
+_START_SCREEN_MENUS = ("File", "Window", "Help")
 
 
 class Screen:
-    """Draws a Session with ImGui; holds nothing that matters."""
+    """Draws a Session with ImGui; all lasting state is in the session."""
 
     def __init__(self, session: Session, wake: Callable[[], None] = lambda: None) -> None:
-        """Take `wake`, which is called from threads to have the window drawn again."""
+        """Create the screen; threads call `wake` to have the window drawn again."""
         self._session = session
         self.ui = UiState(session, wake)
         self.actions = actions(session, self.ui)
@@ -54,7 +54,7 @@ class Screen:
         session.looks.still_now = lambda: self._panels.stills.now(session, self.picture.pictures)
 
     def draw(self) -> None:
-        """Draw between ImGui's new_frame and its render; what fails is said, the rest goes on."""
+        """Draw between ImGui's new_frame and render; an error is shown and drawing goes on."""
         state = imgui.internal.ErrorRecoveryState()
         imgui.internal.error_recovery_store_state(state)
         try:
@@ -69,7 +69,7 @@ class Screen:
         session = self._session
         self.ui.theme.apply()
         session.poll()
-        hears = hears_keys()  # before a popup takes its Enter and is gone
+        hears = hears_keys()  # asked before a popup can handle Enter and close
         topmost.close_escaped()
         forget_after_click()
         self._do_actions()
@@ -78,9 +78,9 @@ class Screen:
         if not self.ui.is_bare:
             self._panels.draw(self.picture.hovered, self.picture.pictures)
         if is_new_layout:
-            for name in ("Lens", "Look"):  # in front of those that share a place with them
+            for name in ("Lens", "Look"):  # bring them in front of the other tabs
                 imgui.set_window_focus(name)
-        session.ring.poll()  # again, for turns that came while the panels were drawn
+        session.ring.poll()  # again, for samples that came while the panels were drawn
         session.scheduler.update()
         self.picture.draw(hears)
         session.editing.rest(is_held=imgui.is_any_item_active())
@@ -96,7 +96,7 @@ class Screen:
                 ui.leave_bare()
         is_covered = topmost.is_any_open() or session.documents.offer is not None
         chosen = None if ui.is_bare else menu_bar(session, ui, self.actions)
-        keyed = () if is_covered else (a for a in pressed(self.actions) if not self._sleeps(a))
+        keyed = () if is_covered else (a for a in pressed(self.actions) if not self._is_asleep(a))
         for action in (*keyed, chosen, self._palette()):
             if action is not None:
                 action.do(session.say)
@@ -109,19 +109,19 @@ class Screen:
         ui.dialogs.draw()
 
     def _palette(self) -> Action | None:
-        """Draw the palette, which finds settings too where there is a picture."""
+        """Draw the palette, which also lists settings if a picture is open."""
         palette, has_shot = self.ui.palette, self._session.source.plate is not None
         found: tuple[Action, ...] = ()
         if palette.is_open and has_shot:
             found = (*setting_places(self._session, self.ui), *settings(self._session, self.ui))
         return palette.draw((*self.actions, *found))
 
-    def _sleeps(self, action: Action) -> bool:
-        """Return True where a key does nothing, for it may be one of the start screen's."""
-        return self._session.start_choices.is_wanted and action.menu not in _MENUS_AWAKE
+    def _is_asleep(self, action: Action) -> bool:
+        """Return True if the start screen is shown and may use the action's key itself."""
+        return self._session.start_choices.is_wanted and action.menu not in _START_SCREEN_MENUS
 
     def _frame_window(self) -> None:
-        """Draw the window that everything docks in, and the status bar under it."""
+        """Draw the window with the dock space, and the status bar under it."""
         screen = imgui.get_main_viewport()
         imgui.set_next_window_pos(screen.work_pos)
         imgui.set_next_window_size(screen.work_size)
@@ -144,7 +144,7 @@ class Screen:
 
 
 def _close_what_is_open(state: imgui.internal.ErrorRecoveryState) -> None:
-    """End what a failure left begun, windows, menus and styles: ImGui asserts that none is."""
+    """Close windows, menus and styles that an error left open; ImGui asserts there are none."""
     io = imgui.get_io()
     before = io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log
     io.config_error_recovery_enable_assert = io.config_error_recovery_enable_debug_log = False

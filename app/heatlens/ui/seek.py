@@ -1,4 +1,4 @@
-"""A setting that was looked for in the palette: its panel scrolls to it, and its words are lit."""
+"""Show a setting that was found in the palette: scroll its panel to it and highlight its label."""
 
 from imgui_bundle import imgui
 
@@ -6,7 +6,7 @@ _NOTHING = ("", "")
 
 
 class _Sought:
-    """The panel and the words of the setting, until the next click."""
+    """The panel and the label of the setting, kept until the next click."""
 
     def __init__(self) -> None:
         self.setting = _NOTHING
@@ -17,19 +17,19 @@ _sought = _Sought()
 
 
 def seek(panel: str, words: str) -> None:
-    """Bring a panel to the front, and light the words of a setting in it."""
+    """Bring a panel to the front and highlight the label `words` in it."""
     _sought.setting, _sought.is_scrolled = (panel, words), False
     imgui.set_window_focus(panel)
 
 
 def forget_after_click() -> None:
-    """Light nothing any more once a button of the mouse went down; call this once a frame."""
+    """End the highlight when the left mouse button is pressed; call this once a frame."""
     if imgui.is_mouse_clicked(imgui.MouseButton_.left):
         _sought.setting = _NOTHING
 
 
 def is_sought(words: str) -> bool:
-    """Return True where the words about to be drawn are looked for; their panel scrolls there."""
+    """Return True if the label to be drawn next is highlighted; scroll its panel to it once."""
     if _sought.setting[1] != words or not words:
         return False
     if imgui.internal.get_current_window().name != _sought.setting[0]:

@@ -1,4 +1,4 @@
-"""Settings as actions, so that the palette finds them: what a panel offers as a choice."""
+"""Offer the choices of the panels as actions, so that the palette finds them."""
 
 from dataclasses import replace
 from functools import partial
@@ -19,7 +19,7 @@ _MENU = "Setting"
 
 
 def settings(session: Session, ui: UiState) -> tuple[Action, ...]:
-    """Return an action for each value that a setting can be given."""
+    """Return an action for each value that a setting can have."""
     return (
         *(_blur(session, f"quality {it}", "quality", it) for it in Quality),
         *(_blur(session, f"bokeh {it}", "bokeh", it) for it in Bokeh),

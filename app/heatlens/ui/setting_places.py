@@ -1,6 +1,6 @@
-"""Where each setting stands: the palette finds it by its words, and its panel comes to the front.
+"""List the labels of each panel, so that the palette can find a setting and show its panel.
 
-The words are those that the panel shows; a test draws the panels and compares.
+A test draws the panels and checks that the labels here are those that are drawn.
 """
 
 from functools import partial
@@ -44,7 +44,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
 
 
 def setting_places(session: Session, ui: UiState) -> tuple[Action, ...]:
-    """Return an action for each setting, which shows where it stands."""
+    """Return an action for each setting, which shows the setting in its panel."""
     return tuple(
         Action(
             words,

@@ -1,4 +1,4 @@
-"""Words of the status bar: what the mouse does, and at its right end what A and B are."""
+"""Write the texts of the status bar: what the mouse does, and what the sides A and B are."""
 
 from imgui_bundle import imgui
 
@@ -10,16 +10,16 @@ from heatlens.ui import probe
 
 
 def mouse_words(has_camera: bool) -> str:
-    """Return what the mouse does in the picture; `has_camera`: it moves one, as in a scene."""
+    """Return what the mouse does in the picture; `has_camera` adds the gestures of a scene."""
     if not has_camera:
         return "Click in the picture to focus"
     return "Click to focus.  Right drag orbits, with Ctrl it moves aside; Ctrl+wheel goes nearer"
 
 
 def words(view: ViewState, sides: CompareSides, reference: str | None, shown: Shown | None) -> str:
-    """Return "A: diffusion    B: gather"; A alone where B is not seen.
+    """Return for example "A: diffusion    B: gather"; only A if B is not shown.
 
-    `reference`: the EXR's name; `shown`: the picture that is A.
+    `reference` is the file name of the reference picture, `shown` the picture of side A.
     """
     if shown is None:
         return ""
@@ -34,16 +34,16 @@ def words(view: ViewState, sides: CompareSides, reference: str | None, shown: Sh
 
 
 def _look_words(name: str, sides: CompareSides) -> str:
-    """Return which look is seen, and whether that is not the whole picture yet."""
+    """Return the name of a look, marked as a preview until its whole picture is rendered."""
     return f"look {name}, preview" if sides.is_coming(name) else f"look {name}"
 
 
 def side_words(shown: Shown) -> str:
-    """Return how a picture was made, and how far it is: "raytraced, 16 of 256 views"."""
-    made, wished = shown.settings, shown.shot.defocus
-    if wished.method.needs_scene and made.views < wished.views:
-        return f"{wished.method}, {made.views} of {wished.views} views"
-    return str(wished.method) if shown.is_whole else f"{wished.method}, preview"
+    """Return the method and progress of a picture, for example "raytraced, 16 of 256 views"."""
+    made, requested = shown.settings, shown.shot.defocus
+    if requested.method.needs_scene and made.views < requested.views:
+        return f"{requested.method}, {made.views} of {requested.views} views"
+    return str(requested.method) if shown.is_whole else f"{requested.method}, preview"
 
 
 def _b_words(view: ViewState, sides: CompareSides, reference: str | None) -> str:
@@ -58,7 +58,7 @@ def _b_words(view: ViewState, sides: CompareSides, reference: str | None) -> str
 
 
 def draw_sides(text: str) -> None:
-    """Draw the words of A and B at the right end of the line of the last item."""
+    """Draw the text about A and B at the right end of the current line."""
     em = imgui.get_font_size()
     left = imgui.get_window_width() - imgui.calc_text_size(text).x - 0.6 * em
     if text:

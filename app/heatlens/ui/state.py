@@ -1,4 +1,4 @@
-"""What of the window is open, and what its panels remember from one frame to the next."""
+"""Keep which panels and popups are open, and what the panels remember between frames."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ from heatlens.ui.theme_choice import ThemeChoice
 from heatlens.ui.timeline.view import TimelineView
 from heatlens.ui.ui_scale import UiScale
 
-# The panels, as they are called on their tabs and in the menu.
+# The names of the panels on their tabs and in the menu.
 PANELS = (
     "Lens",
     "Look",
@@ -24,29 +24,29 @@ PANELS = (
     "Speed",
     "Timeline",
 )
-_BEHIND_S = 0.25  # news of the frames may be told so late
+_BEHIND_S = 0.25  # longest delay before the timeline shows newly read frames
 
 
 class UiState:
-    """The state of the interface, apart from the session that it shows."""
+    """The state of the interface itself; the session has the state of the work."""
 
     def __init__(self, session: Session, wake: Callable[[], None] = lambda: None) -> None:
-        """Take `wake`, which is called from threads to have the window drawn again."""
+        """Create the state; threads call `wake` to have the window drawn again."""
         self._session = session
         hidden = session.preferences.now.hidden_panels
         self.panels = {name: name not in hidden for name in PANELS}
-        self.wants_layout = True  # in the next frame
+        self.wants_layout = True  # reset the arrangement of panels in the next frame
         self.scale = UiScale(session.preferences)
         self.theme = ThemeChoice(session.preferences)
         self.shows_keys = False
-        self.is_bare = False  # the picture fills the window, everything else is hidden
+        self.is_bare = False  # the picture fills the window and everything else is hidden
         self.is_full_screen = False
-        self.has_feed = False  # a second window shows the picture alone
-        self.menu_to_open = ""  # in the next frame
-        self.opens_pull = False  # the popup of the pull, in the next frame
+        self.has_feed = False  # the second window with the picture is open
+        self.menu_to_open = ""  # title of the menu to open in the next frame
+        self.opens_pull = False  # open the popup of the pull in the next frame
         self.is_over = False
-        self.asks_to_quit = False  # an export is under way
-        self.shows_export_end = True  # how the latest export ended, until it was read
+        self.asks_to_quit = False  # show the question whether to stop the running export
+        self.shows_export_end = True  # the result of the latest export, until it is dismissed
         self.palette = Palette()
         self.dialogs = FileDialogs(session.files, session.say, wake)
         held_by = session.editing, session.keys, session.say
@@ -59,38 +59,38 @@ class UiState:
 
     @property
     def is_timeline_shown(self) -> bool:
-        """Return True where the timeline is open and has something to show."""
+        """True if the timeline panel is open and the source has several frames."""
         session = self._session
         has_time = session.source.plate is not None and session.timeline.has_time
         return self.panels["Timeline"] and has_time
 
     def toggle_panel(self, name: str) -> None:
-        """Open a closed panel, close an open one."""
+        """Open the panel if it is closed, and close it if it is open."""
         self.panels[name] = not self.panels[name]
 
     def toggle_bare(self) -> None:
-        """Hide everything but the picture, or show it all again."""
+        """Hide everything but the picture, or show everything again."""
         self.is_bare = not self.is_bare
 
     def toggle_full_screen(self) -> None:
-        """Let the window fill its screen, or be a window again."""
+        """Switch between full screen and a normal window."""
         self.is_full_screen = not self.is_full_screen
 
     def toggle_feed(self) -> None:
-        """Show the picture alone in a second window, or close that."""
+        """Open or close the second window, which shows only the picture."""
         self.has_feed = not self.has_feed
 
     @property
     def has_feed_labels(self) -> bool:
-        """Return True where looks beside each other are named in the second window."""
+        """True if the second window writes the names of looks into the grid."""
         return self._session.preferences.now.feed_labels
 
     def toggle_feed_labels(self) -> None:
-        """Name the looks in the second window, or leave their pictures clean."""
+        """Switch the names of looks in the second window on or off."""
         self._session.preferences.change(feed_labels=not self.has_feed_labels)
 
     def leave_bare(self) -> None:
-        """Come back from the picture alone and from the full screen."""
+        """Leave the mode that shows only the picture, and full screen."""
         self.is_bare = self.is_full_screen = False
 
     def toggle_keys(self) -> None:
@@ -98,25 +98,25 @@ class UiState:
         self.shows_keys = not self.shows_keys
 
     def reset_layout(self) -> None:
-        """Open all panels where they were in the beginning."""
+        """Open all panels in their original arrangement."""
         self.panels = dict.fromkeys(self.panels, True)
         self.wants_layout = True
 
     def open_pull(self) -> None:
-        """Ask in the next frame where to pull the focus to, and how fast."""
+        """Open the popup for a focus pull in the next frame."""
         self.opens_pull = True
 
     def open_menus(self) -> None:
-        """Open the first menu in the next frame; the arrow keys then go through all of them."""
+        """Open the first menu in the next frame; the arrow keys then lead to the others."""
         self.menu_to_open = "File"
 
     def quit(self) -> None:
-        """End the program after this frame; ask first where that would stop an export."""
+        """End the program after this frame; ask first if an export is running."""
         self.asks_to_quit = self._session.exports.run.is_busy
         self.is_over = not self.asks_to_quit
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long the loop may sleep without an event; None: until there is one."""
+        """Return how many seconds the loop may sleep; None to sleep until an event."""
         wait_s = self._session.seconds_until_needed()
         if not (self.is_timeline_shown and self._session.timeline.is_behind):
             return wait_s

@@ -1,4 +1,4 @@
-"""The line under everything: what was said, what is under the pointer, what A and B are."""
+"""Draw the status bar: values under the pointer, the last message, and what A and B are."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,8 +30,7 @@ class StatusBar:
     def draw(self, hovered: tuple[int, int] | None) -> None:
         """Draw the bar; `hovered` is the pixel of the display window under the pointer.
 
-        What is under the pointer stands first, what was said beside it, an export and the sides at
-        the right end.
+        The readout is at the left with the message beside it; export and sides are at the right.
         """
         session, em = self._session, imgui.get_font_size()
         reference = None if session.reference is None else session.reference.path.name
@@ -54,7 +53,7 @@ class StatusBar:
         draw_sides(sides)
 
     def _draw_left(self, hovered: tuple[int, int] | None, end: float) -> None:
-        """Draw the readout or a hint, and the message beside the readout; up to `end`."""
+        """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
         session, message = self._session, self._session.messages
         if session.source.opener.opening:
             first = f"Reading {printable(session.source.opener.opening)} ..."
@@ -72,7 +71,7 @@ class StatusBar:
             self._draw_message(end - imgui.get_cursor_pos_x() - imgui.get_font_size())
 
     def _draw_message(self, width: float) -> None:
-        """Draw what was said, cut where there is no room; the whole of it under the pointer."""
+        """Draw the message, cut to `width`; a tooltip shows all of it."""
         message = self._session.messages
         shown = fitting(message.text, width, _width_of)
         imgui.text_colored(
@@ -83,14 +82,14 @@ class StatusBar:
             imgui.set_tooltip(message.text)
 
     def words(self, hovered: tuple[int, int] | None) -> str:
-        """Return what is under the pointer; beside the picture, what can be done."""
+        """Return the values under the pointer, or a hint if the pointer is not over the picture."""
         session, plate, shown = self._session, self._session.source.plate, self._session.seen
-        is_past = session.pull.is_alone  # what plays is not of the plate that is there
-        if plate is None or shown is None or hovered is None or is_past:
-            asked = (
+        is_other = session.pull.is_alone  # kept frames are playing, not the loaded plate
+        if plate is None or shown is None or hovered is None or is_other:
+            start_hint = (
                 "Arrows and Enter, a digit or a click" if session.start_choices.is_wanted else ""
             )
-            return f"{asked or mouse_words(session.has_scene)}.  ? shows the keys."
+            return f"{start_hint or mouse_words(session.has_scene)}.  ? shows the keys."
         if session.view.compare is Compare.GRID:
             return "Click a picture to take its look.  Escape leaves the grid."
         self._kept.uploaded(shown)
@@ -100,7 +99,7 @@ class StatusBar:
         read = probe_at(pixel, plate, session.lens, shown, version, self._reader, frame_px)
         if read is None:
             return ""
-        if session.has_scene:  # which may be drawn smaller than it is
+        if session.has_scene:  # whose preview may be smaller than the whole picture
             _, whole = session.source.windows(session.shot)
             coc_px = read.coc_px * whole.width / plate.display_window.width
             read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)
@@ -112,7 +111,7 @@ def _width_of(text: str) -> float:
 
 
 def _draw_cut(words: str, width: float) -> None:
-    """Draw grey words, cut where there is no room; the whole of them under the pointer."""
+    """Draw grey text, cut to `width`; a tooltip shows all of it."""
     shown = fitting(words, width, _width_of)
     imgui.text_disabled(shown)
     if shown != words and imgui.is_item_hovered():
@@ -120,23 +119,23 @@ def _draw_cut(words: str, width: float) -> None:
 
 
 def _ground() -> None:
-    """Fill the line of the window that the bar stands in; the window has no ground of its own."""
+    """Fill the background of the bar, since the window around it has none."""
     low, width = imgui.get_cursor_screen_pos(), imgui.get_window_width()
     high = ImVec2(low.x + width, low.y + imgui.get_frame_height())
     imgui.get_window_draw_list().add_rect_filled(low, high, theme.colors.status_ground)
 
 
 def zoom_words(zoom: float) -> str:
-    """Return how large pixels of the picture are on the screen: "50 %", "1600 %"."""
+    """Return the zoom as text: "50 %", "1600 %"."""
     return f"{100 * zoom:.0f} %" if zoom >= 0.1 else f"{100 * zoom:.1f} %"
 
 
 def fitting(text: str, width: float, width_of: Callable[[str], float]) -> str:
-    """Return a text, its end cut off and replaced by three dots where it is wider than `width`."""
+    """Return the text, with its end replaced by three dots if it is wider than `width`."""
     if width_of(text) <= width:
         return text
     low, high = 0, len(text)
-    while low < high:  # the longest beginning that fits
+    while low < high:  # binary search for the longest beginning that fits
         middle = (low + high + 1) // 2
         fits = width_of(f"{text[:middle]} ...") <= width
         low, high = (middle, high) if fits else (low, middle - 1)

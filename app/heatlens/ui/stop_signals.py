@@ -1,8 +1,7 @@
-"""Ctrl-C in the terminal and SIGTERM, as something that the window's loop can ask about.
+"""Note Ctrl-C in the terminal and SIGTERM, so that the window's loop can end in an orderly way.
 
-A loop that sleeps in GLFW is in a C function, where Python answers no signal. Python's own C
-handler writes a byte into a pipe, though, whatever the program is in the middle of; a thread that
-reads from it wakes the loop.
+While the loop sleeps in GLFW it is in a C function, where Python runs no signal handlers. Python's
+own C handler still writes a byte into a pipe at once; a thread that reads it wakes the loop.
 """
 
 import os
@@ -18,17 +17,17 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class StopSignals:
-    """While open, stop signals are noted instead of falling into the middle of the work."""
+    """A context manager that notes stop signals instead of raising in the middle of the work."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
-        """Take `wake`, which is called on a thread after each signal."""
-        self.number: int | None = None  # of the signal that asked to stop
+        """Create it; `wake` is called on a thread after each signal."""
+        self.number: int | None = None  # the signal that was received
         self._wake = wake
         self._before: dict[signal.Signals, Any] = {}
         self._hearing = stopping.hearing()
 
     def __enter__(self) -> "StopSignals":
-        """Begin to listen; to be called on the main thread."""
+        """Begin to listen; call this on the main thread."""
         for number in _SIGNALS:
             self._before[number] = signal.signal(number, self._note)
         read, self._write = os.pipe()
@@ -44,7 +43,7 @@ class StopSignals:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Let signals do what they did before."""
+        """Restore the previous signal handlers."""
         self._hearing.__exit__(kind, error, trace)
         signal.set_wakeup_fd(self._pipe_before)
         os.close(self._write)
@@ -52,7 +51,7 @@ class StopSignals:
             signal.signal(number, before)
 
     def raise_if_stopped(self) -> None:
-        """Raise Stopped where a signal has come."""
+        """Raise Stopped if a signal has been received."""
         if self.number is not None:
             raise stopping.Stopped(self.number)
 
@@ -60,7 +59,7 @@ class StopSignals:
         self.number = number
 
     def _follow(self, pipe: int) -> None:
-        """Wake the loop for each byte until the other end is closed; on a thread."""
+        """Wake the loop for each byte until the pipe is closed; runs on a thread."""
         while os.read(pipe, 1):
             self._wake()
         os.close(pipe)

@@ -1,4 +1,4 @@
-"""The look of the interface: the palette in use, sizes and fonts."""
+"""Apply colours, sizes and fonts to ImGui; keep the palette in use."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,17 +11,17 @@ from heatlens.ui.palettes import DARK, Palette
 
 _FONTS = Path(imgui_bundle.__file__).parent / "assets" / "fonts"
 FONT_FILE, FONT_PX = _FONTS / "Roboto" / "Roboto-Regular.ttf", 15.0
-# Around the picture, in every theme. How bright and how colourful a picture seems depends on what
-# is around it: it is judged before a neutral grey that is darker than the picture itself.
+# The colour around the picture in every theme. The surround changes how bright and colourful a
+# picture looks, so pictures are judged against a neutral grey that is darker than they are.
 SURROUND = (30 / 255, 30 / 255, 30 / 255)
-# What is drawn over the picture and its surround stands before a dark ground in every theme.
+# The palette of everything drawn over the picture, whose background is dark in every theme.
 OVER_PICTURE = DARK
-DARK_INK, LIGHT_INK = (0.0, 0.0, 0.0, 0.9), (1.0, 1.0, 1.0, 0.9)  # words in pixels of the picture
-NOTHING, UNTINTED = 0, 0xFFFFFFFF  # no ground; a picture as it is
+DARK_INK, LIGHT_INK = (0.0, 0.0, 0.0, 0.9), (1.0, 1.0, 1.0, 0.9)  # text in pixels of the picture
+NOTHING, UNTINTED = 0, 0xFFFFFFFF  # a transparent background; a picture without tint
 
-colors = DARK  # those in use; read them as `theme.colors.accent` each time they are needed
+colors = DARK  # the palette in use; `paint` replaces it, so always read `theme.colors.accent`
 
-# What `scale_all_sizes` multiplies.
+# The style values that `scale_all_sizes` multiplies.
 _SIZES = (
     *("window_padding", "window_rounding", "window_min_size", "window_border_hover_padding"),
     *("child_rounding", "popup_rounding", "frame_padding", "frame_rounding", "item_spacing"),
@@ -38,12 +38,12 @@ _SIZES = (
 
 
 def packed(color: Sequence[float]) -> int:
-    """Return a colour of three or four parts of 1 as ImGui's draw lists take it."""
+    """Return a colour of three or four components, 0 to 1, packed for ImGui's draw lists."""
     return imgui.color_convert_float4_to_u32(ImVec4(*color, *[1.0] * (4 - len(color))))
 
 
 def paint(palette: Palette) -> None:
-    """Draw in these colours from now on, in the current ImGui context."""
+    """Set the colours of the current ImGui context."""
     global colors
     colors = palette
     if palette.is_light:
@@ -54,12 +54,12 @@ def paint(palette: Palette) -> None:
     for slot, color in palette.style.items():
         style.set_color_(slot, ImVec4(*color, 1.0))
     style.set_color_(imgui.Col_.modal_window_dim_bg, palette.dimming)
-    style.frame_border_size = 1.0 if palette.is_light else 0.0  # white fields stand on light grey
+    style.frame_border_size = 1.0 if palette.is_light else 0.0  # for white on grey
 
 
 @contextmanager
 def over_picture() -> Iterator[None]:
-    """Draw words and controls inside in the colours of what lies over the picture."""
+    """Draw the text and controls of the block in the colours for drawing over the picture."""
     style = {} if colors is OVER_PICTURE else OVER_PICTURE.style
     for slot, color in style.items():
         imgui.push_style_color(slot, ImVec4(*color, 1.0))
@@ -68,9 +68,9 @@ def over_picture() -> Iterator[None]:
 
 
 def apply(scale: float = 1.0) -> None:
-    """Set sizes and fonts of the current ImGui context for a screen of this content scale."""
+    """Set sizes and fonts of the current ImGui context for a content scale (1 is 96 dpi)."""
     style, usual = imgui.get_style(), imgui.Style()
-    for name in _SIZES:  # those that were scaled before begin again
+    for name in _SIZES:  # reset sizes that an earlier call has scaled
         setattr(style, name, getattr(usual, name))
     paint(colors)
     style.window_rounding = style.frame_rounding = style.popup_rounding = 3.0
@@ -79,7 +79,7 @@ def apply(scale: float = 1.0) -> None:
     style.item_spacing = ImVec2(8.0, 6.0)
     style.window_border_size = 0.0
     style.scrollbar_size = 12.0
-    style.tab_min_width_shrink = 30.0  # tabs grow narrower rather than leave the row
+    style.tab_min_width_shrink = 30.0  # tabs become narrower instead of leaving the row
     style.window_menu_button_position = imgui.Dir.none
     style.scale_all_sizes(scale)
     style.font_scale_dpi = scale

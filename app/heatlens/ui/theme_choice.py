@@ -1,4 +1,4 @@
-"""Which theme the interface is drawn in, as the user chose it."""
+"""Remember and apply the theme that the user chose."""
 
 from heatlens.session.preferences import Preferences, Theme
 from heatlens.ui import theme
@@ -8,27 +8,27 @@ _PALETTES = {Theme.DARK: DARK, Theme.LIGHT: LIGHT}
 
 
 class ThemeChoice:
-    """Takes the colours of the theme that is remembered."""
+    """The user's choice of theme, stored in the preferences."""
 
     def __init__(self, preferences: Preferences) -> None:
         self._preferences = preferences
-        self._is_painted = False  # in the ImGui context of this window
+        self._is_painted = False  # whether the ImGui context of this window has its colours yet
 
     @property
     def now(self) -> Theme:
-        """The one that the user chose."""
+        """The theme that the user chose."""
         return self._preferences.now.theme
 
     def choose(self, chosen: Theme) -> None:
-        """Draw in another theme from the next frame on."""
+        """Set the theme, from the next frame on."""
         self._preferences.change(theme=chosen)
 
     def toggle(self) -> None:
-        """Choose the light theme, or the dark one again."""
+        """Switch between the light and the dark theme."""
         self.choose(Theme.DARK if self.now is Theme.LIGHT else Theme.LIGHT)
 
     def apply(self) -> None:
-        """Take over a theme that was chosen; to be called before a frame is drawn."""
+        """Apply a changed theme; call this before a frame is drawn."""
         wanted = _PALETTES[self.now]
         if theme.colors is not wanted or not self._is_painted:
             theme.paint(wanted)

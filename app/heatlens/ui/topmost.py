@@ -1,7 +1,7 @@
-"""Which popup lies on top: Escape closes that one, and no key reaches what lies under it.
+"""Track which popup is on top: Escape closes only that one, and it alone receives keys.
 
-A popup that Escape has closed is gone when the next frame is drawn, so what lay under it must ask
-what was on top before. `note_frame` is called at the end of every frame for that.
+ImGui removes a popup as soon as Escape closes it. Code that is drawn later must therefore ask what
+was on top in the last frame; `note_frame` records that at the end of each frame.
 """
 
 from imgui_bundle import imgui
@@ -10,55 +10,55 @@ _ANY = int(imgui.PopupFlags_.any_popup)
 _NAVIGATES = int(imgui.ConfigFlags_.nav_enable_keyboard)
 
 
-class _Seen:
+class _LastFrame:
     """What was on top at the end of the last frame."""
 
-    depth = 0  # popups that were open
-    has_own_keys = False  # the one on top answers the arrow keys itself
+    depth = 0  # number of popups that were open
+    has_own_keys = False  # the popup on top handles the arrow keys itself
 
 
 def depth_before() -> int:
-    """Return how many popups lay one over the other at the end of the last frame."""
-    return _Seen.depth
+    """Return the number of nested popups at the end of the last frame."""
+    return _LastFrame.depth
 
 
 def is_any_open() -> bool:
-    """Return True while a popup, a menu or a dialog is open, or was in the frame before."""
-    return bool(imgui.is_popup_open("", _ANY)) or _Seen.depth > 0
+    """Return True if a popup, menu or dialog is open or was open in the last frame."""
+    return bool(imgui.is_popup_open("", _ANY)) or _LastFrame.depth > 0
 
 
 def answers_keys_itself() -> None:
-    """Keep ImGui's navigation by keyboard out of the popup that is being drawn."""
-    _Seen.has_own_keys = True
+    """Disable ImGui's keyboard navigation in the popup that is being drawn."""
+    _LastFrame.has_own_keys = True
 
 
 def note_frame() -> None:
-    """Note what is open at the end of a frame, and let keys move through it in the next one.
+    """Record what is open at the end of a frame; enable keyboard navigation for the next one.
 
-    Without a popup, arrows, Space and Tab belong to the shot and not to the controls.
+    Without an open popup the arrow keys, Space and Tab control the shot, not the widgets.
     """
     io = imgui.get_io()
-    _Seen.depth = len(imgui.get_current_context().open_popup_stack)
-    if _Seen.depth and not _Seen.has_own_keys:
+    _LastFrame.depth = len(imgui.get_current_context().open_popup_stack)
+    if _LastFrame.depth and not _LastFrame.has_own_keys:
         io.config_flags |= _NAVIGATES
     else:
         io.config_flags &= ~_NAVIGATES
-    # Tab goes from field to field only where one is typed in or a dialog is open.
+    # Tab moves between fields only while a field is edited or a dialog is open.
     context = imgui.get_current_context()
-    context.config_nav_enable_tabbing = bool(_Seen.depth or io.want_text_input)
-    _Seen.has_own_keys = False
+    context.config_nav_enable_tabbing = bool(_LastFrame.depth or io.want_text_input)
+    _LastFrame.has_own_keys = False
 
 
 def is_escaped() -> bool:
-    """Return True where Escape was pressed for the popup that is being drawn."""
+    """Return True if Escape was pressed and the popup being drawn is on top."""
     depth = len(imgui.get_current_context().begin_popup_stack)
-    return bool(imgui.is_key_pressed(imgui.Key.escape, False)) and _Seen.depth == depth
+    return bool(imgui.is_key_pressed(imgui.Key.escape, False)) and _LastFrame.depth == depth
 
 
 def close_escaped() -> None:
-    """Close the popup on top where Escape was pressed and it does not answer that itself."""
+    """Close the popup on top if Escape was pressed; modal popups handle Escape themselves."""
     stack = imgui.get_current_context().open_popup_stack
-    if not imgui.is_key_pressed(imgui.Key.escape, False) or not 0 < _Seen.depth <= len(stack):
+    if not imgui.is_key_pressed(imgui.Key.escape, False) or not 0 < _LastFrame.depth <= len(stack):
         return
     window = stack[len(stack) - 1].window
     if window is not None and not window.flags & imgui.WindowFlags_.modal:

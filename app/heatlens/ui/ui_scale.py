@@ -1,4 +1,4 @@
-"""How large the interface is: the scale of the screen times the one that the user chose for it."""
+"""Scale the interface: the monitor's scale times the one that the user chose for that monitor."""
 
 from imgui_bundle import imgui
 
@@ -8,30 +8,30 @@ from heatlens.ui import theme
 
 
 class UiScale:
-    """Applies style and layout again where the scale has changed."""
+    """The scale of the interface; applies style and layout again when it changes."""
 
     def __init__(self, preferences: Preferences) -> None:
         self._preferences = preferences
-        self.screen = ""  # name of the screen that the window is on
-        self.of_screen = 1.0  # as the screen's own settings say
+        self.screen = ""  # name of the monitor that the window is on
+        self.of_screen = 1.0  # content scale that the system reports for that monitor
         self._applied: float | None = None
 
     @property
     def chosen(self) -> float:
-        """The scale that the user chose for the screen."""
+        """The factor that the user chose for this monitor."""
         return self._preferences.now.ui_scales.get(self.screen, 1.0)
 
     @property
     def em(self) -> float:
-        """Height of the letters in pixels."""
+        """Font size in pixels."""
         return theme.FONT_PX * self.of_screen * self.chosen
 
     def step(self, steps: int) -> None:
-        """Draw the interface larger, or smaller where `steps` is negative."""
+        """Enlarge the interface by so many steps; a negative number makes it smaller."""
         self._choose(next_scale(self.chosen, steps))
 
     def reset(self) -> None:
-        """Draw the interface as large as the screen's own settings ask."""
+        """Return to the scale that the system reports."""
         self._choose(1.0)
 
     def _choose(self, scale: float) -> None:
@@ -39,7 +39,7 @@ class UiScale:
         self._preferences.change(ui_scales=scales)
 
     def apply(self) -> None:
-        """Take over a changed scale; to be called between two frames of ImGui."""
+        """Apply a changed scale; call this between two ImGui frames."""
         wanted, before = self.of_screen * self.chosen, self._applied
         if wanted == before:
             return

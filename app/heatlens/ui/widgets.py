@@ -1,4 +1,4 @@
-"""Small controls that ImGui has not: each takes a value and returns it as the user left it."""
+"""Draw small controls that ImGui lacks; each takes a value and returns the user's new value."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,12 +15,12 @@ from heatlens.ui.seek import is_sought
 Value = TypeVar("Value")
 
 LABEL_EM = 6.6  # width of the column of labels
-_DRAGGED, _BEGUN, _TYPED = 0, 1, 2  # stages of a number: dragged, about to be typed, typed
+_DRAG, _TYPING_BEGINS, _TYPING = 0, 1, 2  # how a number is edited at the moment
 VALUE_EM = 5.2  # width of the column of values beside sliders
 
 
 def label(text: str, tip: str = "") -> None:
-    """Draw the text before a control; the control then takes the rest of the line."""
+    """Draw the label before a control; the next control then fills the rest of the line."""
     imgui.align_text_to_frame_padding()
     if is_sought(text):
         imgui.text_colored(theme.colors.accent_text, text)
@@ -42,14 +42,15 @@ def drag(
     say: Callable[[str], None],
     tip: str = "",
 ) -> float:
-    """Draw a number that is dragged, or typed after Ctrl+click or a double click.
+    """Draw a number field: drag to change it; Ctrl+click or double click to type.
 
-    It is only rounded when changed. What is typed and cannot be is said, and the value stays.
+    The value is rounded only when it changes. If the typed text is invalid, the error is passed to
+    `say` and the value stays.
     """
     label(name, tip)
     storage, typed = imgui.get_state_storage(), imgui.get_id(f"{name} is typed")
-    stage = storage.get_int(typed, _DRAGGED)
-    if stage != _DRAGGED:
+    stage = storage.get_int(typed, _DRAG)
+    if stage != _DRAG:
         return _typed_number(name, value, low, high, format_, say, typed)
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.no_input
     changed, new = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
@@ -58,7 +59,7 @@ def drag(
     is_double = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
     if imgui.is_item_hovered() and (is_clicked or is_double):
         imgui.internal.clear_active_id()
-        storage.set_int(typed, _BEGUN)
+        storage.set_int(typed, _TYPING_BEGINS)
     return float(f"{new:.7g}") if changed else value
 
 
@@ -71,23 +72,23 @@ def _typed_number(
     say: Callable[[str], None],
     typed: int,
 ) -> float:
-    """Draw the number as a field, until that is left; `typed` is where that is kept."""
+    """Draw the number as a text field until it is left; `typed` is the id of the stored stage."""
     storage, shown = imgui.get_state_storage(), (format_ % value).split()[0]
-    is_new = storage.get_int(typed, _DRAGGED) == _BEGUN
+    is_new = storage.get_int(typed, _DRAG) == _TYPING_BEGINS
     if is_new:
         imgui.set_keyboard_focus_here()
-        storage.set_int(typed, _TYPED)
+        storage.set_int(typed, _TYPING)
     new = text_field(name, shown, value, lambda text: parse_number(text, low, high, name), say)
     if not is_new and not imgui.is_item_active():
-        storage.set_int(typed, _DRAGGED)
+        storage.set_int(typed, _DRAG)
     return new
 
 
 def slider(name: str, value: float, low: float, high: float, format_: str, tip: str = "") -> float:
-    """Draw a slider between two ends, its number beside it, where the grab does not hide it."""
+    """Draw a slider with its number beside it, where the grab does not hide the number."""
     label(name, tip)
     imgui.set_next_item_width(imgui.get_content_region_avail().x - VALUE_EM * imgui.get_font_size())
-    flags = imgui.SliderFlags_.always_clamp  # also what is typed after Ctrl+click
+    flags = imgui.SliderFlags_.always_clamp  # also clamps a number typed after Ctrl+click
     changed, new = imgui.slider_float(f"##{name}", value, low, high, "", flags)
     probe.note(name)
     imgui.same_line()
@@ -102,7 +103,7 @@ def choice(
     tip: str = "",
     barred: Mapping[str, str] | None = None,
 ) -> str:
-    """Draw one of several words to choose; `barred` ones say why they cannot be taken."""
+    """Draw a drop-down of `choices`; `barred` gives the reason for those that are unavailable."""
     label(name, tip)
     room = imgui.get_content_region_avail().x - imgui.get_frame_height()
     is_cut = imgui.calc_text_size(printable(value)).x > room - imgui.get_style().frame_padding.x
@@ -123,7 +124,7 @@ def choice(
 
 
 def tip_of_barred(why: str) -> None:
-    """Tell under the pointer why the grey item that was drawn last cannot be taken."""
+    """Show the reason `why` as a tooltip of the last item, which is disabled."""
     if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
         imgui.set_tooltip(printable(why))
 
@@ -136,11 +137,10 @@ def text_field(
     say: Callable[[str], None],
     hint: str = "",
 ) -> Value:
-    """Draw a text field; return what was typed, once it is finished.
+    """Draw a text field; return the parsed value once the user has finished typing.
 
-    What cannot be read is said, and the value stays.
-
-    `hint` is what an empty field means.
+    If `parse` raises InputError, the error is passed to `say` and the value stays. `hint` is
+    shown while the field is empty.
     """
     flags = imgui.InputTextFlags_.auto_select_all
     _, text = imgui.input_text_with_hint(f"##{name}", hint, shown, flags)
@@ -154,7 +154,7 @@ def text_field(
 
 
 def colored_text(text: str, color: ImVec4) -> None:
-    """Draw a sentence over as many lines as it needs; nothing for none."""
+    """Draw a text in colour, wrapped over several lines; draw nothing if it is empty."""
     if not text:
         return
     imgui.push_style_color(imgui.Col_.text, color)
@@ -164,14 +164,14 @@ def colored_text(text: str, color: ImVec4) -> None:
 
 @contextmanager
 def disabled(when: bool) -> Iterator[None]:
-    """Draw the controls inside grey and dead."""
+    """Disable the controls of the block if `when` is True."""
     imgui.begin_disabled(when)
     yield
     imgui.end_disabled()
 
 
 def wheel_over_last() -> float:
-    """Return the notches of the wheel over the last control, which keeps them from its panel."""
+    """Return the wheel notches over the last item and keep them from scrolling its panel."""
     if not imgui.is_item_hovered():
         return 0.0
     imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
@@ -180,7 +180,7 @@ def wheel_over_last() -> float:
 
 @contextmanager
 def colored(color: ImVec4 | None, slot: int = imgui.Col_.text) -> Iterator[None]:
-    """Draw the words inside, or what else `slot` names, in a colour; None: as usual."""
+    """Draw the text of the block, or the style slot `slot`, in a colour; None changes nothing."""
     if color is not None:
         imgui.push_style_color(slot, color)
     yield
@@ -189,7 +189,7 @@ def colored(color: ImVec4 | None, slot: int = imgui.Col_.text) -> Iterator[None]
 
 
 def parse_number(text: str, low: float, high: float, what: str) -> float:
-    """Read a number, with or without a leading f/ or T. Raises InputError outside its limits."""
+    """Parse a number, with or without a leading f/ or T. Raise InputError outside the limits."""
     cleaned = text.strip().lower().removeprefix("f/").removeprefix("f").removeprefix("t")
     try:
         value = float(_without_unit(cleaned).replace(",", "."))
@@ -201,12 +201,12 @@ def parse_number(text: str, low: float, high: float, what: str) -> float:
 
 
 def _without_unit(text: str) -> str:
-    """Return what is before the unit that the number is shown with."""
+    """Return the text without the unit at its end."""
     for unit in ("mm", "µm", "um", "x", "%"):
         text = text.removesuffix(unit)
     return text.strip()
 
 
 def spacer(em: float = 0.3) -> None:
-    """Leave a little air."""
+    """Leave a small vertical gap."""
     imgui.dummy(ImVec2(0, em * imgui.get_font_size()))

@@ -1,4 +1,4 @@
-"""The GLFW window and its loop: nothing is drawn when nothing happened."""
+"""Open the GLFW window and run its loop, which draws only when something has changed."""
 
 import ctypes
 import time
@@ -7,7 +7,7 @@ from contextlib import closing
 from functools import partial
 from typing import Any
 
-from imgui_bundle import imgui  # before glfw: both then share one libglfw
+from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
 
 import glfw  # isort: skip
 import moderngl
@@ -35,10 +35,11 @@ from heatlens.ui.screen import Screen
 from heatlens.ui.stop_signals import StopSignals
 
 _SIZE = 1600, 900
-_FRAMES_AFTER_EVENT = 3  # ImGui needs up to so many to come to rest: hover, layout, focus
-_TOOLTIP_S = 0.6  # one more frame so long after the last event: tooltips wait for it
-_PULSE_S, _AFTER_EVENT_S = 0.25, 1.5  # between frames of the window while it works, after an event
-_CURSOR_S = 0.4  # the cursor of a text field blinks
+_FRAMES_AFTER_EVENT = 3  # ImGui needs up to this many frames to settle hover, layout and focus
+_TOOLTIP_S = 0.6  # draw one more frame this long after the last event, for tooltips
+_PULSE_S = 0.25  # longest time between frames while the picture is being rendered ...
+_AFTER_EVENT_S = 1.5  # ... within this time after an event
+_CURSOR_S = 0.4  # blinking of the cursor in a text field
 _HELP = (
     "`heatlens render` works without a display; on Debian or Ubuntu a window needs an X server or "
     "Wayland and: apt-get install libgl1 libegl1"
@@ -46,9 +47,9 @@ _HELP = (
 
 
 def run_window(start: Start) -> None:
-    """Open the window and stay until it is closed.
+    """Open the window and return when it is closed.
 
-    Raises NoWindowError where there can be none, and Stopped when Ctrl-C in the terminal closed it.
+    Raise NoWindowError if none can be opened, and Stopped if Ctrl-C in the terminal closed it.
     """
     preferences = Preferences.load(preferences_dir())
     window = _open_window(preferences.now)
@@ -65,7 +66,7 @@ def run_window(start: Start) -> None:
 
 
 def _open_window(remembered: Remembered) -> Any:
-    glfw.ERROR_REPORTING = "ignore"  # said by us, in a sentence
+    glfw.ERROR_REPORTING = "ignore"  # the NoWindowError below reports it instead
     if not glfw.init():
         raise NoWindowError(f"No window can be opened: {_glfw_error()}. {_HELP}")
     for hint, value in (
@@ -84,7 +85,7 @@ def _open_window(remembered: Remembered) -> Any:
             f"No window with OpenGL 4.3 can be opened: {reason}. A newer driver may have it; "
             "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
         )
-    # Afterwards: the size that is remembered is scaled to the screen already.
+    # Set the size once the window exists: the remembered size already includes the monitor's scale.
     size = remembered.window_size or glfw.get_window_size(window)
     glfw.set_window_size(window, *fitted_size(size, room_of(glfw.get_primary_monitor())))
     if remembered.is_maximized:
@@ -106,7 +107,7 @@ def _is_held() -> bool:
 
 
 class Loop:
-    """Draws the screen when something happened, works on the picture when nothing does."""
+    """The main loop: draws the screen after events, and renders the picture in between."""
 
     def __init__(self, window: Any, start: Start, preferences: Preferences) -> None:
         self._window = window
@@ -136,12 +137,12 @@ class Loop:
         self._ui.scale.apply()
         restore_layout(self._ui, preferences.now.layout, preferences.now.layout_em)
         self._feed = CleanFeed(self._ctx, window)
-        self._size_before = glfw.get_window_size(window)  # it filled the screen
+        self._size_before = glfw.get_window_size(window)  # before full screen
         self._seen_key: object = None
         self._title = ""
 
     def run(self, stops: StopSignals, door: WindowDoor) -> None:
-        """Draw and work until the window is closed, or a signal asks for that."""
+        """Run until the window is closed or a stop signal comes."""
         session = self._session
         while not (self._ui.is_over or stops.number):
             self._wait()
@@ -168,10 +169,9 @@ class Loop:
         imgui.destroy_context()
 
     def _is_pulse_due(self) -> bool:
-        """Return True where the window should be drawn although work never ends.
+        """Return True if the window should be drawn although rendering still goes on.
 
-        What comes a while after an event, such as a tooltip or the end of a gesture, needs a frame
-        of the window now and then.
+        Tooltips and the end of a gesture come some time after an event, and need a frame to show.
         """
         now, session = time.perf_counter(), self._session
         if not session.scheduler.is_working or now - self._drawn_at < _PULSE_S:
@@ -180,7 +180,7 @@ class Loop:
         return is_typing or session.wants_frames or now - self._event_at < _AFTER_EVENT_S
 
     def _wait(self) -> None:
-        """Take events; sleep for one where there is nothing to do."""
+        """Handle events; sleep until the next one if there is nothing to do."""
         wait_s = self._seconds_to_sleep()
         if wait_s == 0.0:
             glfw.poll_events()
@@ -194,7 +194,7 @@ class Loop:
         self._frames_due = max(self._frames_due, 1)  # also a thread that has news wakes the loop
 
     def _remember(self) -> None:
-        """Remember size and panels while the hand rests; a file is written where they changed."""
+        """Store window size and panels in the preferences, which are written if they changed."""
         is_maximized = bool(glfw.get_window_attrib(self._window, glfw.MAXIMIZED))
         is_full = bool(glfw.get_window_monitor(self._window))
         is_seen = not is_full and not glfw.get_window_attrib(self._window, glfw.ICONIFIED)
@@ -247,13 +247,14 @@ class Loop:
         seconds = time.perf_counter() - start
         shown = session.live.shown if session.live.shown is not before else None
         session.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
-        # Panels tell of a new picture one frame later. While a ring turns, its next turn is first.
+        # Panels show facts of a new picture one frame later, but the next sample of a turning ring
+        # is more urgent.
         if (shown and not session.ring.is_turning) or events_wait():
             self._frames_due = max(self._frames_due, 1)
         self._seen_key = session.scheduler.seen_key
 
     def _follow_screen(self) -> None:
-        """Draw larger or smaller where the window has come to another screen."""
+        """Adapt scale and full screen after the window has moved to another monitor."""
         scale = self._ui.scale
         scale.of_screen = glfw.get_window_content_scale(self._window)[0]
         scale.screen = screen_name(self._window)
@@ -265,7 +266,7 @@ class Loop:
             fill_screen(self._window, not is_full, self._size_before)
 
     def _tell_title(self) -> None:
-        """Set the title to the name of what is seen, from the moment it is seen."""
+        """Set the window title to the name of the picture, once that is shown."""
         session = self._session
         if session.live.shown is not None and session.source.plate is not None:
             name = session.documents.title or session.source.plate.path.name
@@ -275,7 +276,10 @@ class Loop:
                 glfw.set_window_title(self._window, printable(title))
 
     def _watch_events(self) -> None:
-        """Let any event make frames due. Set before ImGui's handlers, which call these in turn."""
+        """Register callbacks that request frames after any event.
+
+        They are set before ImGui's own callbacks, which call them in turn.
+        """
         woken: Callable[..., None] = lambda *_: self._woken()  # noqa: E731
         glfw.set_key_callback(self._window, self._key_changed)
         for register in (
@@ -302,7 +306,7 @@ class Loop:
         self._session.pull.touched()
 
     def _open_named(self, names: list[str]) -> None:
-        """Open what a later command line named, and come to the front."""
+        """Open the files that a later command line named, and bring the window to the front."""
         if names:
             self._woken()
             self._session.files.open_dropped(names)

@@ -1,6 +1,6 @@
-"""Whether a window can be opened here, and what it would be drawn with.
+"""Find out whether a window can be opened, and which OpenGL renderer it would use.
 
-Run as a module it opens a window and writes the name of its OpenGL.
+Run as a module, it opens a hidden window and prints the name of its renderer.
 """
 
 import os
@@ -18,9 +18,9 @@ from heatlens.ui import theme
 
 
 def fonts_found() -> str:
-    """Load the fonts of the window; return their folder.
+    """Load the fonts of the interface; return their folder.
 
-    Raises InputError where one is not there.
+    Raise InputError if one cannot be loaded.
     """
     folder = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
     before, own = imgui.get_current_context(), imgui.create_context()
@@ -37,7 +37,7 @@ def fonts_found() -> str:
 
 
 def display_named() -> str | None:
-    """Return what the environment names as display, None where it names none."""
+    """Return the display variable of the environment, for example "DISPLAY=:0"; None if unset."""
     for name in ("WAYLAND_DISPLAY", "DISPLAY"):
         if os.environ.get(name):
             return f"{name}={os.environ[name]}"
@@ -45,9 +45,9 @@ def display_named() -> str | None:
 
 
 def renderer_of_a_window() -> str:
-    """Open a window that is not seen, and close it; the name of its OpenGL.
+    """Open and close a hidden window; return the name of its OpenGL renderer.
 
-    Raises GpuError where none can be opened.
+    Raise GpuError if none can be opened.
     """
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():
@@ -69,8 +69,8 @@ def renderer_of_a_window() -> str:
         glfw.terminate()
 
 
-def _tried() -> int:
-    """Write the OpenGL of a window, or why there is none; return the exit code."""
+def _print_renderer() -> int:
+    """Print the renderer of a window, or why there is none; return the exit code."""
     try:
         sys.stdout.write(f"{renderer_of_a_window()}\n")
     except GpuError as error:
@@ -80,4 +80,4 @@ def _tried() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(_tried())
+    sys.exit(_print_renderer())

@@ -1,7 +1,6 @@
-"""Choosing a file inside the window: the same on every system, a sequence being one entry.
+"""Choose a file inside the window; a sequence of frames is one entry.
 
-The systems' own dialogs show a thousand frames as a thousand files, and are not there on a machine
-without a desktop.
+The dialogs of operating systems list a thousand frames as a thousand files, and need a desktop.
 """
 
 import time
@@ -33,16 +32,16 @@ class FileBrowser:
 
     @property
     def is_open(self) -> bool:
-        """It is on the screen, or will be in the next frame."""
+        """True if the dialog is open or opens in the next frame."""
         return self.walk is not None
 
     def open(self, purpose: Purpose, folder: Path, name: str = "") -> None:
-        """Show it from the next frame on, in `folder`; `name` is proposed for what is saved."""
+        """Open the dialog in the next frame, in `folder`; `name` is the file name it suggests."""
         self.walk = FolderWalk(purpose, folder, name, self._wake)
         self._is_new = True
 
     def draw(self) -> Chosen | None:
-        """Draw it where it is open; return what was chosen in this frame."""
+        """Draw the dialog if it is open; return the choice that was made in this frame."""
         walk = self.walk
         if walk is None:
             return None
@@ -55,7 +54,7 @@ class FileBrowser:
         chosen = None
         if shown:
             topmost.answers_keys_itself()
-            chosen = self._taken(walk)
+            chosen = self._draw_inside(walk)
             if chosen is not None or not stays or self.walk is None:
                 imgui.close_current_popup()
             imgui.end_popup()
@@ -64,7 +63,7 @@ class FileBrowser:
         self._is_new = False
         return chosen
 
-    def _taken(self, walk: FolderWalk) -> Chosen | None:
+    def _draw_inside(self, walk: FolderWalk) -> Chosen | None:
         try:
             typed = walk.poll()
         except HeatlensError as error:
@@ -94,14 +93,14 @@ class FileBrowser:
             walk.go(walk.typed)
 
     def _footer(self, walk: FolderWalk) -> Chosen | None:
-        """Draw the name to save under, a line of text and the buttons."""
+        """Draw the field for the name to save under, a line of text and the buttons."""
         if walk.overwrites is not None:
             return _overwrite_question(walk, walk.overwrites)
         entered = walk.purpose.is_save and self._name_field(walk)
         imgui.push_style_color(
             imgui.Col_.text, theme.colors.bad if walk.problem else theme.colors.dim
         )
-        imgui.text_wrapped(printable(_line(walk)))
+        imgui.text_wrapped(printable(_note(walk)))
         imgui.pop_style_color()
         if not walk.purpose.is_save:
             _single_files(walk)
@@ -114,7 +113,7 @@ class FileBrowser:
         return walk.take() if pressed or entered else None
 
     def _name_field(self, walk: FolderWalk) -> bool:
-        """Draw the field for the name; return True when Enter was pressed in it."""
+        """Draw the field for the name; return True if Enter was pressed in it."""
         widgets.label("name")
         if self._is_new:
             imgui.set_keyboard_focus_here()
@@ -128,7 +127,7 @@ class FileBrowser:
 
 
 def _place() -> None:
-    """Place it in the middle, as large as it needs to be and the window allows."""
+    """Centre the dialog and give it its usual size, or less in a small window."""
     em, screen = imgui.get_font_size(), imgui.get_main_viewport()
     width = min(_SIZE_EM[0] * em, 0.94 * screen.work_size.x)
     height = min(_SIZE_EM[1] * em, 0.9 * screen.work_size.y)
@@ -137,7 +136,7 @@ def _place() -> None:
 
 
 def _single_files(walk: FolderWalk) -> None:
-    """Draw the choice between sequences and files, left of the buttons."""
+    """Draw the checkbox that lists single files instead of sequences, left of the buttons."""
     changed, is_single = imgui.checkbox("single files", walk.is_single)
     probe.note("browser single files")
     if changed:
@@ -145,21 +144,21 @@ def _single_files(walk: FolderWalk) -> None:
     imgui.same_line()
 
 
-def _line(walk: FolderWalk) -> str:
-    """Return what is said under the list."""
+def _note(walk: FolderWalk) -> str:
+    """Return the line of text under the list."""
     return walk.problem or ("Reading ..." if walk.is_reading else walk.purpose.note)
 
 
 def _footer_height(walk: FolderWalk) -> float:
-    """Return the height of a field or a question, the line and the buttons."""
+    """Return the height of the field or question, the note and the buttons, in screen units."""
     rows = 2 if walk.purpose.is_save else 1
-    text = imgui.calc_text_size(_line(walk), False, imgui.get_content_region_avail().x)
+    text = imgui.calc_text_size(_note(walk), False, imgui.get_content_region_avail().x)
     gaps = 2 * imgui.get_style().item_spacing.y
     return float(rows * imgui.get_frame_height_with_spacing() + text.y + gaps)
 
 
 def _list(walk: FolderWalk) -> Chosen | None:
-    """Draw folders and pictures; a double click takes one."""
+    """Draw the list of folders and files; return the entry that was double-clicked."""
     em = imgui.get_font_size()
     flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.borders_outer
     if not imgui.begin_table("files", 3, flags, ImVec2(0, -_footer_height(walk))):
@@ -188,7 +187,7 @@ def _row(walk: FolderWalk, index: int, entry: str | Entry) -> Chosen | None:
     clicked, _ = imgui.selectable(f"##{index}", index == walk.row, flags)
     probe.note(f"file {name}")
     imgui.same_line(0.0, 0.0)
-    imgui.text(printable(name))  # apart, for a label would end before the ## of a sequence
+    imgui.text(printable(name))  # not as the label, which would end at the ## of a sequence
     if isinstance(entry, Entry):
         imgui.table_next_column()
         imgui.text_disabled(entry.frames_text)
@@ -201,7 +200,7 @@ def _row(walk: FolderWalk, index: int, entry: str | Entry) -> Chosen | None:
 
 
 def _keys(walk: FolderWalk) -> Chosen | None:
-    """Answer keys: arrows move in the list, Enter takes, Backspace goes up."""
+    """Handle keys: arrows move in the list, Enter chooses, Backspace goes to the parent folder."""
     step = int(imgui.is_key_pressed(_Key.down_arrow)) - int(imgui.is_key_pressed(_Key.up_arrow))
     if step and walk.rows:
         walk.choose(walk.row + step)
@@ -220,13 +219,13 @@ def _overwrite_question(walk: FolderWalk, path: Path) -> Chosen | None:
     _to_the_right(2)
     chosen = walk.overwrite() if _button("Overwrite") else None
     imgui.same_line()
-    if _button("Keep it"):  # where Save was: clicking twice there destroys nothing
+    if _button("Keep it"):  # at the place of Save, so that a second click there does no harm
         walk.overwrites = None
     return chosen
 
 
 def _to_the_right(buttons: int) -> None:
-    """Move the cursor to where so many buttons end at the right edge."""
+    """Move the cursor so that this many buttons end at the right edge."""
     width = buttons * _BUTTON_EM * imgui.get_font_size()
     width += (buttons - 1) * imgui.get_style().item_spacing.x
     right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x

@@ -1,4 +1,4 @@
-"""The dialog that asks for a file to open or to save."""
+"""Ask for files to open or save, and pass the choice to the file commands."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ from heatlens.ui.files.file_browser import FileBrowser
 
 
 class FileDialogs:
-    """Opens the browser for a purpose and acts on what is chosen in it."""
+    """Opens the file browser for a purpose and applies the choice."""
 
     def __init__(
         self, files: FileCommands, say: Callable[[str], None], wake: Callable[[], None]
@@ -16,13 +16,13 @@ class FileDialogs:
         self.browser = FileBrowser(say, wake)
 
     def ask(self, key: str) -> None:
-        """Ask for a file; `key` is one of PURPOSES."""
+        """Ask for a file; `key` is a key of PURPOSES."""
         if self._files.may_choose(key):
             folder, name = self._files.first_folder(key), self._files.first_name(key)
             self.browser.open(PURPOSES[key], folder, name)
 
     def draw(self) -> None:
-        """Draw the dialog where one is open; what is chosen in it is done."""
+        """Draw the dialog if it is open, and apply the user's choice."""
         chosen = self.browser.draw()
         if chosen is not None:
             self._files.take(chosen)

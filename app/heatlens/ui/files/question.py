@@ -1,4 +1,4 @@
-"""A question in the middle of the window, which has to be answered before anything else."""
+"""Draw a modal question in the middle of the window."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,10 +10,10 @@ _FLAGS = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
 
 @contextmanager
 def question(title: str, width_em: float) -> Iterator[bool]:
-    """Open the question where it is not open, and draw it; False where it is not to be seen.
+    """Open and draw a modal question; yield False while it is not visible.
 
-    The words and buttons are drawn inside the block, which closes it with
-    `imgui.close_current_popup` once it is answered.
+    The block draws text and buttons, and calls `imgui.close_current_popup` once the user has
+    answered.
     """
     if not imgui.is_popup_open(title):
         imgui.open_popup(title)

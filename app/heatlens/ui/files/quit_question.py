@@ -1,4 +1,4 @@
-"""The question before the window is closed on an export that is under way."""
+"""Ask before the window is closed while an export is running."""
 
 from imgui_bundle import imgui
 
@@ -11,7 +11,7 @@ _WIDTH_EM = 28.0
 
 
 def quit_question(ui: UiState, words: str) -> None:
-    """Draw it while it is asked; `words` tell how far the export is."""
+    """Draw the question while it is open; `words` tell the progress of the export."""
     if not ui.asks_to_quit:
         return
     with question(_TITLE, _WIDTH_EM) as shown:

@@ -1,4 +1,4 @@
-"""The question after a crash: go on with the shot as it was not saved, or as it was?"""
+"""Ask after a crash whether to recover the unsaved changes of a shot."""
 
 from imgui_bundle import imgui
 
@@ -13,7 +13,7 @@ _WIDTH_EM = 30.0
 
 
 def shot_question(documents: ShotDocuments) -> None:
-    """Draw it while there is an offer."""
+    """Draw the question while there are unsaved changes to recover."""
     offer = documents.offer
     if offer is None:
         return

@@ -1,1 +1,1 @@
-"""The panels beside the picture."""
+"""The docked panels beside the picture."""

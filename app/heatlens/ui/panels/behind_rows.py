@@ -1,4 +1,4 @@
-"""The pictures of what lies behind a plate: each with what it adds, one more, one less."""
+"""Draw the list of background pictures of a plate, which show what its foreground hides."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -16,24 +16,24 @@ _TIP = (
 
 
 def behind_rows(
-    wished: Sequence[str],
+    files: Sequence[str],
     reports: Mapping[str, BehindReport],
     problem: str,
     ask: Callable[[], None],
 ) -> tuple[str, ...]:
-    """Draw the pictures; return the files and patterns that the user left.
+    """Draw the list; return the files and patterns as the user left them.
 
-    `reports` tell what is known, also from parts of the plate's own file. `problem` says why the
-    wished ones are not read; `ask` asks for one more.
+    `reports` say by name what each picture adds, also for parts of the plate's own file.
+    `problem` says why `files` cannot be read, or is "". `ask` opens the dialog for another one.
     """
     imgui.separator_text("What lies behind")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(_TIP)
     for name, report in reports.items():
-        if name not in wished:
+        if name not in files:
             _sentence(report.sentence)
             probe.note(f"behind {name}")
-    kept = tuple(text for text in wished if not _row(text, reports.get(text)))
+    kept = tuple(text for text in files if not _row(text, reports.get(text)))
     widgets.colored_text(problem, theme.colors.bad)
     probe.note("behind problem")
     if imgui.button("Add a picture behind...", ImVec2(-1, 0)):
@@ -43,7 +43,7 @@ def behind_rows(
 
 
 def _row(text: str, report: BehindReport | None) -> bool:
-    """Draw one file with what it adds; return True when it is to be taken away."""
+    """Draw one file with what it adds; return True if the user removes it."""
     is_removed = imgui.small_button(f"x##{text}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(printable(f"Take {text} away"))

@@ -1,4 +1,4 @@
-"""Which distances are written along a scale of dioptres: round ones of the unit that is shown."""
+"""Choose the distances to label along a scale of dioptres: round ones in the displayed unit."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -7,16 +7,16 @@ from typing import NamedTuple
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.units import FOOT_M, INCH_M, format_distance
 
-# Times a power of ten. The second ones are written where the first leave room between them.
+# Round numbers, times a power of ten. The second group is used where the first leaves room.
 _ROUNDS = (1.0, 2.0, 5.0), (1.5, 3.0, 7.0)
-_DECADES = 4  # from the near end on: what lies farther is infinity to the eye
-_INCHES_UNDER = 9.5  # ten of them would stand in the way of the foot
+_DECADES = 4  # powers of ten from the near end on; farther distances look like infinity
+_INCHES_UNDER = 9.5  # no ten inches, which would leave no room for one foot
 INFINITY = "inf"
-_LEAST_TOLD_M = 0.01  # at the near end of a scale, where the pupil lies behind the film plane
+_LEAST_LABEL_M = 0.01  # smallest label, if the entrance pupil lies behind the film plane
 
 
 class Tick(NamedTuple):
-    """A distance in metres, its words, and where on the screen these begin."""
+    """A labelled distance in metres, its text, and the x where the text begins."""
 
     distance_m: float
     text: str
@@ -24,7 +24,7 @@ class Tick(NamedTuple):
 
 
 def round_distances_m(near_m: float, unit: str, steps: tuple[float, ...]) -> Iterator[float]:
-    """Return round distances from `near_m` on: of metres, or of feet and inches."""
+    """Yield round distances from `near_m` on, in metres or in feet and inches."""
     if unit == "m":
         yield from _multiples_m(near_m, math.inf, 1.0, steps)
         return
@@ -44,7 +44,7 @@ def _multiples_m(
 
 
 def tick_text(distance_m: float, unit: str) -> str:
-    """Return a distance as short as it can be: whole feet without their inches."""
+    """Format a distance as short as possible: whole feet without inches."""
     return format_distance(distance_m, unit).replace("'0\"", "'")
 
 
@@ -55,11 +55,11 @@ def distance_ticks(
     ends_x: tuple[float, float],
     width_of: Callable[[str], float],
 ) -> list[Tick]:
-    """Return the ticks that have room, none over another, infinity at the right.
+    """Return the ticks that fit without overlap, with infinity at the right.
 
-    near_m      above 0: the distance at the left end
-    x_at        where a distance lies on the screen, within `ends_x`
-    width_of    of words on the screen; the width of a zero stays free beside each
+    near_m      the distance at the left end, above 0
+    x_at        maps a distance to its x on the screen, within `ends_x`
+    width_of    measures a text; a gap as wide as "0" is kept between texts
     """
     gap, (left, right) = width_of("0"), ends_x
     ticks = [Tick(math.inf, INFINITY, right - width_of(INFINITY))]
@@ -79,20 +79,20 @@ def distance_ticks(
 
 def scale_ticks(
     histogram: DepthHistogram,
-    told_from_m: float,
+    offset_m: float,
     unit: str,
     ends_x: tuple[float, float],
     width_of: Callable[[str], float],
 ) -> list[Tick]:
-    """Return the ticks under a histogram between `ends_x`, infinity at the right.
+    """Return the ticks under a histogram between `ends_x`, with infinity at the right.
 
-    They are of distances that people read, which are longer by `told_from_m` than those of the
-    histogram.
+    Labels are distances from where the user measures them, which are longer by `offset_m` than
+    those of the histogram.
     """
     left, right = ends_x
-    near_m = max(1.0 / histogram.most_dioptres + told_from_m, _LEAST_TOLD_M)
+    near_m = max(1.0 / histogram.most_dioptres + offset_m, _LEAST_LABEL_M)
 
-    def x_at(told_m: float) -> float:
-        return right - histogram.part_at(told_m - told_from_m) * (right - left)
+    def x_at(label_m: float) -> float:
+        return right - histogram.part_at(label_m - offset_m) * (right - left)
 
     return distance_ticks(near_m, unit, x_at, ends_x, width_of)

@@ -1,4 +1,4 @@
-"""What leaves the program: frames, a movie, the lens as a camera."""
+"""Draw the Export panel: frames, movies, and the lens as a camera file."""
 
 from dataclasses import replace
 from enum import StrEnum
@@ -15,8 +15,8 @@ from heatlens.session.export_wish import CAMERA_KINDS, FRAME_KINDS, ExportWish
 from heatlens.ui import probe, theme, widgets
 
 
-class Asked(StrEnum):
-    """The button that was pressed."""
+class Pressed(StrEnum):
+    """The button of the panel that was pressed."""
 
     NOTHING = "nothing"
     EXPORT = "export"
@@ -25,42 +25,42 @@ class Asked(StrEnum):
 
 
 def draw_exports(exports: ExportCommands) -> None:
-    """Draw the panel in the current window and begin what its buttons ask for."""
+    """Draw the panel in the current window and do what its buttons ask for."""
     exports.propose()
-    exports.wish, asked = export_panel(exports.wish, exports.played, exports.run.state)
-    if asked is Asked.CANCEL:
+    exports.wish, pressed = export_panel(exports.wish, exports.played, exports.run.state)
+    if pressed is Pressed.CANCEL:
         exports.run.cancel()
-    elif asked is Asked.EXPORT:
+    elif pressed is Pressed.EXPORT:
         exports.export()
-    elif asked is Asked.CAMERA:
+    elif pressed is Pressed.CAMERA:
         exports.write_camera()
 
 
 def export_panel(
     wish: ExportWish, played: FrameRange | None, state: ExportState | None
-) -> tuple[ExportWish, Asked]:
-    """Draw it; the wish as the user left it, and the button that was pressed."""
+) -> tuple[ExportWish, Pressed]:
+    """Draw the panel; return the settings as the user left them, and the button pressed."""
     imgui.separator_text("Frames")
     wish = _where(wish)
     wish = replace(wish, kind=widgets.choice("as", wish.kind, list(FRAME_KINDS)))
     wish = _options(wish, played)
     is_busy = state is not None and state.code is None
-    asked = Asked.NOTHING
+    pressed = Pressed.NOTHING
     with widgets.disabled(is_busy or not wish.name or not wish.folder):
         if _button("Export"):
-            asked = Asked.EXPORT
+            pressed = Pressed.EXPORT
     imgui.same_line()
     imgui.text_disabled(printable(Path(wish.output).name))
     imgui.separator_text("Lens as a camera")
     wish = replace(wish, camera_kind=widgets.choice("for", wish.camera_kind, list(CAMERA_KINDS)))
     with widgets.disabled(is_busy or not wish.name or not wish.folder):
         if _button("Write camera"):
-            asked = Asked.CAMERA
+            pressed = Pressed.CAMERA
     imgui.same_line()
     imgui.text_disabled(printable(Path(wish.camera_output).name))
     if state is not None and _progress(state):
-        asked = Asked.CANCEL
-    return wish, asked
+        pressed = Pressed.CANCEL
+    return wish, pressed
 
 
 def _where(wish: ExportWish) -> ExportWish:
@@ -107,7 +107,7 @@ def _button(name: str) -> bool:
 
 
 def _progress(state: ExportState) -> bool:
-    """Draw how far the export is, and how it ended; return True where it is to be stopped."""
+    """Draw the progress or the result of the export; return True if Stop was pressed."""
     widgets.spacer()
     if state.code is None:
         part = state.done / state.frames if state.frames else 0.0

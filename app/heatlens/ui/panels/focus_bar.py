@@ -1,6 +1,6 @@
-"""Focus over dioptres: the depths of the picture, what is in focus among them, and the hand on it.
+"""Draw the focus bar: the histogram of depths over dioptres, depth of field, and the focus.
 
-Infinity lies right, the nearest surface left, as distances lie on most lens barrels.
+Infinity is at the right and the nearest surface at the left, as on most lens barrels.
 """
 
 import math
@@ -21,7 +21,7 @@ _TICK = 4.0  # screen units
 
 
 def focus_bar(lens: Lens, histogram: DepthHistogram, unit: str) -> Lens:
-    """Draw the bar over the width of the panel; the lens with the focus dragged to."""
+    """Draw the bar over the width of the panel; return the lens, focused by a drag."""
     em = imgui.get_font_size()
     size = ImVec2(imgui.get_content_region_avail().x, _HEIGHT_EM * em)
     corner = imgui.get_cursor_screen_pos()
@@ -69,9 +69,10 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
 
 
 def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:
-    """Return (BINS,) heights in 0..1, the highest 1, but for the first: infinity.
+    """Return the (BINS,) heights of the columns, 0 to 1; all but the first are scaled to reach 1.
 
-    An empty sky is half of many pictures; beside it everything else would be a line of dots.
+    The first one is infinity: in many pictures it is half of all pixels, and would make all other
+    columns too low to see.
     """
     most = float(histogram.heights[1:].max(initial=0.0))
     heights = histogram.heights if most == 0 else histogram.heights / most
@@ -81,7 +82,7 @@ def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:
 def draw_histogram(
     draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
 ) -> None:
-    """Draw columns over the whole of `size`, infinity at the right."""
+    """Draw the columns into the rectangle of `size`, infinity at the right."""
     heights = visible_heights(histogram)[::-1]
     step = size.x / len(heights)
     bottom = corner.y + size.y
@@ -98,18 +99,19 @@ def draw_scale(
     corner: ImVec2,
     size: ImVec2,
     unit: str,
-    told_from_m: float = 0.0,
+    offset_m: float = 0.0,
 ) -> None:
-    """Draw distances under a bar of this size, as many as fit.
+    """Draw labelled distances under a bar of this size, as many as fit.
 
-    They are those that people read, which are longer by `told_from_m` than those of the histogram.
+    Labels are distances from where the user measures them, which are longer by `offset_m` than
+    those of the histogram.
     """
     y, ends_x = corner.y + size.y, (corner.x, corner.x + size.x)
 
     def width_of(text: str) -> float:
         return float(imgui.calc_text_size(text).x)
 
-    for tick in scale_ticks(histogram, told_from_m, unit, ends_x, width_of):
+    for tick in scale_ticks(histogram, offset_m, unit, ends_x, width_of):
         draw.add_text(ImVec2(tick.text_x, y), theme.colors.text_dim, tick.text)
         if math.isfinite(tick.distance_m):
             x = tick.text_x + width_of(tick.text) / 2

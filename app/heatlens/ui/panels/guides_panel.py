@@ -1,4 +1,4 @@
-"""Guides: mattes and lines over the picture, its desqueeze, and coloured edges in focus."""
+"""Draw the Guides panel: mattes, guide lines, desqueeze and focus peaking."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,12 +13,12 @@ from heatlens.ui import probe, widgets
 _NO_MATTE, _OWN = "none", "own"
 _AS_FILE, _SQUARE = "as the file says", "square pixels"
 _OWN_SQUEEZE_FIRST = 1.6
-_OWN_FIRST = 2.0  # width over height, until another is typed
+_OWN_FIRST = 2.0  # first aspect ratio, width over height, of an own matte
 _LINES = (("safe_areas", "safe areas"), ("thirds", "thirds"), ("centre", "centre cross"))
 
 
 def guides_panel(view: ViewState, squeeze: float, say: Callable[[str], None]) -> ViewState:
-    """Draw it; return the view as the user left it. `squeeze` is that of the lens now."""
+    """Draw the panel; return the view as the user left it. `squeeze` is that of the lens."""
     imgui.separator_text("Matte and lines")
     guides = _matte(view.guides, say)
     for field, words in _LINES:

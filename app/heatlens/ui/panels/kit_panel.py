@@ -1,4 +1,4 @@
-"""The lens kit: which one the lens is from, and which of its lenses is on the camera."""
+"""Draw the choice of a lens kit and of the lens on the camera."""
 
 from imgui_bundle import imgui
 
@@ -13,7 +13,7 @@ _NONE = "none: any lens"
 
 
 def kit_panel(kit: LensKit | None, lens: Lens, commands: KitCommands) -> None:
-    """Draw the choice of the kit and of its lens, and what that lens can do."""
+    """Draw the choice of the kit and of its lens, and the limits of that lens."""
     imgui.separator_text("Lens kit")
     tip = "Lenses that belong together. They bound length, f-stop and focus."
     shown = _NONE if kit is None else kit.name

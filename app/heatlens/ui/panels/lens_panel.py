@@ -1,4 +1,4 @@
-"""The lens: focus, aperture, hardware, and how its blur is computed."""
+"""Draw the Lens panel: focus, aperture, hardware, and how the blur is computed."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -33,9 +33,9 @@ from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.focus_bar import focus_bar
 
 _CUSTOM = "custom"
-_LIMITS_EM = 20.0  # so narrow that four columns of one width would cut their words
+_LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
 _NO_T_STOP = "as the f-stop"
-_VIEWS_REACH = 4096  # of the slider
+_VIEWS_REACH = 4096  # largest value of the slider
 _PROXIES = {"full": 1.0, "1/2": 0.5, "1/3": 1 / 3, "1/4": 0.25}
 _LENS_IS_FIXED = "This plate brings its circle of confusion: the lens is fixed in it."
 Say = Callable[[str], None]
@@ -43,19 +43,19 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class LensFacts:
-    """What the panel shows beside the lens itself."""
+    """What the panel shows besides the lens."""
 
-    histogram: DepthHistogram | None  # None: no distances, or nothing is shown yet
+    histogram: DepthHistogram | None  # None if the plate has no distances or nothing is open
     unit: str  # m or ft
-    sources: Mapping[str, str]  # field of the lens -> where its value began
-    tried: frozenset[LensParameter] = frozenset()  # what holds at this frame alone, without a key
-    doubts: tuple[Doubt, ...] = ()  # what cannot well be of this lens and these depths
-    brings_coc: bool = False  # the plate that is shown has circles of confusion, no distances
-    kit_lens: KitLens | None = None  # which bounds the lens, None: nothing does
+    sources: Mapping[str, str]  # field of the lens -> where its first value came from
+    tried: frozenset[LensParameter] = frozenset()  # parameters changed at this frame without a key
+    doubts: tuple[Doubt, ...] = ()  # implausible values of the lens, given the depths
+    brings_coc: bool = False  # the plate has circles of confusion instead of distances
+    kit_lens: KitLens | None = None  # the lens of a kit, which limits the values; None: no limits
 
 
 def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
-    """Draw the lens; return it as the user left it."""
+    """Draw the controls of the lens; return the lens as the user left it."""
     before = lens
     try:
         lens = _focus(lens, facts, say)
@@ -64,7 +64,7 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         with _tried(LensParameter.FOCAL_LENGTH, facts):
             lens = _hardware(lens, facts, say)
         _doubts(facts, "lens")
-    except LensError as error:  # two values that do not go together: the step is not taken
+    except LensError as error:  # the change gives an impossible lens, so it is discarded
         say(Problem(error))
         return before
     _sources(facts)
@@ -102,12 +102,12 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
 
 
 def _tried(parameter: LensParameter, facts: LensFacts) -> AbstractContextManager[None]:
-    """Draw what is inside in another colour where no key holds the value."""
+    """Draw the block in another colour if the value holds at this frame only, without a key."""
     return widgets.colored(theme.colors.tried if parameter in facts.tried else None)
 
 
 def _doubts(facts: LensFacts, about: About) -> None:
-    """Draw at the field what is implausible, and what would mend it."""
+    """Draw under a field what is implausible about it, and what would mend it."""
     for doubt in facts.doubts:
         if doubt.about == about:
             imgui.push_style_color(imgui.Col_.text, theme.colors.accent_text)
@@ -117,7 +117,7 @@ def _doubts(facts: LensFacts, about: About) -> None:
 
 
 def _limits(lens: Lens, unit: str) -> None:
-    """Draw near, far, depth of field and hyperfocal, as the marks of the bar show them."""
+    """Draw the near and far limit, the depth of field and the hyperfocal distance."""
     is_narrow = imgui.get_content_region_avail().x < _LIMITS_EM * imgui.get_font_size()
     flags = imgui.TableFlags_
     if imgui.begin_table("limits", 4, flags.sizing_stretch_prop if is_narrow else flags.none):
@@ -174,9 +174,9 @@ def _parse_t_stop(text: str) -> float | None:
 
 
 def _sources(facts: LensFacts) -> None:
-    """Draw where the first values came from: a file's value counts more than an assumed one."""
-    told = options_of(Lens)
-    words = [f"{told[name].words}: {why}" for name, why in facts.sources.items()]
+    """Draw where the first values of the lens came from: the plate's file, or assumed."""
+    options = options_of(Lens)
+    words = [f"{options[name].words}: {why}" for name, why in facts.sources.items()]
     if not words:
         return
     assumed = any("assumed" in why or "nothing" in why for why in facts.sources.values())
@@ -190,7 +190,7 @@ def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     ends = 4.0, 1200.0
     if facts.kit_lens is not None:
         ends = facts.kit_lens.focal_length_mm, facts.kit_lens.longest
-    with widgets.disabled(ends[0] == ends[1]):  # a prime has no other length
+    with widgets.disabled(ends[0] == ends[1]):  # a prime lens has one focal length
         focal = widgets.drag("focal length", lens.focal_length_mm, 0.2, *ends, "%.1f mm", say)
     if focal != lens.focal_length_mm:
         lens = replace(lens, focal_length_mm=focal)
@@ -218,7 +218,7 @@ def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
 
 
 def _model(lens: Lens) -> Lens:
-    """Draw whose discs the lens makes."""
+    """Draw the choice of the lens model, which decides the size of the discs."""
     by_words = {model.facts.words: model for model in LensModel}
     tip = "\n".join(f"{words}: {model.facts.meaning}" for words, model in by_words.items())
     picked = by_words[widgets.choice("discs as of a", lens.model.facts.words, list(by_words), tip)]
@@ -226,7 +226,7 @@ def _model(lens: Lens) -> Lens:
 
 
 def _measured(lens: Lens, say: Say) -> Lens:
-    """Draw from where distances are measured, and how far the pupil is from the film plane."""
+    """Draw where distances are measured from, and the offset of the pupil from the film plane."""
     names = [start.words for start in MeasuredFrom]
     tip = "The depth of a plate begins at the entrance pupil, a tape measure at the film plane."
     picked = widgets.choice("distances from", lens.measured_from.words, names, tip)
@@ -259,13 +259,13 @@ def _film_back(lens: Lens, say: Say) -> Lens:
 
 
 def barred_methods(has_scene: bool) -> dict[str, str]:
-    """Return the methods that what is open cannot be seen through, and why."""
+    """Return the methods that are unavailable for what is open, with the reason."""
     why = "Looks into a 3D scene from many points of the lens; a plate is a picture from one."
     return {} if has_scene else {str(method): why for method in Method if method.needs_scene}
 
 
 def blur_panel(settings: DefocusSettings, has_scene: bool) -> DefocusSettings:
-    """Draw how the blur is computed; return it as the user left it."""
+    """Draw the settings of the blur; return them as the user left them."""
     imgui.separator_text("Blur")
     tip = (
         "diffusion is ours; the others are there to compare with, and take no bokeh or layers. "
@@ -299,7 +299,7 @@ def blur_panel(settings: DefocusSettings, has_scene: bool) -> DefocusSettings:
 
 
 def _views(settings: DefocusSettings) -> DefocusSettings:
-    """Draw how many points of the lens there are; a shot may have more than the slider reaches."""
+    """Draw the number of views through the lens, which may exceed the range of the slider."""
     tip = "Points of the lens that are looked through, or rays of each pixel: more, less noise."
     widgets.label("views", tip)
     width = imgui.get_content_region_avail().x - widgets.VALUE_EM * imgui.get_font_size()
@@ -315,7 +315,7 @@ def _views(settings: DefocusSettings) -> DefocusSettings:
 
 
 def _whole_numbers(name: str) -> range:
-    """Return what a field of the settings allows."""
-    told = options_of(DefocusSettings)[name]
-    assert told.least is not None and told.most is not None
-    return range(int(told.least), int(told.most) + 1)
+    """Return the allowed values of a field of the settings."""
+    limits = options_of(DefocusSettings)[name]
+    assert limits.least is not None and limits.most is not None
+    return range(int(limits.least), int(limits.most) + 1)

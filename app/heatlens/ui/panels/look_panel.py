@@ -1,4 +1,4 @@
-"""How the picture is looked at: colour, overlays, comparison."""
+"""Draw the Look panel: colour, overlays and comparison."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -26,7 +26,7 @@ _COMPARES = {
     Compare.DIFFERENCE: "diff",
 }
 _PER_ROW = {"overlay": 3, "compare": 4}
-_RADIO_EM = 2.2  # a button and the room to the next, without its words
+_RADIO_EM = 2.2  # width of a radio button and the gap after it, without its text
 
 
 def look_panel(
@@ -36,7 +36,7 @@ def look_panel(
     has_scene: bool,
     say: Callable[[str], None],
 ) -> ViewState:
-    """Draw it all; return the view as the user left it. `reference`: name of the EXR that is B."""
+    """Draw the panel; return the view as the user left it. `reference` is the name of its EXR."""
     view = _color(view, color)
     imgui.separator()
     view = _buttons(view, "overlay", _OVERLAYS, "Drawn over the picture, with a legend.")
@@ -57,7 +57,7 @@ def _color(view: ViewState, color: ColorChoice) -> ViewState:
 
 
 def _input(view: ViewState, color: ColorChoice) -> ViewState:
-    """Draw the choice of the light's space; first of all, the one that the plate itself means."""
+    """Draw the choice of the input colour space; the first is the one the plate itself names."""
     told = color.input_of("")
     auto = f"auto: {told.name}"
     tip = (
@@ -69,7 +69,7 @@ def _input(view: ViewState, color: ColorChoice) -> ViewState:
 
 
 def _buttons(view: ViewState, field: str, names: dict, tip: str) -> ViewState:  # type: ignore[type-arg]
-    """Draw one of several choices in even rows beside the label."""
+    """Draw a field of the view as radio buttons in even columns beside the label."""
     widgets.label(field, tip)
     left, em = imgui.get_cursor_pos_x(), imgui.get_font_size()
     per_row = _PER_ROW[field]

@@ -1,4 +1,4 @@
-"""The looks: a still of each, the way back to it, and the wipe against it."""
+"""Draw the Looks panel: a still of each look, with buttons to use, compare and delete it."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ _STILLS_MOST = 64
 
 
 class LookStills:
-    """Small pictures of looks: those that the looks hold, else taken when a look is seen whole."""
+    """Thumbnails of looks: those stored in the looks, or taken when a look is shown in full."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -33,7 +33,7 @@ class LookStills:
         self._taken: dict[tuple[object, ...], moderngl.Texture | None] = {}
 
     def of(self, session: Session, look: Look) -> moderngl.Texture | None:
-        """Return the still of a look; None before it was seen."""
+        """Return the thumbnail of a look; None if there is none yet."""
         if look.still is None:
             return self._taken.get((session.shot.source, look.lens, look.frame))
         key = (look.still,)
@@ -43,7 +43,7 @@ class LookStills:
         return self._taken[key]
 
     def now(self, session: Session, pictures: Pictures | None) -> str | None:
-        """Return the picture through the lens as it is seen now, as a look holds it."""
+        """Return the present picture as a still for a look; None if another picture shows."""
         is_other = session.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
         if pictures is None or is_other or session.view.a_look or not session.view.depth_of_field:
             return None
@@ -54,7 +54,7 @@ class LookStills:
         return still_of(pixels.reshape(texture.height, texture.width, 4)[::-1, :, :3])
 
     def take(self, session: Session, pictures: Pictures | None) -> None:
-        """Keep what is seen, where it is a look that has no still yet; call this once a frame."""
+        """Take a thumbnail if the picture shows a look without one; call this once a frame."""
         seen = session.live.shown
         if pictures is None or seen is None or not (seen.is_whole and session.is_plain):
             return
@@ -67,7 +67,7 @@ class LookStills:
                 self._add(key, self._alone.hand_over())
 
     def _draw(self, session: Session, pictures: Pictures) -> None:
-        """Draw the picture through the lens alone, small."""
+        """Draw the picture through the lens, without comparison, as a thumbnail."""
         plain = replace(session.view, compare=Compare.OFF)
         self._alone.draw(replace(pictures, tiles=()), plain, _STILL_PX)
 
@@ -85,7 +85,7 @@ class LookStills:
 
 
 def looks_panel(session: Session, stills: LookStills) -> None:
-    """Draw it in the current window."""
+    """Draw the panel in the current window."""
     if imgui.button("Keep this look"):
         session.looks.keep()
     probe.note("keep look")
@@ -144,7 +144,7 @@ def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
 
 
 def _buttons(session: Session, look: Look) -> None:
-    """Draw on which side of the wipe the look is, whether it is in the grid, and its end."""
+    """Draw buttons for the sides of the wipe, the grid, and to delete the look."""
     view = session.view
     is_compared = is_look_b(view)
     tip = "The frame through this look at the left of the wipe"
@@ -167,7 +167,7 @@ def _buttons(session: Session, look: Look) -> None:
 
 
 def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
-    """Draw a button that is lit while it is on; return whether it was pressed."""
+    """Draw a toggle button, highlighted while on; return True if it was pressed."""
     if is_on:
         imgui.push_style_color(imgui.Col_.button, theme.colors.accent)
         imgui.push_style_color(imgui.Col_.button_hovered, theme.colors.accent)
@@ -181,7 +181,7 @@ def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
 
 
 def _still(texture: moderngl.Texture | None) -> bool:
-    """Draw the still as a button, or an empty place where there is none."""
+    """Draw the thumbnail as a button, or an empty frame if there is none."""
     em = imgui.get_font_size()
     size = ImVec2(_STILL_EM[0] * em, _STILL_EM[1] * em)
     corner = imgui.get_cursor_screen_pos()

@@ -1,4 +1,4 @@
-"""The marks: where they are, the way to them, and the pull from one to another."""
+"""Draw the Marks panel, the marks in the picture, and the popup for a pull between marks."""
 
 from dataclasses import replace
 from functools import partial
@@ -25,7 +25,7 @@ _PULL_MOST = 100_000  # frames
 
 
 def marks_panel(session: Session, ui: UiState) -> None:
-    """Draw it in the current window."""
+    """Draw the panel in the current window."""
     if imgui.button("Set mark here"):
         session.marks.set_here()
     probe.note("set mark")
@@ -62,13 +62,13 @@ def _row(session: Session, mark: Mark) -> None:
     distance_m = commands.distance_m(mark)
     unit = session.view.unit
     imgui.text("outside" if distance_m is None else told_text(session.lens, distance_m, unit))
-    _tip(_whose(mark))
+    _tip(_meaning(mark))
     imgui.table_next_column()
     _row_buttons(session, mark)
 
 
-def _whose(mark: Mark) -> str:
-    """Return what the distance is of."""
+def _meaning(mark: Mark) -> str:
+    """Return to what the distance of a mark refers."""
     if isinstance(mark, ObjectMark):
         return f"The middle of {mark.object_name}, at this frame"
     is_point = isinstance(mark, PointMark)
@@ -114,7 +114,7 @@ def _parse_limit_m(lens: Lens, text: str) -> float | None:
 
 
 def pull_popup(session: Session, ui: UiState) -> None:
-    """Draw the pull as one gesture, over the window; Enter does it."""
+    """Draw the popup that sets up a focus pull; Enter or its button makes the keys."""
     commands = session.marks
     if ui.opens_pull:
         ui.opens_pull = False
@@ -132,7 +132,7 @@ def pull_popup(session: Session, ui: UiState) -> None:
         _pull_fields(session)
         if _pull_button():
             commands.pull()
-            start = session.editing.frame  # its keys show the grips that make it longer
+            start = session.editing.frame  # select its keys, which shows the grips to stretch it
             end = start + commands.pull_frames
             session.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
             imgui.close_current_popup()
@@ -176,7 +176,7 @@ def _pull_button() -> bool:
 
 
 def draw_point_marks(session: Session) -> None:
-    """Draw rings and names on the picture, in the current window."""
+    """Draw the point marks as rings with names on the picture, in the current window."""
     draw = imgui.get_window_draw_list()
     for mark in session.shot.marks:
         if not isinstance(mark, PointMark):

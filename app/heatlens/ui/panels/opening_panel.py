@@ -1,4 +1,4 @@
-"""The opening of the lens: its blades, barrel, rim and colours, drawn as a lamp would show it."""
+"""Draw the controls of the aperture's shape, and its disc as a highlight would show it."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -22,13 +22,13 @@ from heatlens.printable import printable
 from heatlens.session.messages import Problem
 from heatlens.ui import probe, theme, widgets
 
-_SIDE_EM, _ROUNDING_EM = 5.5, 0.2  # of a drawing
-_CORNERS = 96  # of its outline
-_RINGS = 14  # of even brightness, from outside in
-_BRIGHTEST = 2.2  # mean light of a disc over this is drawn white
-_SHAPE = (1600, 900)  # of the picture whose corner is drawn
+_SIDE_EM, _ROUNDING_EM = 5.5, 0.2  # size of a drawing
+_CORNERS = 96  # corners of the drawn outline
+_RINGS = 14  # rings of equal brightness that make up a disc
+_BRIGHTEST = 2.2  # brightness drawn as white, relative to the mean of the disc
+_SHAPE = (1600, 900)  # size of the picture whose corner is shown
 _AXIAL_MOST_MM = 1.0
-_CELLS = 64  # of the drawing of an image, each way
+_CELLS = 64  # cells of the drawing of an aperture image, in each direction
 _GREYS = 32
 _LIMITS = {"cat_eye": (0.0, 1.0), "rim": (-1.0, 1.0), "blade_curvature": (0.0, 1.0)}
 
@@ -37,13 +37,13 @@ Say = Callable[[str], None]
 
 
 def opening_panel(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
-    """Draw the shape of the opening; return the lens as the user left it.
+    """Draw the controls of the aperture's shape; return the lens as the user left it.
 
-    `ask_image` asks for a picture in the place of the blades.
+    `ask_image` opens the dialog for a picture that replaces the blades.
     """
     try:
         return _opening(lens, say, ask_image)
-    except LensError as error:  # two values that do not go together: the step is not taken
+    except LensError as error:  # the change gives an impossible lens, so it is discarded
         say(Problem(error))
         return lens
 
@@ -67,7 +67,7 @@ def _opening(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
 
 
 def _image(lens: Lens, ask: Callable[[], None]) -> Lens:
-    """Draw the picture's name and the way to another one, or to none."""
+    """Draw the name of the aperture image, with buttons to choose another one or none."""
     image = lens.aperture_image
     widgets.label("image", "A picture in the place of the blades: white lets light through.")
     is_taken_off = False
@@ -114,7 +114,7 @@ def _slid(
 
 
 def _widest(lens: Lens, say: Say) -> Lens:
-    """Draw from which f-stop on the barrel cuts less."""
+    """Draw the f-stop at which the barrel causes the full cat's eye."""
     if lens.cat_eye == 0.0:
         return lens
     widgets.label("at f-stop", "The widest of the lens: stopped down, the barrel cuts less.")
@@ -130,7 +130,7 @@ def _parse_f_stop(text: str) -> float | None:
 
 
 def _drawings(aperture: Aperture) -> None:
-    """Draw the disc at the middle of the picture, and beside it that at its upper right corner."""
+    """Draw the disc at the middle of the picture, and beside it the disc at the upper right."""
     side = _SIDE_EM * imgui.get_font_size()
     places = {"middle": (_SHAPE[0] / 2, _SHAPE[1] / 2)}
     if aperture.cat_eye:
@@ -150,14 +150,14 @@ def _drawings(aperture: Aperture) -> None:
 
 
 def disc_outline(aperture: Aperture, place: tuple[float, float], within: float = 1.0) -> Points:
-    """Return (n, 2): the rim of a disc behind the focus, x to the right and y down, in radii.
+    """Return the (n, 2) outline of a disc behind the focus, in radii, x right and y down.
 
-    `place` is in a picture of `_SHAPE`; the disc is small beside it. `within` takes the part of it
-    that is so near to its middle.
+    `place` is the position in a picture of size `_SHAPE`. `within` scales the opening about its
+    middle, for the inner rings.
     """
     angle = np.linspace(0.0, 2 * math.pi, _CORNERS, endpoint=False)
     blades = aperture.diaphragm
-    if blades.number:  # the corners are among the points
+    if blades.number:  # include the corners of the blades among the points
         corners = blades.turn + 2 * math.pi * np.arange(blades.number) / blades.number
         angle = np.sort(np.concatenate([angle, np.mod(corners, 2 * math.pi)]))
     barrel = PictureField.of(_SHAPE).barrel(aperture, place)
@@ -169,7 +169,7 @@ def disc_outline(aperture: Aperture, place: tuple[float, float], within: float =
 def _disc(
     aperture: Aperture, place: tuple[float, float], centre: tuple[float, float], radius_px: float
 ) -> None:
-    """Draw rings of the brightness that the rim gives them, and in colours where these differ."""
+    """Draw the disc as rings whose brightness follows the rim, coloured by axial colour."""
     if aperture.aperture_image is not None:
         _image_disc(aperture, place, centre, radius_px)
         return
@@ -192,7 +192,7 @@ def _disc(
 def _image_disc(
     aperture: Aperture, place: tuple[float, float], centre: tuple[float, float], radius_px: float
 ) -> None:
-    """Draw the light of an image in small squares, the brightest white."""
+    """Draw the light of an aperture image as small squares; the brightest is white."""
     draw, step = imgui.get_window_draw_list(), 2 * radius_px / _CELLS
     left, top = centre[0] - radius_px, centre[1] - radius_px
     draw.add_rect_filled(
@@ -203,7 +203,7 @@ def _image_disc(
     for row, line in enumerate(image_cells(aperture, place)):
         for first, last, grey in line:
             color = theme.packed((grey, grey, grey))
-            # On whole pixels of the screen, for between them there would be lines.
+            # Align squares to screen pixels, or gaps would show between them.
             corner = ImVec2(round(left + first * step), round(top + row * step))
             end = ImVec2(round(left + last * step), round(top + (row + 1) * step))
             draw.add_rect_filled(corner, end, color)
@@ -213,9 +213,9 @@ def _image_disc(
 def image_cells(
     aperture: Aperture, place: tuple[float, float]
 ) -> tuple[tuple[tuple[int, int, float], ...], ...]:
-    """Return the rows of a disc behind the focus, as runs of cells: first, after the last, grey.
+    """Return the rows of a disc behind the focus as runs of cells: (first, after the last, grey).
 
-    There are `_CELLS` cells each way in the box around a round disc; dark runs are left out.
+    The box around a round disc has `_CELLS` cells in each direction; black runs are left out.
     """
     disc = DiscShape(aperture, 1.0, PictureField.of(_SHAPE))
     y, x = np.mgrid[0:_CELLS, 0:_CELLS] + 0.5 - _CELLS / 2

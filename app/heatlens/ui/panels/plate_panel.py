@@ -1,4 +1,4 @@
-"""The plate: how its depth was read and why, what is under the pointer, and how to read it else."""
+"""Draw the Plate panel: how the depth was read and why, and controls to read it differently."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -36,35 +36,35 @@ class PlateFacts:
     """What the panel shows."""
 
     plate: Plate
-    histogram: DepthHistogram | None  # None: the plate has no distances
+    histogram: DepthHistogram | None  # None if the plate has no distances
     hovered_m: float | None  # distance under the pointer
     unit: str  # m or ft
-    problem: str  # why the plate is not read as wished, or ""
-    lens: Lens  # radial depth takes from it what the header does not tell
-    doubts: tuple[Doubt, ...] = ()  # what cannot well be of the lens and these depths
-    read: PlateOptions = field(default_factory=PlateOptions)  # how the plate was read
+    problem: str  # why the plate cannot be read with the chosen options, or ""
+    lens: Lens  # gives radial depth the focal length and sensor that the header lacks
+    doubts: tuple[Doubt, ...] = ()  # implausible values of lens and depths
+    read: PlateOptions = field(default_factory=PlateOptions)  # options the plate was read with
 
 
 def plate_panel(
-    wished: PlateOptions, facts: PlateFacts, say: Say, ask_behind: Callable[[], None]
+    options: PlateOptions, facts: PlateFacts, say: Say, ask_behind: Callable[[], None]
 ) -> PlateOptions:
-    """Draw it all; return how the plate shall be read, as the user left it.
+    """Draw the panel; return the options for reading the plate, as the user left them.
 
-    `ask_behind` asks for one more picture of what lies behind.
+    `ask_behind` opens the dialog for another background picture.
     """
-    is_of_behind = replace(wished, behind=facts.read.behind) == facts.read
+    is_of_behind = replace(options, behind=facts.read.behind) == facts.read
     _depth(facts)
     imgui.separator_text("Read as")
-    wished = _controls(wished, facts, say)
+    options = _controls(options, facts, say)
     if not is_of_behind:
         widgets.colored_text(facts.problem, theme.colors.bad)
     if imgui.button("Guess again", ImVec2(-1, 0)):
-        wished = PlateOptions(depth_source=wished.depth_source, behind=wished.behind)
+        options = PlateOptions(depth_source=options.depth_source, behind=options.behind)
     probe.note("Guess again")
     reports = {report.name: report for report in facts.plate.behind}
-    behind = behind_rows(wished.behind, reports, facts.problem if is_of_behind else "", ask_behind)
+    behind = behind_rows(options.behind, reports, facts.problem if is_of_behind else "", ask_behind)
     _file(facts)
-    return replace(wished, behind=behind)
+    return replace(options, behind=behind)
 
 
 # What was found
@@ -90,7 +90,7 @@ def _depth(facts: PlateFacts) -> None:
 
 
 def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
-    """Draw how much of the picture is how far away, and where the pointer is."""
+    """Draw the histogram of distances, with the distance under the pointer."""
     em = imgui.get_font_size()
     corner = imgui.get_cursor_screen_pos()
     size = ImVec2(imgui.get_content_region_avail().x, _BAR_EM * em)
@@ -118,24 +118,24 @@ def _file(facts: PlateFacts) -> None:
     for name, text in _camera(plate.camera, unit):
         _row(name, text)
     _row("channels", ", ".join(plate.aovs))
-    told_above = {report.sentence for report in plate.behind}
+    shown_above = {report.sentence for report in plate.behind}
     for note in plate.notes:
-        if note not in told_above:
+        if note not in shown_above:
             _row("note", note)
 
 
 def _camera(camera: CameraHeader, unit: str) -> list[tuple[str, str]]:
-    """Draw the lens of the header; nothing where it tells none."""
+    """Draw the lens data of the header, if there are any."""
     numbers = (
         ("focal length", camera.focal_length_mm, "{:g} mm"),
         ("sensor", camera.sensor_width_mm, f"{{:g}}{_height(camera)} mm"),
         ("f-stop", camera.f_stop, "f/{:g}"),
         ("T-stop", camera.t_stop, "T{:g}"),
     )
-    told = [f"{name} {text.format(value)}" for name, value, text in numbers if value is not None]
+    values = [f"{name} {text.format(value)}" for name, value, text in numbers if value is not None]
     if camera.focus_distance_m is not None:
-        told.append(f"focus {format_distance(camera.focus_distance_m, unit)}")
-    return [("header", ", ".join(told) if told else "tells no lens")]
+        values.append(f"focus {format_distance(camera.focus_distance_m, unit)}")
+    return [("header", ", ".join(values) if values else "tells no lens")]
 
 
 def _height(camera: CameraHeader) -> str:
@@ -143,7 +143,7 @@ def _height(camera: CameraHeader) -> str:
 
 
 def _row(name: str, text: str) -> None:
-    """Draw a name, and a text that takes as many lines as it needs."""
+    """Draw a label and a text, wrapped over several lines."""
     imgui.text_disabled(name)
     imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
     imgui.text_wrapped(printable(text))
@@ -170,36 +170,38 @@ def _corner(data: Box, display: Box) -> str:
 # How to read it
 
 
-def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
+def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
     plate = facts.plate
     names = depth_channels_first(plate.aovs)
-    channel = _named("channel", wished.depth_channel, names, "The channel that is the depth.")
-    tip = f"What its values are. Now: {wished.depth_convention.facts.meaning}."
-    convention = _keyed("convention", wished.depth_convention, _CONVENTIONS, tip)
+    channel = _named("channel", options.depth_channel, names, "The channel that is the depth.")
+    tip = f"What its values are. Now: {options.depth_convention.facts.meaning}."
+    convention = _keyed("convention", options.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
         widgets.colored_text(window_words(plate.depth.question), theme.colors.accent_text)
         probe.note("question about the convention")
-    wished = replace(wished, depth_channel=channel, depth_convention=convention)
-    wished = _ends(wished, facts.unit, say)
-    wished = _kind(wished, facts)
-    wished = _unit(wished, say)
+    options = replace(options, depth_channel=channel, depth_convention=convention)
+    options = _ends(options, facts.unit, say)
+    options = _kind(options, facts)
+    options = _unit(options, say)
     for doubt in facts.doubts:
         if doubt.about != "lens":
             widgets.colored_text(window_words(doubt.sentence), theme.colors.accent_text)
             probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
-    wished = replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))
+    options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))
     if not plate.views:
-        return wished
-    return replace(wished, eye=_named("eye", wished.eye, plate.views, "The view of a stereo file."))
+        return options
+    return replace(
+        options, eye=_named("eye", options.eye, plate.views, "The view of a stereo file.")
+    )
 
 
-def _ends(wished: PlateOptions, unit: str, say: Say) -> PlateOptions:
-    """Draw the distances of the ends of a depth of 0 to 1; others have none."""
-    with widgets.disabled(not wished.depth_convention.facts.takes_ends):
-        near = _distance_field("near", wished.near_m, unit, say)
-        far = _distance_field("far", wished.far_m, unit, say)
-    return replace(wished, near_m=near, far_m=far)
+def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
+    """Draw the distances that depth 0 and 1 stand for, if the convention needs them."""
+    with widgets.disabled(not options.depth_convention.facts.takes_ends):
+        near = _distance_field("near", options.near_m, unit, say)
+        far = _distance_field("far", options.far_m, unit, say)
+    return replace(options, near_m=near, far_m=far)
 
 
 def _distance_field(name: str, value: float | None, unit: str, say: Say) -> float | None:
@@ -215,30 +217,32 @@ def _parse_end_m(text: str) -> float | None:
     return distance_m
 
 
-def _kind(wished: PlateOptions, facts: PlateFacts) -> PlateOptions:
+def _kind(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
     tip = "Along the axis a wall seen straight on has one depth; along the ray its corners are far."
-    kind = _keyed("kind", wished.depth_kind, _KINDS, tip)
-    if kind == wished.depth_kind:
-        return wished
+    kind = _keyed("kind", options.depth_kind, _KINDS, tip)
+    if kind == options.depth_kind:
+        return options
     camera, lens = facts.plate.camera, facts.lens
     if kind is DepthKind.RADIAL and (
         camera.focal_length_mm is None or camera.sensor_width_mm is None
     ):
         return replace(
-            wished,
+            options,
             depth_kind=kind,
             focal_length_mm=camera.focal_length_mm or lens.focal_length_mm,
             sensor_width_mm=camera.sensor_width_mm or lens.sensor_width_mm,
         )
-    return replace(wished, depth_kind=kind)
+    return replace(options, depth_kind=kind)
 
 
-def _unit(wished: PlateOptions, say: Say) -> PlateOptions:
-    """Draw the choice of the unit, by its name or in metres."""
-    with widgets.disabled(not wished.depth_convention.facts.has_unit):
-        known = next((n for n, m in _UNITS.items() if math.isclose(m, wished.scene_unit_m)), "")
+def _unit(options: PlateOptions, say: Say) -> PlateOptions:
+    """Draw the choice of the scene unit, by name or in metres."""
+    with widgets.disabled(not options.depth_convention.facts.has_unit):
+        known = next((n for n, m in _UNITS.items() if math.isclose(m, options.scene_unit_m)), "")
         picked = widgets.choice("scene unit", known or _CUSTOM, list(_UNITS))
-        unit_m = _UNITS.get(picked, wished.scene_unit_m) if picked != known else wished.scene_unit_m
+        unit_m = (
+            _UNITS.get(picked, options.scene_unit_m) if picked != known else options.scene_unit_m
+        )
         widgets.label("in metres", "Metres in one unit of the depth.")
         unit_m = widgets.text_field(
             "in metres",
@@ -247,11 +251,11 @@ def _unit(wished: PlateOptions, say: Say) -> PlateOptions:
             lambda text: widgets.parse_number(text, 1e-6, 1e6, "scene unit"),
             say,
         )
-    return replace(wished, scene_unit_m=unit_m)
+    return replace(options, scene_unit_m=unit_m)
 
 
 def _named(name: str, value: str | None, names: Sequence[str], tip: str = "") -> str | None:
-    """Draw the choice of one of the names of the file, or None: found."""
+    """Draw the choice of one of the file's names, or None to find it automatically."""
     shown = {_BY_NAME: None} | {text or "(no name)": text for text in names}
     now = next((text for text, key in shown.items() if key == value), value or _BY_NAME)
     picked = widgets.choice(name, now, list(shown), tip)
@@ -259,6 +263,6 @@ def _named(name: str, value: str | None, names: Sequence[str], tip: str = "") ->
 
 
 def _keyed(name: str, value: Key, words: Mapping[Key, str], tip: str = "") -> Key:
-    """Draw the choice of one of the keys, shown by their words."""
+    """Draw the choice of one of the keys of `words`, whose values are shown."""
     picked = widgets.choice(name, words[value], list(words.values()), tip)
     return next(key for key, text in words.items() if text == picked)

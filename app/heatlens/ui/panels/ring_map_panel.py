@@ -1,4 +1,4 @@
-"""Which channel of a controller turns which ring of the lens: chosen, or learnt by turning it."""
+"""Draw the mapping of a controller's channels to the rings of the lens, chosen or learnt."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,14 +16,14 @@ from heatlens.ui import probe, widgets
 Say = Callable[[str], None]
 
 _NONE = "nothing"
-_TOLD = "as the camera tells it"  # in metres, stops or millimetres: no channel is needed
+_FROM_CAMERA = "as the camera tells it"  # sent in metres, stops or mm, so no channel is needed
 _LEARN_EM, _END_EM = 4.0, 5.0
 _BEND_TIP = "Above 1 the ring turns slowly at its first end, below 1 slowly at its last."
 _ENDS_TIP = "The lens at the two ends of the control's way, with what it sends there."
 
 
 def ring_map_panel(hand: RingHand, unit: str, say: Say) -> None:
-    """Draw a row for each ring; nothing while no channel was heard."""
+    """Draw a row for each ring; nothing until a channel was received."""
     heard = hand.heard
     channels = {} if heard is None or heard.sample is None else channels_of(heard.sample)
     if heard is None or heard.sample is None or not channels:
@@ -31,10 +31,10 @@ def ring_map_panel(hand: RingHand, unit: str, say: Say) -> None:
     imgui.text_disabled("What turns which ring")
     by_ring = {found.ring: found for found in maps_for(heard.sample, hand.maps)}
     for ring in Ring:
-        unmapped = _NONE if getattr(heard.sample, str(ring)) is None else _TOLD
+        unmapped = _NONE if getattr(heard.sample, str(ring)) is None else _FROM_CAMERA
         _row(hand, ring, by_ring.get(ring), channels, unmapped)
         if ring in by_ring and imgui.tree_node(f"{ring.words}: ends and curve"):
-            _way(hand, by_ring[ring], unit, say)
+            _range(hand, by_ring[ring], unit, say)
             imgui.tree_pop()
 
 
@@ -45,7 +45,7 @@ def _row(
     channels: dict[str, float],
     unmapped: str,
 ) -> None:
-    """Draw the channel of a ring, and the button that learns it."""
+    """Draw the channel of a ring, and the button to learn it."""
     now = unmapped if found is None else found.channel
     width = imgui.get_content_region_avail().x - (_LEARN_EM + 0.5) * imgui.get_font_size()
     widgets.label(ring.words)
@@ -53,14 +53,14 @@ def _row(
     names = [unmapped, *dict.fromkeys([*channels, now])]
     if imgui.begin_combo(f"##channel of {ring.words}", printable(now)):
         for index, name in enumerate(dict.fromkeys(names)):
-            told = f"  {channels[name]:.3g}" if name in channels else ""
-            if imgui.selectable(f"{printable(name)}{told}##{index}", name == now)[0]:
+            value = f"  {channels[name]:.3g}" if name in channels else ""
+            if imgui.selectable(f"{printable(name)}{value}##{index}", name == now)[0]:
                 hand.map(ring, None if name == unmapped else usual_map(name, ring))
         imgui.end_combo()
     probe.note(f"channel of {ring.words}")
     imgui.same_line()
     is_learning = hand.learning is not None and hand.learning.ring is ring
-    # To the right edge, where the fields above and below end.
+    # The button extends to the right edge, like the fields above and below.
     if imgui.button(f"{'done' if is_learning else 'learn'}##{ring.words}", ImVec2(-1, 0)):
         if is_learning:
             hand.end_learning()
@@ -69,8 +69,8 @@ def _row(
     probe.note(f"learn {ring.words}")
 
 
-def _way(hand: RingHand, found: ChannelMap, unit: str, say: Say) -> None:
-    """Draw the ends of a ring's way and how it bends."""
+def _range(hand: RingHand, found: ChannelMap, unit: str, say: Say) -> None:
+    """Draw the lens values at the ends of a channel, and the curve between them."""
     try:
         at_low = _end(found, "first end", found.at_low, unit, say)
         at_high = _end(found, "last end", found.at_high, unit, say)
@@ -85,8 +85,8 @@ def _way(hand: RingHand, found: ChannelMap, unit: str, say: Say) -> None:
 
 
 def _end(found: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:
-    told = found.low if words == "first end" else found.high
-    widgets.label(words, f"{_ENDS_TIP} Here it sends {told:.3g}.")
+    sent = found.low if words == "first end" else found.high
+    widgets.label(words, f"{_ENDS_TIP} Here it sends {sent:.3g}.")
     if found.ring is Ring.FOCUS:
         shown = format_distance(value, unit)
         return widgets.text_field(f"{words} of focus", shown, value, parse_distance_m, say)

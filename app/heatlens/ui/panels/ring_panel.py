@@ -1,4 +1,4 @@
-"""The ring that the lens follows: who sends, how often, and whether it is followed."""
+"""Draw the state of the lens ring input: the sender, its rate, and whether the lens follows."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _FIRST_HEARD = "the first that is heard"
 
 @dataclass(frozen=True)
 class RingState:
-    """What the user chooses: whether the lens follows, and which source, None for the first."""
+    """The user's choice: whether the lens follows, and the source (None for the first one)."""
 
     is_followed: bool
     source: str | None
@@ -22,20 +22,20 @@ class RingState:
 
 @dataclass(frozen=True, eq=False)
 class RingFacts:
-    """What the panel shows: where it listens, what it hears, and what was no use."""
+    """What the panel shows: address, received samples, and data that could not be used."""
 
     address: str
     heard: Heard
     refused: int
     lost: int
-    to_picture_s: float | None = None  # from a turn of the ring to its picture
-    fault: str | None = None  # why the last datagram was refused
+    to_picture_s: float | None = None  # latency from a sample to its picture
+    fault: str | None = None  # why the last refused datagram was refused
 
 
 def ring_panel(state: RingState, facts: RingFacts) -> RingState:
-    """Draw the ring; return what the user chose."""
+    """Draw the panel; return the user's choice."""
     imgui.separator_text("Ring")
-    _told(facts)
+    _status(facts)
     changed, is_followed = imgui.checkbox("the lens follows it", state.is_followed)
     probe.note("follow ring")
     by_words = {_FIRST_HEARD: None} | {_words(name): name for name in facts.heard.sources}
@@ -51,14 +51,14 @@ def _words(name: str) -> str:
     return printable(name) or "without a name"
 
 
-def _told(facts: RingFacts) -> None:
+def _status(facts: RingFacts) -> None:
     heard = facts.heard
     if heard.sample is None:
         imgui.text_wrapped(f"Listening at {facts.address}; nothing was heard yet.")
     elif heard.is_silent:
         text = f"Silent for {heard.age_s:.0f} s; the lens stays as it was sent last."
         widgets.colored_text(text, theme.colors.bad)
-    elif math.isinf(heard.silent_after_s):  # a controller, which has no rate while it rests
+    elif math.isinf(heard.silent_after_s):  # a controller, which sends nothing while unmoved
         imgui.text(f"Turned {heard.age_s:.1f} s ago.")
     else:
         age_ms = 1e3 * heard.age_s

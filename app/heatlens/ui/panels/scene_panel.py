@@ -1,4 +1,4 @@
-"""The scene: its cameras, its objects, the camera's keys and the size of the picture."""
+"""Draw the Scene panel: cameras, clips, camera keys, picture size and objects."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,7 +24,7 @@ _CLIP_TIP = (
     "Which animation of the file is played; the frames of the shot become those in which something "
     "moves. The file is read again for it."
 )
-_LINES_LEAST = 3  # of the list of objects
+_LINES_LEAST = 3  # smallest height of the list of objects
 _UP_TIP = "Which axis of the file is up; the file does not say it."
 _UNIT_TIP = "How long one unit of the file is; the file does not say it. The focus scales with it."
 _UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
@@ -32,7 +32,7 @@ _SIZES = {"640x360": (640, 360), "1280x720": (1280, 720), "1920x1080": (1920, 10
 
 
 def scene_panel(session: Session) -> None:
-    """Draw it in the current window; there is a scene."""
+    """Draw the panel in the current window; a scene must be open."""
     scene = session.scenes.scene
     assert scene is not None
     _camera(session)
@@ -66,7 +66,7 @@ def scene_panel(session: Session) -> None:
 
 
 def _list_height(count: int) -> float:
-    """Return the height of the list: all objects, as far as there is room above the buttons."""
+    """Return the height of the list in screen units: all objects, or as many as fit."""
     line, style = imgui.get_text_line_height_with_spacing(), imgui.get_style()
     below = imgui.get_frame_height_with_spacing() + line + style.item_spacing.y
     room = (imgui.get_content_region_avail().y - below) / line
@@ -75,7 +75,7 @@ def _list_height(count: int) -> float:
 
 
 def _object(name: str, index: int, is_selected: bool) -> bool:
-    """Draw the name of an object, cut where there is no room; return whether it was clicked."""
+    """Draw the name of an object, cut to fit; return True if it was clicked."""
     room = imgui.get_content_region_avail().x
     shown = fitting(name, room, lambda text: float(imgui.calc_text_size(text).x))
     clicked, _ = imgui.selectable(f"{shown}##{index}", is_selected)
@@ -96,7 +96,7 @@ def _camera(session: Session) -> None:
 
 
 def _clip(session: Session) -> None:
-    """Draw the choice of an animation, where the file has several."""
+    """Draw the choice of an animation clip, if the file has several."""
     clips = session.clips
     if not clips.names:
         return
@@ -135,13 +135,13 @@ def _size(session: Session) -> None:
 
 
 def _placing(session: Session) -> None:
-    """Draw what a file leaves open: which of its axes is up, and how long its unit is."""
+    """Draw the choice of up axis and unit, for files that do not say them."""
     framing = session.scenes.framing
     up = widgets.choice("up axis", str(framing.up_axis), list(map(str, WorldAxis)), _UP_TIP)
     now = next((name for name, m in _UNITS_M.items() if m == framing.meters_per_unit), "")
-    told = now or f"{framing.meters_per_unit:g} m"
-    units_m = _UNITS_M if now else _UNITS_M | {told: framing.meters_per_unit}
-    chosen = widgets.choice("unit", told, list(units_m), _UNIT_TIP)
+    shown = now or f"{framing.meters_per_unit:g} m"
+    units_m = _UNITS_M if now else _UNITS_M | {shown: framing.meters_per_unit}
+    chosen = widgets.choice("unit", shown, list(units_m), _UNIT_TIP)
     session.scenes.place(WorldAxis(up), units_m[chosen])
 
 

@@ -1,4 +1,4 @@
-"""Where the time goes: pictures a second, milliseconds of each pass, memory, the GPU."""
+"""Draw the Speed panel: pictures per second, time of each pass, memory and the GPU."""
 
 from pathlib import Path
 
@@ -13,12 +13,12 @@ _UNMEASURED = "\N{EN DASH}"
 
 
 def speed_panel(speed: Speed, shown: Shown | None, renderer: FrameRenderer) -> None:
-    """Draw it; whether passes are timed is kept by the renderer's stopwatch."""
+    """Draw the panel; its checkbox switches the renderer's stopwatch."""
     imgui.text_disabled(str(renderer.ctx.info["GL_RENDERER"]))
     rows = [
-        ("window", _told(speed.mean_ms(), "{:.1f} ms a frame")),
-        ("while dragged", _told(speed.pictures_per_second(), "{:.0f} pictures a second")),
-        ("upload", _told(1e3 * speed.upload_s or None, "{:.1f} ms, once a file")),
+        ("window", _text(speed.mean_ms(), "{:.1f} ms a frame")),
+        ("while dragged", _text(speed.pictures_per_second(), "{:.0f} pictures a second")),
+        ("upload", _text(1e3 * speed.upload_s or None, "{:.1f} ms, once a file")),
         ("memory", f"{_resident_mb():.0f} MB"),
         ("solver", renderer.solver.name),
     ]
@@ -35,7 +35,7 @@ def speed_panel(speed: Speed, shown: Shown | None, renderer: FrameRenderer) -> N
     _rows([(name, f"{1e3 * t.seconds:.1f} ms") for name, t in times.items()])
 
 
-def _told(value: float | None, words: str) -> str:
+def _text(value: float | None, words: str) -> str:
     return _UNMEASURED if value is None else words.format(value)
 
 
@@ -47,7 +47,7 @@ def _rows(rows: list[tuple[str, str]]) -> None:
 
 
 def _resident_mb() -> float:
-    """Return the memory of this process; 0 where the system does not tell."""
+    """Return the resident memory of this process in MB; 0 if the system does not report it."""
     try:
         pages = int(Path("/proc/self/statm").read_text().split()[1])
     except OSError:

@@ -1,1 +1,1 @@
-"""The picture in its window, and the legend over it."""
+"""The viewport and everything drawn over the picture."""

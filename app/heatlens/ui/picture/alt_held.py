@@ -1,7 +1,7 @@
-"""Alt, alone and held over the picture, shows it without depth of field.
+"""Detect that Alt alone is held over the picture, which shows it without depth of field.
 
-Window managers take Alt+Tab and Alt+F4, and menus are opened with Alt: a moment must pass, no other
-key may be down, the pointer must be over the picture, and no window manager may have the keyboard.
+Window managers use Alt+Tab and Alt+F4, and Alt opens menus. Alt therefore counts only after a
+moment, with no other key down, the pointer over the picture, and the keyboard not grabbed.
 """
 
 from collections.abc import Callable
@@ -15,17 +15,17 @@ _OTHERS = tuple(key for key in _Key if _Key.tab <= key <= _Key.oem102 and key no
 
 
 class AltHeld:
-    """Watches the Alt key from frame to frame."""
+    """The state of the Alt key, updated once a frame."""
 
     def __init__(self) -> None:
-        """Make a watch; set `is_keyboard_taken` where another program may take the keyboard."""
+        """Create it; set `is_keyboard_taken` on systems where a program can grab the keyboard."""
         self.is_keyboard_taken: Callable[[], bool] = lambda: False
         self._is_over = False
-        self._since_s: float | None = None  # None: it is not held, or not alone
-        self._is_spoilt = False  # by another key, until Alt is let go of
+        self._since_s: float | None = None  # when Alt was pressed; None if not held, or not alone
+        self._is_spoilt = False  # another key was pressed since; lasts until Alt is released
 
     def is_over(self, is_hovered: bool) -> bool:
-        """Return True while Alt counts; to be called once a frame."""
+        """Return True while Alt counts as held over the picture; call this once a frame."""
         io = imgui.get_io()
         if not io.key_alt or io.want_text_input:
             self._since_s, self._is_spoilt, self._is_over = None, False, False
@@ -37,12 +37,12 @@ class AltHeld:
         if self._since_s is None:
             self._since_s = imgui.get_time()
         if not self._is_over and imgui.get_time() - self._since_s >= HOLD_S:
-            self._is_spoilt = self.is_keyboard_taken()  # by the list of windows on Alt+Tab
+            self._is_spoilt = self.is_keyboard_taken()  # for example by the window list of Alt+Tab
             self._is_over = not self._is_spoilt
         return self._is_over
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long the window may sleep while Alt is held; None: nothing will change."""
+        """Return how many seconds the loop may sleep until Alt counts; None if nothing is due."""
         if self._since_s is None:
             return None
         left_s = self._since_s + HOLD_S - imgui.get_time()

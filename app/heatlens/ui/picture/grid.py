@@ -1,4 +1,4 @@
-"""The grid of looks: up to four pictures of one frame beside each other, each in a cell."""
+"""Lay out and label the grid of looks: up to four pictures of one frame beside each other."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ _GAP_EM, _FRAME_EM = 0.15, 0.13
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """A picture in the grid.
+    """A picture of the grid.
 
-    name      of the look, "" for the lens as it is
-    words     under it
-    texture   display values, None before there is a picture
-    is_proxy  it is smaller than the plate: its pixels are no pixels of the picture
-    is_taken  its lens is that of the shot
+    name      name of the look, "" for the current lens
+    words     the label under it
+    texture   display values; None before there is a picture
+    is_proxy  whether the texture is smaller than the plate
+    is_taken  whether its lens is that of the shot
     """
 
     name: str
@@ -31,7 +31,7 @@ class Tile:
 
 
 def cells(whole: Viewport, count: int) -> list[Viewport]:
-    """Return where so many pictures lie: one fills the viewport, two share it, more are 2 x 2."""
+    """Return the cells for `count` pictures: the whole viewport, two columns, or 2 x 2."""
     across, down = (1 if count < 2 else 2), (1 if count < 3 else 2)
     (x, y), (width, height) = whole.corner, whole.size
     gap, scale = _GAP_EM * imgui.get_font_size(), whole.framebuffer_scale
@@ -48,7 +48,7 @@ def cells(whole: Viewport, count: int) -> list[Viewport]:
 
 
 def cell_at(places: Sequence[Viewport], point: Point) -> int | None:
-    """Return the index of the cell that a window position lies in."""
+    """Return the index of the cell at a window position; None outside of all."""
     for index, place in enumerate(places):
         (x, y), (width, height) = place.corner, place.size
         if x <= point[0] < x + width and y <= point[1] < y + height:
@@ -57,7 +57,7 @@ def cell_at(places: Sequence[Viewport], point: Point) -> int | None:
 
 
 def draw_tiles(tiles: Sequence[Tile], places: Sequence[Viewport], hovered: int | None) -> None:
-    """Draw names and frames over the pictures, in the current window."""
+    """Draw labels and outlines over the pictures, in the current window."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     for index, (tile, place) in enumerate(zip(tiles, places, strict=True)):
         (x, y), (width, height) = place.corner, place.size

@@ -1,4 +1,4 @@
-"""Mattes and guide lines, drawn over the picture in the current window."""
+"""Draw mattes and guide lines over the picture."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -9,7 +9,7 @@ from heatlens.ui import probe, theme
 
 
 def draw_guides(guides: Guides, shape: PictureShape, place: PictureView) -> None:
-    """Draw what is wished over the picture, which lies as `place` says."""
+    """Draw the guides over the picture at `place`, in the current window."""
     if guides == NO_GUIDES:
         return
     first = place.geometry.window_at_picture((0.0, 0.0))

@@ -1,4 +1,4 @@
-"""What the colours of an overlay mean, with numbers, in the corner of the picture."""
+"""Draw the legend of an overlay: its colours and what they mean, in a corner of the picture."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,32 +34,37 @@ class Entry:
     words: str
 
 
-def entries(
-    overlay: Overlay,
-    optics: Optics,
-    sharp_px: float,
-    layer_limits_px: Sequence[float],
-    depth: DepthReport,
-    unit: str,
-    peaking: Peaking | None = None,
-) -> list[Entry]:
-    """Return the legend of overlay and peaking; diameters are pixels of the whole picture."""
-    legend = _of_overlay(overlay, optics, sharp_px, layer_limits_px, depth, unit)
+@dataclass(frozen=True, eq=False)
+class LegendFacts:
+    """The numbers of a legend; diameters are in pixels of the whole picture.
+
+    optics           the lens, with the nearest and farthest circle of confusion of the plate
+    sharp_px         the largest diameter that counts as sharp
+    layer_limits_px  the signed diameters between the layers, near to far
+    depth            the depth range of the plate
+    unit             unit of distances, "m" or "ft"
+    """
+
+    optics: Optics
+    sharp_px: float
+    layer_limits_px: Sequence[float]
+    depth: DepthReport
+    unit: str
+
+
+def entries(overlay: Overlay, facts: LegendFacts, peaking: Peaking | None = None) -> list[Entry]:
+    """Return the legend of an overlay, and of focus peaking if that is on."""
+    legend = _overlay_entries(overlay, facts)
     if peaking is not None:
         what = "edges in focus" if peaking.on is PeakingOn.PICTURE else "peaking, in focus"
-        legend.append(Entry(peaking.rgb, f"{what}, up to {peaking.blur * sharp_px:.1f} px"))
+        limit_px = peaking.blur * facts.sharp_px
+        legend.append(Entry(peaking.rgb, f"{what}, up to {limit_px:.1f} px"))
     return legend
 
 
-def _of_overlay(
-    overlay: Overlay,
-    optics: Optics,
-    sharp_px: float,
-    layer_limits_px: Sequence[float],
-    depth: DepthReport,
-    unit: str,
-) -> list[Entry]:
-    near_px, far_px = optics.nearest_px, optics.farthest_px
+def _overlay_entries(overlay: Overlay, facts: LegendFacts) -> list[Entry]:
+    sharp_px, depth = facts.sharp_px, facts.depth
+    near_px, far_px = facts.optics.nearest_px, facts.optics.farthest_px
     if overlay is Overlay.ZONES:
         return [
             Entry(OVERLAY_NEAR, "in front"),
@@ -76,18 +81,20 @@ def _of_overlay(
             [Entry(OVERLAY_COC_FAR, f"farthest {far_px:.1f} px")] if far_px > sharp_px else []
         )
     if overlay is Overlay.DEPTH:
-        near = "nearest" if depth.convention.facts.is_coc else format_distance(depth.near_m, unit)
-        far = "farthest" if depth.convention.facts.is_coc else format_distance(depth.far_m, unit)
+        near, far = "nearest", "farthest"
+        if not depth.convention.facts.is_coc:
+            near = format_distance(depth.near_m, facts.unit)
+            far = format_distance(depth.far_m, facts.unit)
         if depth.infinite_count:
             far = "infinity"
         return [Entry((1.0, 1.0, 1.0), near), Entry((0.0, 0.0, 0.0), far)]
     if overlay is Overlay.LAYERS:
-        return _layers(layer_limits_px)
+        return _layer_entries(facts.layer_limits_px)
     return []
 
 
-def _layers(limits_px: Sequence[float]) -> list[Entry]:
-    """Return from near to far between which signed diameters each layer lies."""
+def _layer_entries(limits_px: Sequence[float]) -> list[Entry]:
+    """Return an entry for each layer, near to far: the range of its signed CoC in pixels."""
     if not limits_px:
         return [Entry(OVERLAY_LAYERS[0], "one layer")]
     ends = [f"{limit:+.0f}" for limit in limits_px]
@@ -98,7 +105,7 @@ def _layers(limits_px: Sequence[float]) -> list[Entry]:
 
 
 def draw_legend(legend: Sequence[Entry], viewport: Viewport, is_right: bool = False) -> None:
-    """Draw it over the lower left corner of the viewport, or the right one, in the window."""
+    """Draw the legend in the lower left corner of the viewport, or the lower right one."""
     em = imgui.get_font_size()
     row = 1.35 * em
     (x, y), height = viewport.corner, viewport.size[1]

@@ -1,4 +1,4 @@
-"""Lines in a corner of the picture that teach the gestures, on what comes with heatlens."""
+"""Draw short lessons about the mouse gestures over the sample pictures of heatlens."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -10,7 +10,7 @@ _WIDTH_EM, _LEAST_EM = 26.0, 30.0
 
 
 def draw_lessons(lessons: Lessons, viewport: Viewport) -> None:
-    """Draw the lessons that are left at the lower left of the picture, where there is room."""
+    """Draw the lessons not yet learnt at the lower left of the picture, if there is room."""
     left = imgui.MouseButton_.left
     lessons.watch(imgui.is_mouse_dragging(left), imgui.is_mouse_down(left))
     em, (x, y), (width, height) = imgui.get_font_size(), viewport.corner, viewport.size

@@ -1,4 +1,4 @@
-"""The whole picture drawn into a texture: for a second window, and for stills of looks."""
+"""Draw the whole picture into a texture, for the second window and for stills of looks."""
 
 import moderngl
 
@@ -11,7 +11,7 @@ from heatlens.ui.picture.viewport import ViewportPanel
 
 
 class PictureAlone:
-    """Draws the whole picture into a texture of any size."""
+    """A texture of any size with the whole picture."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -27,9 +27,9 @@ class PictureAlone:
         size_px: tuple[int, int],
         has_labels: bool = False,
     ) -> None:
-        """Draw it into `texture`, which gets this size; without pictures it is empty.
+        """Draw the pictures into `texture`, which is resized to `size_px`; clear it if None.
 
-        `has_labels`: looks beside each other are named; one picture has nothing written on it.
+        `has_labels` writes the names of the looks into a grid.
         """
         target = self._sized(size_px)
         target.use()
@@ -50,7 +50,7 @@ class PictureAlone:
         return self._target
 
     def hand_over(self) -> moderngl.Texture:
-        """Return the texture, which is the caller's from now on."""
+        """Return the texture; the caller owns it and must release it."""
         texture = self.texture
         assert texture is not None and self._target is not None
         self._target.release()
@@ -58,7 +58,7 @@ class PictureAlone:
         return texture
 
     def release(self) -> None:
-        """Give the texture back, and those of labels."""
+        """Release the textures of the picture and the labels."""
         self._labels.release()
         if self._target is not None and self.texture is not None:
             self._target.release()

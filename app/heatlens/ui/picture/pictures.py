@@ -1,4 +1,4 @@
-"""What the viewport draws: textures in the colours of the screen, and what they show."""
+"""Define the set of display-ready textures that the viewport draws."""
 
 from dataclasses import dataclass
 
@@ -12,27 +12,27 @@ from heatlens.ui.picture.grid import Tile
 
 @dataclass(frozen=True, eq=False)
 class Pictures:
-    """What the viewport draws."""
+    """The textures that the viewport draws, and facts about them."""
 
     a: moderngl.Texture
     b: moderngl.Texture
-    detail: Detail | None  # of A, while that is a hurried picture
+    detail: Detail | None  # sharpens A while it is a preview
     overlay: moderngl.Texture | None
     data_window: Box
     display_window: Box
     pixel_aspect: float
-    is_proxy: bool  # A is smaller than the plate: its pixels are no pixels of the picture
-    is_b_proxy: bool = False  # and so is B, for the same reason
-    has_camera: bool = False  # the right button takes hold of a scene's camera
-    has_mipmaps: bool = True  # the textures were made ready to be drawn small
-    frame_ratio: float = 1.0  # width of the plate's frame that a lens that breathes shows
-    is_a_frame: bool = False  # A is the plate as it lies, of which the lens shows `frame_ratio`
+    is_proxy: bool  # A has fewer pixels than the plate
+    is_b_proxy: bool = False  # B has fewer pixels than the plate
+    has_camera: bool = False  # the right mouse button moves the camera of a scene
+    has_mipmaps: bool = True  # the textures have mipmaps for drawing them small
+    frame_ratio: float = 1.0  # share of the plate's width in view, below 1 if the lens breathes
+    is_a_frame: bool = False  # A is the whole plate, still to be cropped by `frame_ratio`
     is_b_frame: bool = False
-    light_a: moderngl.Texture | None = None  # scene-linear, pixel for pixel; None: there is none
+    light_a: moderngl.Texture | None = None  # scene-linear values of A; None if not available
     light_b: moderngl.Texture | None = None
-    light_version: object = None  # equal while the light is the same
-    tiles: tuple[Tile, ...] = ()  # of the grid, which then stands in the place of A and B
-    names: tuple[str, str] = ("A", "B")  # of both sides of the wipe
+    light_version: object = None  # changes with the scene-linear values
+    tiles: tuple[Tile, ...] = ()  # the grid, shown instead of A and B
+    names: tuple[str, str] = ("A", "B")  # labels of the two sides of the wipe
 
     @property
     def shape(self) -> PictureShape:

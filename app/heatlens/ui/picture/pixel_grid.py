@@ -1,4 +1,4 @@
-"""Lines between the pixels of the picture where these are large, and around the display window."""
+"""Draw lines between pixels when zoomed in, and the outline of the display window."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -7,11 +7,11 @@ from heatlens.session.picture_view import PictureView
 from heatlens.ui import theme
 from heatlens.ui.picture.pictures import Pictures
 
-_GRID_FROM = 8.0  # screen pixels a pixel
+_GRID_FROM = 8.0  # smallest size of a pixel on the screen, in screen pixels, for the grid
 
 
 def seen_pixels(place: PictureView, shape: PictureShape) -> tuple[int, int, int, int]:
-    """Return the pixels that are seen: first column and row, and those after the last."""
+    """Return the visible pixels, as half-open ranges of columns and rows."""
     (x, y), (width, height) = place.viewport.corner, place.viewport.size
     x0, y0 = place.geometry.pixel_at_window((x, y))
     x1, y1 = place.geometry.pixel_at_window((x + width, y + height))
@@ -19,7 +19,7 @@ def seen_pixels(place: PictureView, shape: PictureShape) -> tuple[int, int, int,
 
 
 def draw_pixel_grid(place: PictureView, shape: PictureShape) -> None:
-    """Draw the lines over the picture, in the current window; none where pixels are small."""
+    """Draw the grid in the current window if the pixels are large enough."""
     if place.zoom < _GRID_FROM:
         return
     draw, at = imgui.get_window_draw_list(), place.geometry.window_at_picture
@@ -34,7 +34,7 @@ def draw_pixel_grid(place: PictureView, shape: PictureShape) -> None:
 
 
 def draw_display_window(place: PictureView, pictures: Pictures) -> None:
-    """Draw the outline of the display window, where the picture does not fill it exactly."""
+    """Draw the outline of the display window if the data window differs from it."""
     if pictures.data_window == pictures.display_window:
         return
     window, at = pictures.display_window, place.geometry.window_at_picture

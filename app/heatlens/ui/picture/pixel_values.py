@@ -1,4 +1,4 @@
-"""The light of each pixel written into it, where pixels are large: red, green and blue."""
+"""Write the scene-linear RGB values into the pixels of the picture when zoomed in."""
 
 from dataclasses import dataclass
 
@@ -15,23 +15,23 @@ from heatlens.ui import theme
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.pixel_grid import seen_pixels
 
-VALUES_FROM_EM = 2.6  # side of a pixel: three lines can be read in it
-_LINES, _LETTERS = 3.9, 3.1  # of a pixel's height and width, in heights of the letters
-_MOST = 2000  # pixels: more would make the window slow
+VALUES_FROM_EM = 2.6  # smallest size of a pixel on the screen that fits three lines of text
+_LINES, _LETTERS = 3.9, 3.1  # height and width of a pixel, divided by the font size
+_MOST = 2000  # largest number of pixels to label; more would make the window slow
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
-_DARK_TEXT_FROM = 0.45  # of the light on the screen: above it, dark letters are read better
+_DARK_TEXT_FROM = 0.45  # display luminance above which dark text is more readable
 
 
 @dataclass(frozen=True, eq=False)
 class _Texts:
-    """What is written into a block of pixels."""
+    """The texts of a block of pixels."""
 
     key: object
     words: list[list[str]]
 
 
 class PixelValues:
-    """Writes the values; they are read from the GPU only when picture or place changed."""
+    """Draws the values; reads them from the GPU only when the picture or the view has changed."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -44,9 +44,9 @@ class PixelValues:
         pictures: Pictures,
         place: PictureView,
     ) -> int:
-        """Write them over the picture, in the current window; return how many pixels have some.
+        """Draw the values in the current window; return the number of labelled pixels.
 
-        `light` is one of those of `pictures`, `shown` the same in the colours of the screen.
+        `light` is the scene-linear texture of a side, `shown` the same with the view transform.
         """
         em, per_px = imgui.get_font_size(), place.geometry.per_px
         if light is None or min(per_px) < VALUES_FROM_EM * em:
@@ -69,13 +69,13 @@ class PixelValues:
 
 
 class SideValues:
-    """Writes those of A, of B, or of each on its side of the wipe."""
+    """Draws the values of A, of B, or of each on its side of the wipe."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.sides = PixelValues(ctx), PixelValues(ctx)
 
     def draw(self, pictures: Pictures, compare: Compare, line: float, place: PictureView) -> None:
-        """Write them in the current window; `line` is that of the wipe, in its units."""
+        """Draw the values in the current window; `line` is the x of the wipe in screen units."""
         (x, y), (width, height) = place.viewport.corner, place.viewport.size
         ends = {Compare.OFF: x + width, Compare.WIPE: line, Compare.FLIP: x}
         if compare not in ends:
@@ -91,7 +91,7 @@ class SideValues:
 
 
 def _seen_box(pictures: Pictures, place: PictureView) -> Box:
-    """Return the pixels of the data window that are seen, counted from its corner."""
+    """Return the visible pixels of the data window, relative to its corner."""
     data, display = pictures.data_window, pictures.display_window
     x0, y0, x1, y1 = seen_pixels(place, pictures.shape)
     aside, below = display.x0 - data.x0, display.y0 - data.y0
@@ -127,12 +127,12 @@ def _write(
 
 
 def _words(pixel: NDArray[np.float32]) -> str:
-    """Return red, green and blue, each on its line."""
+    """Return red, green and blue on three lines."""
     return "\n".join(value_words(float(value)) for value in pixel[:3])
 
 
 def value_words(value: float) -> str:
-    """Return a value in five letters or few more: "0.184", "12.50", "4e+03"."""
+    """Format a value in about five characters: "0.184", "12.50", "4e+03"."""
     size = abs(value)
     if size < 9.9995:
         return f"{value:.3f}"

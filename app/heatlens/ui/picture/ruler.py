@@ -1,4 +1,4 @@
-"""The ruler over the picture: its ends, the line between them, and how long that is."""
+"""Draw the ruler over the picture: its ends, the line between them, and the length."""
 
 import math
 
@@ -15,7 +15,7 @@ _HINT = "Ruler: click two points, or drag from one to the other. Escape ends it.
 
 
 def draw_ruler(session: Session, hovered: Pixel | None) -> None:
-    """Draw it in the current window; with one end set it reaches to the pixel under the pointer."""
+    """Draw the ruler in the current window; with one end set it follows the pointer."""
     ruler = session.view_commands.ruler
     if not ruler.is_on:
         return
@@ -52,7 +52,7 @@ def draw_ruler(session: Session, hovered: Pixel | None) -> None:
 
 
 def _draw_hint(session: Session) -> None:
-    """Tell at the upper edge of the viewport what the mouse does now."""
+    """Draw at the upper edge of the viewport what the mouse does now."""
     place, em = session.picture_view.viewport, imgui.get_font_size()
     (x, y), (width, _) = place.corner, place.size
     _draw_label(ImVec2(x + width / 2, y + em), _HINT, theme.OVER_PICTURE.handle, 0.3)
@@ -64,7 +64,7 @@ def _ends(ruler: Ruler, hovered: Pixel | None) -> tuple[Pixel, ...]:
 
 
 def _draw_label(at: ImVec2, words: str, color: int, below_em: float) -> None:
-    """Draw words with a dark ground, so many em below a point."""
+    """Draw text on a dark background, so many em below a point."""
     em, wide = imgui.get_font_size(), imgui.calc_text_size(words)
     corner = ImVec2(at.x - wide.x / 2, at.y + below_em * em - wide.y / 2)
     draw = imgui.get_window_draw_list()

@@ -1,4 +1,4 @@
-"""What the viewport shows: A, B, overlay and grid, as textures in the colours of the screen."""
+"""Collect the textures that the viewport shows: A, B, overlay and grid, with view transform."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ from heatlens.ui.picture.pictures import Pictures
 
 
 class SeenPictures:
-    """Makes the pictures of a frame of the window; what did not change is not drawn again."""
+    """Prepares the pictures for each frame of the window; unchanged ones are reused."""
 
     def __init__(self, session: Session, screen: ScreenPictures, kept: KeptScreen) -> None:
         self._session = session
@@ -30,7 +30,7 @@ class SeenPictures:
         self._kept = kept
 
     def now(self) -> Pictures | None:
-        """Return the pictures; None while there are none."""
+        """Return the pictures to show; None while there are none."""
         session, plate = self._session, self._session.source.plate
         seen = session.seen
         if plate is None or seen is None:
@@ -98,13 +98,13 @@ class SeenPictures:
         return self._screen.overlay(loaded, shot, frame, view, self._kept.uploaded(seen))
 
     def _frame_ratio(self, plate: Plate) -> float:
-        """Return how much of a plate's frame is seen; a scene is drawn as the lens sees it."""
+        """Return the share of a plate's frame in view; 1 for a scene, which is drawn as framed."""
         if self._session.scenes.scene is not None:
             return 1.0
         return plate_ratio(self._session.lens, room_of(plate))
 
     def _tiles(self, view: ViewState, a: moderngl.Texture, width: int) -> tuple[Tile, ...]:
-        """Return the pictures of the grid, where that is seen."""
+        """Return the pictures of the grid; nothing if the grid is not shown."""
         if view.compare is not Compare.GRID:
             self._screen.keep_tiles(())
             return ()
@@ -138,5 +138,5 @@ class SeenPictures:
 
 
 def _exposed(view: ViewState, lens: Lens) -> ViewState:
-    """Return the view with what the glass of a lens takes from the light."""
+    """Return the view with its exposure reduced by the lens's transmission (T-stop)."""
     return replace(view, exposure_stops=view.exposure_stops + lens.transmission_stops)

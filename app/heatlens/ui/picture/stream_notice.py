@@ -1,4 +1,4 @@
-"""What a stream has to say in the picture's place: why nothing is shown, or not the newest."""
+"""Draw the notices of a stream: why nothing, or not the newest picture, is shown."""
 
 from imgui_bundle import ImVec2, ImVec4, imgui
 
@@ -7,7 +7,7 @@ from heatlens.session.messages import window_words
 from heatlens.source.stream_source import StreamSource
 from heatlens.ui import probe, theme
 
-_WIDTH_EM = 44.0  # of a line that is still easy to read
+_WIDTH_EM = 44.0  # longest line that is still easy to read
 _LINES = (
     "A renderer that speaks the protocol of the viewer tev sends its picture to this address.",
     "It needs colour (R, G, B) and depth (Z), in one image or in two; --depth FILE brings the "
@@ -17,7 +17,7 @@ _LINES = (
 
 
 def draw_waiting(stream: StreamSource) -> None:
-    """Draw in the middle of the window what is waited for, and why what came is not shown."""
+    """Draw in the middle of the window what the stream waits for, and what it could not show."""
     room, em = imgui.get_content_region_avail(), imgui.get_font_size()
     width = min(_WIDTH_EM * em, room.x - 2 * em)
     said = window_words(stream.refusal)
@@ -33,13 +33,13 @@ def draw_waiting(stream: StreamSource) -> None:
 
 
 class StreamNotice:
-    """Says over the picture why what came last is not shown, until it is dismissed."""
+    """A notice over the picture why the latest data is not shown, until the user dismisses it."""
 
     def __init__(self) -> None:
         self._dismissed = ""
 
     def draw(self, stream: StreamSource, viewport: Viewport) -> None:
-        """Draw the notice over the top of the picture, if there is one to be read."""
+        """Draw the notice over the top of the picture, if there is one."""
         said = window_words(stream.refusal)
         if not said or said == self._dismissed:
             return

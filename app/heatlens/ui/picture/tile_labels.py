@@ -1,4 +1,4 @@
-"""The words of the looks of a grid as pictures, for a window in which ImGui draws nothing."""
+"""Draw the labels of the grid as textures, for the second window, which has no ImGui."""
 
 from collections.abc import Sequence
 
@@ -13,12 +13,12 @@ from heatlens.model.view_geometry import Viewport
 from heatlens.ui import theme
 from heatlens.ui.picture.grid import Tile
 
-_HEIGHT_SHARE, _SIZE_LEAST = 1 / 45, 12.0  # of the letters: of the window's height, and in pixels
-_ASIDE_EM, _BELOW_EM, _PAD_EM = 0.9, 0.8, 0.4  # as `draw_tiles` has them
+_HEIGHT_SHARE, _SIZE_LEAST = 1 / 45, 12.0  # font size: share of window height; least, in pixels
+_ASIDE_EM, _BELOW_EM, _PAD_EM = 0.9, 0.8, 0.4  # the same as in `draw_tiles`
 
 
 class TileLabels:
-    """Makes the labels; one that was there in the frame before is not made again."""
+    """The textures of the labels, kept from frame to frame."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -27,7 +27,7 @@ class TileLabels:
     def placed(
         self, tiles: Sequence[Tile], cells: Sequence[Viewport], height_px: int
     ) -> list[PlacedPicture]:
-        """Return the label of each tile at the lower left of its cell, in pixels of the window."""
+        """Return the labels, each placed at the lower left of its cell, in pixels of the window."""
         size = round(max(height_px * _HEIGHT_SHARE, _SIZE_LEAST))
         self._keep({(tile.words, size) for tile in tiles})
         return [
@@ -50,12 +50,12 @@ class TileLabels:
             self._made.pop(key).release()
 
     def release(self) -> None:
-        """Give the textures back."""
+        """Release the textures."""
         self._keep(set())
 
 
 def label_pixels(words: str, size: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
-    """Return (H, W, 4) bytes with straight alpha: words on a dark ground, letters of `size` px."""
+    """Return a label as (H, W, 4) bytes, straight alpha: text of `size` px on dark ground."""
     font = ImageFont.truetype(str(theme.FONT_FILE), size)
     pad, (ascent, descent) = round(_PAD_EM * size), font.getmetrics()
     wide = round(font.getlength(words)) + 2 * pad

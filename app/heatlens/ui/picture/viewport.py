@@ -1,4 +1,4 @@
-"""The picture in its window: zoom, pan, wipe, grid of looks, click to focus, outlines."""
+"""Draw the viewport and handle its mouse gestures: zoom, pan, wipe, grid, click to focus."""
 
 import math
 from collections.abc import Iterable
@@ -30,39 +30,39 @@ from heatlens.ui.picture.pixel_grid import draw_display_window, draw_pixel_grid
 from heatlens.ui.picture.pixel_values import SideValues
 from heatlens.ui.picture.wipe_handle import draw_wipe_handle
 
-_WHEEL_FACTOR = 1.25  # a notch
-_HANDLE_REACH = 0.6  # em to either side of the wipe's line
-_NEAREST_FROM = 4.0  # zoom from which pixels are shown as squares
+_WHEEL_FACTOR = 1.25  # zoom factor of one wheel notch
+_HANDLE_REACH = 0.6  # em to either side of the wipe line in which it can be dragged
+_NEAREST_FROM = 4.0  # zoom from which pixels are drawn as squares, without filtering
 
 
 @dataclass(frozen=True)
 class ViewportResult:
-    """What the mouse did in the picture."""
+    """What the user did with the mouse in the picture."""
 
     view: ViewState
     hovered_px: tuple[int, int] | None  # pixel of the display window under the pointer
-    focus_px: tuple[int, int] | None  # pixel to focus on: pressed, or dragged over
-    camera: CameraDrag | None = None  # of a scene
-    focus_notches: float = 0.0  # of the wheel with Shift
-    tile: int | None = None  # of the grid, that was clicked
+    focus_px: tuple[int, int] | None  # pixel to focus on
+    camera: CameraDrag | None = None  # movement of a scene's camera
+    focus_notches: float = 0.0  # wheel notches with Shift
+    tile: int | None = None  # index of the tile that was clicked in the grid
 
 
 class ViewportPanel:
-    """Draws the pictures and remembers what the mouse took hold of."""
+    """Draws the pictures and handles mouse gestures on them."""
 
     def __init__(self, ctx: moderngl.Context, place: PictureView) -> None:
-        """Take `place`, which is told where the picture lies."""
+        """Create the panel; it keeps position and zoom of the picture in `place`."""
         self.place = place
         self._pass = PicturePass(ctx)
         self._placed: list[PlacedPicture] = []
         self._placed_in_frame = -1
         self._values = SideValues(ctx)
-        self._held: str | None = None
-        self.cells: list[Viewport] = []  # of the grid; else the whole viewport alone
-        self._cell_under: int | None = None  # of them, under the pointer
+        self._gesture: str | None = None  # "pan", "wipe" or "focus" while a button is down
+        self.cells: list[Viewport] = []  # cells of the grid; without grid the viewport alone
+        self._cell_under: int | None = None  # index of the cell under the pointer
 
     def draw(self, pictures: Pictures, view: ViewState, framebuffer_scale: float) -> ViewportResult:
-        """Fill the current ImGui window with the picture; answer the mouse."""
+        """Fill the current ImGui window with the picture and handle the mouse."""
         corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
         size = ImVec2(max(size.x, 8.0), max(size.y, 8.0))
         self._split(
@@ -86,7 +86,7 @@ class ViewportPanel:
         return ViewportResult(view, hovered, focus_px, camera, _focus_notches(), tile)
 
     def _split(self, whole: Viewport, tiles: tuple[Tile, ...]) -> None:
-        """Divide the viewport among the tiles; the picture's place is that under the pointer."""
+        """Divide the viewport among the tiles; `place` is the cell under the pointer."""
         self.cells = cells(whole, len(tiles))
         mouse = imgui.get_mouse_pos()
         self._cell_under = cell_at(self.cells, (mouse.x, mouse.y))
@@ -97,10 +97,10 @@ class ViewportPanel:
         return self._cell_under if is_clicked else None
 
     def _camera_drag(self) -> CameraDrag | None:
-        """Return what the right button or Ctrl and the wheel did with the scene's camera.
+        """Return the movement of the scene's camera in this frame.
 
-        The right button turns it round what is in focus, with Ctrl it moves aside; Ctrl and the
-        wheel go nearer.
+        A right drag orbits around the point in focus, Ctrl+right drag moves sideways, and
+        Ctrl+wheel dollies.
         """
         io, height = imgui.get_io(), self.place.viewport.size[1]
         if io.key_ctrl and io.mouse_wheel and imgui.is_item_hovered():
@@ -111,14 +111,14 @@ class ViewportPanel:
         return CameraDrag(kind, io.mouse_delta.x / height, io.mouse_delta.y / height)
 
     def paint(self, target: moderngl.Framebuffer, screen_px: tuple[int, int]) -> None:
-        """Draw the pictures of this frame; call this before ImGui draws what lies over them."""
+        """Draw the pictures of this frame; call this before ImGui draws over them."""
         if self._placed_in_frame == imgui.get_frame_count():
             self._pass.run(self._placed, target, screen_px)
 
     def place_alone(self, pictures: Pictures, view: ViewState, size_px: tuple[int, int]) -> None:
-        """Place the whole picture, with nothing drawn over it, in a target of its own for `paint`.
+        """Place the whole picture without overlays in a target of its own, for `paint`.
 
-        What is compared is seen as in the window; zoom and overlays are not.
+        A comparison is shown as in the window, but zoom and overlays are ignored.
         """
         whole = replace(view, zoom=None, center_px=None)
         size = float(size_px[0]), float(size_px[1])
@@ -128,7 +128,7 @@ class ViewportPanel:
         self._place_pictures(replace(pictures, overlay=None), whole)
 
     def place_over(self, placed: Iterable[PlacedPicture]) -> None:
-        """Place more pictures over those that were placed for `paint`."""
+        """Add pictures over those already placed for `paint`."""
         self._placed += placed
 
     def _answer_mouse(
@@ -140,21 +140,23 @@ class ViewportPanel:
             factor = _WHEEL_FACTOR**io.mouse_wheel
             view = zoomed(view, self.place.viewport, shape, factor, at)
         if not imgui.is_item_active():
-            self._held = None
+            self._gesture = None
             return view, None
         now = geometry(view, self.place.viewport, shape)
-        if self._held is None:
-            self._held = self._taken(view, shape, now, at)
-        if self._held == "pan":
+        if self._gesture is None:
+            self._gesture = self._gesture_at(view, shape, now, at)
+        if self._gesture == "pan":
             by = (io.mouse_delta.x, io.mouse_delta.y)
             return (panned(view, self.place.viewport, shape, by) if any(by) else view), None
-        if self._held == "wipe":
+        if self._gesture == "wipe":
             wipe = now.picture_at_window(at)[0] / shape.width_px
             return replace(view, wipe=min(max(wipe, 0.0), 1.0)), None
         return view, now.pixel_at_window(at)
 
-    def _taken(self, view: ViewState, shape: PictureShape, now: ViewGeometry, at: Point) -> str:
-        """Return what the button that went down takes hold of."""
+    def _gesture_at(
+        self, view: ViewState, shape: PictureShape, now: ViewGeometry, at: Point
+    ) -> str:
+        """Return the gesture that a mouse button begins at a position: pan, wipe or focus."""
         if not imgui.is_mouse_down(imgui.MouseButton_.left):
             return "pan"
         reach = _HANDLE_REACH * imgui.get_font_size()
@@ -163,7 +165,7 @@ class ViewportPanel:
         return "focus"
 
     def _wipe_x(self, view: ViewState, shape: PictureShape, now: ViewGeometry) -> float:
-        """Return the line of the wipe, on a whole screen pixel."""
+        """Return the x of the wipe line in screen units, on a whole screen pixel."""
         scale = self.place.viewport.framebuffer_scale
         x = now.window_at_picture((view.wipe * shape.width_px, 0.0))[0]
         return math.floor(x * scale + 0.5) / scale
@@ -214,7 +216,7 @@ class ViewportPanel:
             self._place_overlay(pictures.overlay, pictures, clip)
 
     def _place_tiles(self, pictures: Pictures, view: ViewState, near: bool) -> None:
-        """Place each picture of the grid in its cell, all of the same part of the frame."""
+        """Place each picture of the grid in its cell, all with the same zoom and pan."""
         before = self.place.viewport, self.place.geometry
         for tile, cell in zip(pictures.tiles, self.cells, strict=True):
             self.place.viewport = cell
@@ -225,7 +227,7 @@ class ViewportPanel:
         self.place.viewport, self.place.geometry = before
 
     def _clip(self) -> Box:
-        """Return the viewport in pixels of the screen."""
+        """Return the viewport in screen pixels."""
         (x, y), (width, height) = self.place.viewport.corner, self.place.viewport.size
         scale = self.place.viewport.framebuffer_scale
         x1, y1 = math.floor((x + width) * scale), math.floor((y + height) * scale)
@@ -259,12 +261,12 @@ class ViewportPanel:
         )
 
     def _place_overlay(self, overlay: moderngl.Texture, pictures: Pictures, clip: Box) -> None:
-        """Place an overlay, which is one of the plate's frame, where the lens shows that."""
+        """Place an overlay, which is of the whole plate, cropped as the lens shows the plate."""
         self._place(overlay, pictures, True, clip, is_opaque=False)
         self._show_as_the_lens(pictures, clip)
 
     def _show_as_the_lens(self, pictures: Pictures, clip: Box) -> None:
-        """Place what was placed last, which is of the plate's frame, where the lens shows it."""
+        """Enlarge and crop the picture placed last by `frame_ratio`, as the breathing lens does."""
         if pictures.frame_ratio == 1.0:
             return
         whole, ratio = self._placed.pop(), pictures.frame_ratio
@@ -293,7 +295,7 @@ class ViewportPanel:
 
 
 def _focus_notches() -> float:
-    """Return the notches of the wheel over the picture, which is the last item, with Shift."""
+    """Return the wheel notches with Shift over the picture, which is the last ImGui item."""
     io = imgui.get_io()
-    is_asked = io.key_shift and not io.key_ctrl and imgui.is_item_hovered()
-    return float(io.mouse_wheel) if is_asked else 0.0
+    is_focusing = io.key_shift and not io.key_ctrl and imgui.is_item_hovered()
+    return float(io.mouse_wheel) if is_focusing else 0.0

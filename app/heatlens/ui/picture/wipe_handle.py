@@ -1,4 +1,4 @@
-"""The line between A and B under the wipe, and its grip."""
+"""Draw the line of the wipe between A and B, and its grip."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -7,7 +7,7 @@ from heatlens.ui import theme
 
 
 def draw_wipe_handle(x: float, place: Viewport, names: tuple[str, str]) -> None:
-    """Draw it in the current window; the line at `x` is the first column of B's on the screen."""
+    """Draw the line in the current window; `x` is the first column of B, in screen units."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     (_, y), (_, height) = place.corner, place.size
     middle, width = y + height / 2, 1.0 / place.framebuffer_scale

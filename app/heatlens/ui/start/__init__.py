@@ -1,1 +1,1 @@
-"""The start screen: how it is laid out and drawn."""
+"""The layout and drawing of the start screen."""

@@ -1,4 +1,4 @@
-"""A card of the start screen: its picture, its name, the line under it, the digit that takes it."""
+"""Draw a card of the start screen: picture, name, a line under it, and its digit key."""
 
 from dataclasses import dataclass
 
@@ -13,12 +13,12 @@ from heatlens.ui import theme
 
 _ROUNDING_EM, _PAD_EM, _AIR_EM = 0.25, 0.5, 1.0
 _BAR_EM, _PLUS_EM, _DIGIT_EM = 0.2, 0.45, 1.5
-_COLUMN_LEAST_EM = 4.8  # of a recent file's kind in letters
+_COLUMN_LEAST_EM = 4.8  # smallest width of the picture column; fits the kind of a recent file
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where a card lies on the screen, and how wide the column of pictures is, in screen units."""
+    """The corners of a card and the width of its picture column, in screen units."""
 
     low: ImVec2
     high: ImVec2
@@ -26,24 +26,24 @@ class Place:
 
     @property
     def middle_y(self) -> float:
-        """Between its two lines."""
+        """The height of the card's middle, between its two lines of text."""
         return (self.low.y + self.high.y) / 2
 
 
 def column_width(card_height: float, em: float) -> float:
-    """Return the width of a picture as wide as film on a card of this height."""
+    """Return the width of a 16:9 picture on a card of this height."""
     return max((card_height - 2 * _PAD_EM * em) * 16 / 9, _COLUMN_LEAST_EM * em)
 
 
 class CardPictures:
-    """Pictures of assets/ on the GPU, read when they are seen first."""
+    """The card pictures of assets/ as textures, loaded when first drawn."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._textures: dict[str, moderngl.Texture] = {}
 
     def texture(self, name: str) -> moderngl.Texture:
-        """Return a picture of assets/; of a moving one the first frame."""
+        """Return a picture of assets/ as a texture; the first frame of an animation."""
         if name not in self._textures:
             with Image.open(data_dir("assets") / name) as file:
                 picture = file.convert("RGBA")
@@ -57,7 +57,7 @@ class CardPictures:
 def draw_card(
     card: Card, digit: int, place: Place, pictures: CardPictures, is_chosen: bool, is_coming: bool
 ) -> None:
-    """Draw a card; `is_chosen`: Enter takes it; `is_coming`: it is being opened."""
+    """Draw a card; `is_chosen` marks it as selected, `is_coming` as being opened."""
     em = imgui.get_font_size()
     _ground(place, is_chosen, is_flat=bool(card.kind))
     left = place.low.x + (_BAR_EM + _PAD_EM) * em
@@ -85,7 +85,7 @@ def _ground(place: Place, is_chosen: bool, is_flat: bool) -> None:
 
 
 def _emblem(card: Card, low: ImVec2, place: Place, pictures: CardPictures) -> None:
-    """Draw the picture, cut to fill its column; an empty frame where there is none."""
+    """Draw the picture, cropped to fill its column, or an empty frame if there is none."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     width, height = place.column, place.high.y - place.low.y - 2 * _PAD_EM * em
     high = ImVec2(low.x + width, low.y + height)
@@ -119,9 +119,9 @@ def _text(card: Card, x: float, place: Place, is_coming: bool) -> None:
 
 
 def fitted(text: str, width: float, keeps_end: bool = False) -> str:
-    """Cut off the end or the beginning of `text` so that it fits `width` screen units.
+    """Return `text`, shortened so that it fits `width` screen units.
 
-    Of a folder the end tells most: `keeps_end`.
+    `keeps_end` cuts off the beginning instead of the end, for folders.
     """
     kept = len(text)
     shown = text

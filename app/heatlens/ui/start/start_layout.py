@@ -1,18 +1,18 @@
-"""Where things lie on the start screen, for the room there is."""
+"""Compute the layout of the start screen for the size of the window."""
 
 import math
 from dataclasses import dataclass
 
 _WIDTH_EM, _MARGIN_EM = 38.0, 1.2
-_ABOVE = 0.4  # of the room that is left: a little over the middle looks like the middle
+_ABOVE = 0.4  # share of the free height above the cards; less than half looks centred
 
 
 @dataclass(frozen=True)
 class _Heights:
-    """The heights of the parts of the start screen in em.
+    """The heights of the parts of the start screen, in em.
 
-    These are the heading, a card, the air after it, the hints, the line over the recent files and
-    one of them.
+    These are the heading, a card, the gap after it, the hints, the line over the recent files and
+    one recent file.
     """
 
     head: float
@@ -23,7 +23,7 @@ class _Heights:
     row: float
 
     def of(self, cards: int) -> float:
-        """Return the height of all but the recent files."""
+        """Return the height of everything but the recent files, in em."""
         return self.head + cards * (self.card + self.gap) + self.hint
 
 
@@ -34,25 +34,25 @@ _ROOMY_FROM_EM = 42.0
 
 @dataclass(frozen=True)
 class Band:
-    """A strip across the screen, from `y` on."""
+    """A horizontal strip of the screen that begins at `y`."""
 
     y: float
     height: float
 
     @property
     def end(self) -> float:
-        """Where the next may begin."""
+        """The y position of its lower edge."""
         return self.y + self.height
 
 
 @dataclass(frozen=True)
 class StartLayout:
-    """Where everything lies on the start screen, in screen units from the corner of the room.
+    """The layout of the start screen, in screen units from the corner of the available area.
 
-    x, width  of everything
-    head      the name and a line under it
-    cards     what is there always, `fixed` of them, then recent files, as there is room for them
-    hint      after the first of them; `is_roomy`: with room for two lines
+    x, width  of all parts
+    head      the name of the program and a line under it
+    cards     `fixed` permanent cards, then as many recent files as fit
+    hint      the hint under the permanent cards; `is_roomy` gives it two lines
     """
 
     x: float
@@ -65,9 +65,9 @@ class StartLayout:
 
 
 def lay_out(cards: int, recent: int, room: tuple[float, float], em: float) -> StartLayout:
-    """Place `cards` that are there always and `recent` files; `room` and `em` in screen units.
+    """Lay out `cards` permanent cards and up to `recent` files; `room` and `em` in screen units.
 
-    Where the room is too small for the cards themselves, the last reach beyond it.
+    If the area is too small for the permanent cards, the last ones extend beyond it.
     """
     width, height = room[0] / em, room[1] / em
     is_roomy = height >= _ROOMY_FROM_EM

@@ -1,4 +1,4 @@
-"""The start screen: what can be opened, as a list of cards in the place of the picture."""
+"""Draw the start screen: a list of cards of what can be opened, in the place of the picture."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ _TITLE_SCALE, _LINE_EM = 1.9, 1.4
 
 @dataclass(frozen=True)
 class Answer:
-    """What the hand did: the card it took, and whether it wants to go back to the picture."""
+    """The user's choice: a card, or to go back to the picture."""
 
     taken: Card | None = None
     leaves: bool = False
@@ -43,9 +43,10 @@ class StartScreen:
     def draw(
         self, cards: Sequence[Card], opening: str | None, hears: bool, most_recent: int = 0
     ) -> Answer:
-        """Fill the current ImGui window; `opening` is being opened.
+        """Draw the screen in the current ImGui window; `opening` names the file being opened.
 
-        `hears`: keys are meant for it. Room is kept for `most_recent` files, which may follow.
+        `hears` is False while something else takes the keys. The layout keeps room for
+        `most_recent` recent files, some of which may still be looked up.
         """
         imgui.push_style_color(imgui.Col_.child_bg, theme.colors.start_ground)
         imgui.begin_child("start")
@@ -67,7 +68,7 @@ class StartScreen:
         taken = self._by_keys(cards) if hears else None
         _words(layout, corner, hint_of(cards[self._row]))
         column = column_width(layout.cards[0].height, em)
-        # Fewer cards than places: the rest may still be found.
+        # There may be fewer cards than places while recent files are looked up.
         for row, (card, band) in enumerate(zip(cards, layout.cards, strict=False)):
             low = ImVec2(corner.x, corner.y + band.y)
             high = ImVec2(low.x + layout.width, low.y + band.height)
@@ -78,11 +79,11 @@ class StartScreen:
             if is_chosen and row != before:
                 imgui.set_scroll_here_y()
         imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + layout.hint.y))
-        imgui.dummy(ImVec2(1.0, layout.hint.height))  # in a small window they are scrolled to
+        imgui.dummy(ImVec2(1.0, layout.hint.height))  # makes them scrollable in a small window
         return Answer(taken, hears and imgui.is_key_pressed(_K.escape, False))
 
     def _by_keys(self, cards: Sequence[Card]) -> Card | None:
-        """Answer keys: arrows go along the rows, Enter takes one, a digit takes its own."""
+        """Handle keys: arrows select a row, Enter opens it, a digit opens its card."""
         step = imgui.is_key_pressed(_K.down_arrow) - imgui.is_key_pressed(_K.up_arrow)
         self._row = min(max(self._row + step, 0), len(cards) - 1)
         for row, keys in enumerate(_DIGITS[: len(cards)]):
@@ -92,7 +93,7 @@ class StartScreen:
         return cards[self._row] if _went_down((_K.enter, _K.keypad_enter)) else None
 
     def _button(self, card: Card, row: int, low: ImVec2, high: ImVec2) -> bool:
-        """Return True where a card is clicked; a pointer that moves over a card selects its row."""
+        """Return True if a card is clicked; select its row if the pointer moves over it."""
         imgui.set_cursor_screen_pos(low)
         size = ImVec2(high.x - low.x, high.y - low.y)
         clicked = imgui.invisible_button(f"##{row} {card.title}", size)
@@ -108,12 +109,12 @@ def _went_down(keys: Sequence[imgui.Key]) -> bool:
 
 
 def hint_of(card: Card) -> str:
-    """Return the first gestures for what a card opens; only what has frames can be played."""
+    """Return a hint about the first gestures for what the card opens."""
     return _HINT_OF_SHOTS if card.text == DEMO or card.kind in ("Sequence", "Shot") else _HINT
 
 
 def _words(layout: StartLayout, corner: ImVec2, hint: str) -> None:
-    """Draw the name over the cards, and the first gesture under them."""
+    """Draw the heading over the cards, and the hint under them."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     bright = imgui.get_color_u32(imgui.Col_.text)
     y = corner.y + layout.head.y
@@ -131,9 +132,9 @@ def _words(layout: StartLayout, corner: ImVec2, hint: str) -> None:
 
 
 def hears_keys() -> bool:
-    """Return True where keys are for the window: no popup, field or button holds them.
+    """Return True if keys are for the window: no popup, field or button takes them.
 
-    To be asked before popups are drawn: one that took an Enter is gone when it was drawn.
+    Call this before popups are drawn: a popup that Enter closes is gone once it has been drawn.
     """
     flags, io = imgui.PopupFlags_, imgui.get_io()
     is_popup = imgui.is_popup_open("", flags.any_popup_id | flags.any_popup_level)

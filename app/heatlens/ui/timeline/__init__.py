@@ -1,1 +1,1 @@
-"""The timeline as it is drawn: rows of keys, the curve, transport."""
+"""The timeline panel: transport buttons, rows of keys and the curve editor."""

@@ -1,4 +1,4 @@
-"""What can be done on the timeline, by name and key."""
+"""Build the actions of the timeline."""
 
 from collections.abc import Callable
 from functools import partial
@@ -38,7 +38,7 @@ def play_actions(session: Session, open_frames: Callable[[], None]) -> list[Acti
 
 
 def key_actions(session: Session, open_pull: Callable[[], None]) -> list[Action]:
-    """Return the actions of the keys; where none are selected, those at the playhead are meant."""
+    """Return the actions on keys: the selected ones, or those at the playhead if none are."""
     editing, keys, rows = session.editing, session.keys, session.keys.rows
     later, earlier = _K.right_arrow | _BOTH, _K.left_arrow | _BOTH
     return [

@@ -1,4 +1,4 @@
-"""The row of the scene's camera under those of the lens: its name, and a dot to set a key."""
+"""Draw the row of the scene's camera: its name and a dot that sets a key."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -10,7 +10,7 @@ from heatlens.ui.timeline.scale import TimeScale
 
 
 def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -> None:
-    """Draw it from `corner` on, its name left of `scale`; the keys come with all others."""
+    """Draw the row at `corner`, its name left of `scale`; its keys are drawn with all others."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     _dot(session, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
     row_name(
@@ -23,7 +23,7 @@ def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -
 
 
 def _dot(session: Session, middle: ImVec2) -> None:
-    """Draw the dot of the camera, which sets its key at the playhead or removes it."""
+    """Draw the dot of the camera; a click sets or removes its key at the playhead."""
     side = 0.5 * imgui.get_font_size()
     is_here = session.editing.frame in session.shot.camera_key_frames
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))

@@ -1,7 +1,8 @@
-"""What the height of a curve means: for each parameter its scale, its ends and its labels.
+"""Define the vertical axis of the curve editor for each parameter: scale, limits and labels.
 
-Up is more: farther, a higher f-number, a longer lens. Equal heights are equal steps of the hand:
-of a focus ring in dioptres, of an aperture ring in stops, of a zoom in doublings.
+Higher values are at the top: farther, a higher f-number, a longer lens. Equal heights are equal
+turns of the lens ring: dioptres for focus, stops for aperture, doublings for focal length. A
+position on the axis is called a place; places grow downwards.
 """
 
 import math
@@ -25,20 +26,20 @@ _FOCAL_LENGTHS_MM = (
     *(200, 250, 300, 400, 500, 600, 800, 1200),
 )
 _SQUEEZES = (1, 1.1, 1.2, 1.25, 1.3, 1.33, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2)
-_NEAREST = 1e-6  # dioptres: on a scale of metres infinity has no place
+_NEAREST = 1e-6  # dioptres; stands for infinity, which has no place on a scale of metres
 
 
 @dataclass(frozen=True)
 class CurveAxis:
-    """Places grow downwards: the least one lies at the top.
+    """The vertical axis of a parameter; the smallest place is at the top.
 
-    parameter   what it is of
-    scale       on which equal heights are equal steps
-    factor      places for a step of the scale
-    least       the place that nothing lies above
-    span_least  places that are seen at least
-    labels      values, from rare to many: as many are written as have room
-    words       a value as it is written, with the unit of distances
+    parameter   the parameter
+    scale       the scale on which equal heights are equal steps
+    factor      places per step of the scale
+    least       the topmost place
+    span_least  the smallest visible range of places
+    labels      lists of values to label, from few to many; the longest that fits is used
+    words       formats a value, given the unit of distances
     """
 
     parameter: LensParameter
@@ -50,27 +51,27 @@ class CurveAxis:
     words: Callable[[float, str], str]
 
     def place_of(self, value: float) -> float:
-        """Return where a value lies."""
+        """Return the place of a value."""
         return self.factor * self.scale.place_of(value)
 
     def value_at(self, place: float) -> float:
-        """Return the value at a place, the reverse of `place_of`; above infinity is infinity."""
+        """Return the value at a place, the inverse of `place_of`; infinity above the top."""
         return self.scale.value_at(place / self.factor)
 
     def from_scale(self, place: float, scale: Scale) -> float:
-        """Return where a place on a curve's scale lies: focus may go from key to key in metres."""
+        """Convert a value on a curve's own scale, which may be metres, to a place."""
         if scale is self.scale:
             return self.factor * place
         return self.place_of(max(scale.value_at(place), _NEAREST))
 
     def to_scale(self, place: float, scale: Scale) -> float:
-        """Return the value on the scale of a curve, the reverse of `from_scale`."""
+        """Convert a place to a value on a curve's own scale, the inverse of `from_scale`."""
         if scale is self.scale:
             return place / self.factor
         return scale.place_of(self.value_at(max(place, _NEAREST)))
 
     def labels_for(self, places_apart: float) -> tuple[float, ...]:
-        """Return the most labels that lie so far apart, or the rarest."""
+        """Return the longest list of labels that are this far apart, or the shortest list."""
         fitting = [values for values in self.labels if self._least_gap(values) >= places_apart]
         return fitting[-1] if fitting else self.labels[0]
 
@@ -86,7 +87,7 @@ AXES = {
             LensParameter.FOCUS_DISTANCE, Scale.RECIPROCAL, 1.0, 0.0, 0.04, (_DISTANCES_M,),
             format_distance,
         ),
-        CurveAxis(  # a stop doubles the light, and so the square of the f-number
+        CurveAxis(  # one stop doubles the light, which goes with the square of the f-number
             LensParameter.F_STOP, Scale.LOGARITHMIC, -2.0, -math.inf, 2.0,
             (THIRD_STOPS[::3], THIRD_STOPS), lambda value, _: f"f/{value:g}",
         ),
@@ -103,9 +104,9 @@ AXES = {
 
 
 def raised(shot: Shot, chosen: Chosen, axis: CurveAxis, places: float) -> Shot:
-    """Move the chosen keys of a parameter by so many places up, focus to infinity at most.
+    """Move the chosen keys of a parameter up by so many places; focus stops at infinity.
 
-    Raises LensError where no lens can be so.
+    Raise LensError if no lens can have such values.
     """
     curve = shot.curves.of(axis.parameter)
     for frame in frames_of(chosen, axis.parameter) if places else []:
@@ -117,7 +118,7 @@ def raised(shot: Shot, chosen: Chosen, axis: CurveAxis, places: float) -> Shot:
 
 
 class CurveLine:
-    """Where a curve runs over the frames that are seen, made again when it or these change."""
+    """The points of a curve over the visible frames, computed again when either changes."""
 
     def __init__(self) -> None:
         self._made_of: object = None

@@ -1,6 +1,6 @@
-"""One parameter as a curve over frames, with what is sharp and where marked things are.
+"""Draw one parameter as an editable curve over frames, with depth of field and focus marks.
 
-Up is more: infinity lies at the top, and equal heights are equal steps of the ring.
+Infinity is at the top, and equal heights are equal turns of the ring, see `curve_axis`.
 """
 
 from collections.abc import Iterable, Sequence
@@ -27,14 +27,14 @@ from heatlens.ui.timeline.stretch_grips import stretch_grips
 from heatlens.ui.timeline.view import TimelineView
 
 _SAMPLE_PX, _ROOM = 4.0, 0.12
-_STILL_PX = 3.0  # a key that is dragged sideways keeps its height so far
+_STILL_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
 Line = Sequence[tuple[float, float]]  # (frame, place on the axis)
 
 
 def curve_editor(
     session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
-    """Draw it from `corner` on, values left of `scale`, and answer the hand."""
+    """Draw the editor at `corner`, its labels left of `scale`, and apply the mouse."""
     axis = AXES[session.keys.rows.curve_of]
     count = max(int(scale.width / _SAMPLE_PX), 2)
     line = view.line.points(session.shot, axis, scale.first, scale.last, count)
@@ -42,7 +42,7 @@ def curve_editor(
     is_recording = session.recording.state is RecordingState.RECORDING
     if (
         view.heights is None or is_recording or not imgui.is_any_item_active()
-    ):  # else it would run away
+    ):  # during a drag the range stays, or the key would move away from the pointer
         view.heights = _ends(session, axis, line, sharp)
     heights = Heights(*view.heights, corner.y, height)
     _draw_ground(session, axis, scale, heights)
@@ -67,7 +67,7 @@ def curve_editor(
 def _sharp(
     session: Session, view: TimelineView, scale: TimeScale, count: int
 ) -> tuple[Sample, ...]:
-    """Return what is sharp around the focus; nothing where another parameter is seen."""
+    """Return the depth of field at `count` times; nothing if another parameter is shown."""
     if session.keys.rows.curve_of is not LensParameter.FOCUS_DISTANCE:
         return ()
     return view.track.samples(session.shot, scale.first, scale.last, count)
@@ -76,7 +76,7 @@ def _sharp(
 def _ends(
     session: Session, axis: CurveAxis, line: Line, sharp: tuple[Sample, ...]
 ) -> tuple[float, float]:
-    """Return the room for the curve and the marks, and for what is sharp near them."""
+    """Return the visible range of places: curve, marks, and the depth of field near them."""
     places = [place for _, place in line]
     places += [axis.place_of(key.value) for key in session.shot.curves.of(axis.parameter).keys]
     places += [*_mark_places(session), *recorded_places(session.recording)] if sharp else []
@@ -106,7 +106,7 @@ def _places(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> 
 
 
 def _draw_ground(session: Session, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
-    """Draw values as far as they have room, with a line each."""
+    """Draw the background with a line for each labelled value."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
     draw.add_rect_filled(corner, end, theme.colors.groove)
@@ -129,12 +129,12 @@ def _corners(scale: TimeScale, heights: Heights) -> tuple[ImVec2, ImVec2]:
 
 
 def _points(scale: TimeScale, heights: Heights, places: Iterable[tuple[float, float]]) -> list[Any]:
-    """Return points of the screen; a list as ImGui's stubs want it is of no one type."""
+    """Return screen positions, as the untyped list that ImGui's stubs require."""
     return [ImVec2(scale.x_at(frame), heights.y_at(place)) for frame, place in places]
 
 
 def _draw_sharp(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...]) -> None:
-    """Draw the band of what is sharp, between its limits."""
+    """Draw the depth of field as a band between its limits."""
     draw = imgui.get_window_draw_list()
     draw.push_clip_rect(*_corners(scale, heights), True)
     for a, b in pairwise(samples):
@@ -160,7 +160,7 @@ def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, width
 
 
 def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
-    """Draw where marked things are, as far as that is known at a frame, or always."""
+    """Draw the distances of the marks: fixed ones as lines, others at the frames they are known."""
     draw = imgui.get_window_draw_list()
     corner, end = _corners(scale, heights)
     draw.push_clip_rect(corner, end, True)
@@ -178,7 +178,7 @@ def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
 
 
 def _draw_name(name: str, x: float, y: float, top: float, color: int) -> None:
-    """Draw the name of a line above it, but not so high that it would be cut off at the top."""
+    """Draw the name of a line above it, but below `top`."""
     em = imgui.get_font_size()
     at = ImVec2(x, max(y - em, top))
     imgui.get_window_draw_list().add_text(at, color, printable(name))

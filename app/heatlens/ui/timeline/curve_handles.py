@@ -1,4 +1,4 @@
-"""The handles of a curve: tips that are dragged to bend it between two keys."""
+"""Draw the Bezier handles of a curve, which the user drags to bend it between two keys."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ _TIP_EM = 0.3
 
 @dataclass(frozen=True)
 class Heights:
-    """Places of an axis over the height of the editor: `low` at the top, `high` at the bottom."""
+    """Maps places of an axis to the screen: `low` is at the top, `high` at the bottom."""
 
     low: float
     high: float
@@ -29,22 +29,22 @@ class Heights:
 
     @property
     def per_place(self) -> float:
-        """Screen units."""
+        """Screen units for one place."""
         return self.height / (self.high - self.low)
 
     def y_at(self, place: float) -> float:
-        """Return where a place lies; beyond the ends, at them."""
+        """Return the y of a place, limited to the height of the editor."""
         place = min(max(place, self.low), self.high)
         return self.y + (place - self.low) * self.per_place
 
     def place_at(self, y: float) -> float:
-        """Return the place at a height."""
+        """Return the place at a screen position y."""
         return self.low + (y - self.y) / self.per_place
 
 
 @dataclass(frozen=True)
 class Handle:
-    """One of a key's two handles; `segment` is how many frames there are on its side."""
+    """One of a key's two handles; `segment` is the distance to the next key, in frames."""
 
     key: Key
     is_out: bool
@@ -52,7 +52,7 @@ class Handle:
 
     @property
     def name(self) -> str:
-        """For its button."""
+        """The name of its ImGui button."""
         return f"handle {'out' if self.is_out else 'in'} {self.key.frame:g}"
 
     @property
@@ -60,14 +60,14 @@ class Handle:
         return 1 if self.is_out else -1
 
     def tip(self, scale: Scale) -> tuple[float, float]:
-        """Return the frame of its tip and the tip's place on the curve's scale."""
+        """Return the position of its tip: frame, and value on the curve's own scale."""
         ease = self.key.ease_out if self.is_out else self.key.ease_in
         frames, rise = ease.handle(self.segment)
         place = scale.place_of(self.key.value) + self._sign * rise
         return self.key.frame + self._sign * frames, place
 
     def pulled_to(self, frame: float, place: float, scale: Scale) -> Key:
-        """Return the key when the tip lies there."""
+        """Return the key as it is when the tip is dragged to that position."""
         rise = self._sign * (place - scale.place_of(self.key.value))
         ease = Ease.of_handle(self._sign * (frame - self.key.frame), rise, self.segment)
         if self.is_out:
@@ -76,7 +76,7 @@ class Handle:
 
 
 def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
-    """Return the handles of keys that bend something: a segment on their side is a Bezier."""
+    """Return the handles of keys that have a Bezier segment on that side."""
     keys, handles, bezier = curve.keys, [], Interpolation.BEZIER
     for index, key in enumerate(keys):
         if key.frame not in frames:
@@ -89,7 +89,7 @@ def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
 
 
 def curve_handles(session: Session, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
-    """Draw the handles of the chosen keys; the tip that is held follows the hand."""
+    """Draw the handles of the chosen keys; a dragged tip follows the pointer."""
     frames = frames_of(session.keys.chosen, axis.parameter)
     for handle in handles_of(session.shot.curves.of(axis.parameter), frames):
         _handle(session, axis, handle, scale, heights)

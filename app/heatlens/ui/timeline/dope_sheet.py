@@ -1,4 +1,4 @@
-"""A row for each parameter that can have keys, and the camera's, with their keys as diamonds."""
+"""Draw a row with key diamonds for each lens parameter and for the camera."""
 
 from collections.abc import Mapping
 
@@ -18,7 +18,7 @@ from heatlens.ui.timeline.scale import TimeScale
 from heatlens.ui.timeline.stretch_grips import stretch_grips
 from heatlens.ui.timeline.view import TimelineView
 
-# By which name the lens panel notes them.
+# The names under which the Lens panel reports the controls of each parameter.
 _CONTROLS = {
     LensParameter.FOCUS_DISTANCE: "distance",
     LensParameter.F_STOP: "f-stop",
@@ -31,7 +31,7 @@ _ROW_EM, _KEY_EM, _REACH_EM = 1.45, 0.42, 0.55
 def dope_sheet(
     session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
-    """Draw it from `corner` on, names left of `scale`, and answer the drag."""
+    """Draw the rows at `corner`, their names left of `scale`, and apply drags of keys."""
     em = imgui.get_font_size()
     row = _ROW_EM * em
     for index, parameter in enumerate(LensParameter):
@@ -53,7 +53,7 @@ def _move(shot: Shot, chosen: Chosen, frames: int, _up: float) -> tuple[Shot, Ch
 def hold_keys(
     drag: KeyDrag, scale: TimeScale, y: float, height: float, places: Places, move: Move
 ) -> None:
-    """Draw the area in which keys are clicked and dragged; the last item is its button."""
+    """Draw the invisible button in which keys are clicked and dragged, and apply the mouse."""
     io, em = imgui.get_io(), imgui.get_font_size()
     imgui.set_cursor_screen_pos(ImVec2(scale.x, y))
     imgui.invisible_button("keys", ImVec2(scale.width, max(height, 1.0)))
@@ -94,9 +94,9 @@ def _draw_row(
 
 
 def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: str) -> None:
-    """Draw the dot of a parameter; a click sets its key at the playhead or removes it.
+    """Draw the dot of a parameter; a click sets or removes its key at the playhead.
 
-    It is filled where there is a key at the playhead, hollow where there are others.
+    It is filled if there is a key at the playhead, and hollow if there are keys elsewhere.
     """
     side = 0.5 * imgui.get_font_size()
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
@@ -119,7 +119,7 @@ def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: st
 def draw_keys(
     session: Session, drag: KeyDrag, scale: TimeScale, places: Places, y: float, height: float
 ) -> None:
-    """Draw diamonds, squares where a value is held, and the box that is being drawn."""
+    """Draw keys as diamonds (squares for hold interpolation) and the selection box."""
     draw, chosen, io = imgui.get_window_draw_list(), session.keys.chosen, imgui.get_io()
     reach = _KEY_EM * imgui.get_font_size()
     edge = ImVec2(scale.x - reach, y)
@@ -146,7 +146,7 @@ def _draw_key(shot: Shot, key: KeyId, middle: ImVec2, reach: float, color: int) 
 
 
 def lens_dots(session: Session, drawn: Mapping[str, Rect]) -> None:
-    """Draw the same dots before the controls of the lens, which were `drawn` in this window."""
+    """Draw the key dots beside the controls of the Lens panel, whose rectangles are `drawn`."""
     for parameter, control in _CONTROLS.items():
         at = drawn.get(control)
         if at is not None:

@@ -1,4 +1,4 @@
-"""The row about keys: set one, how it goes on from the chosen ones, keys or curve."""
+"""Draw the row of key controls: set a key, auto key, curve, interpolation and easing."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ _EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 7.6
 
 
 def keys_row(session: Session, view: TimelineView) -> None:
-    """Draw it; what concerns chosen keys is grey while there are none."""
+    """Draw the row; controls of chosen keys are disabled while there are none."""
     rows = session.keys.rows
     if imgui.button("Set key"):
         session.keys.set_here()
@@ -40,13 +40,13 @@ def keys_row(session: Session, view: TimelineView) -> None:
     if rows.shows_curve:
         _curve_of(session, view)
     found = [k for one in session.keys.meant if (k := key_of(session.shot, one)) is not None]
-    with widgets.disabled(not found):  # the camera goes between its keys in one way only
-        _course(session, found)
-    _told(session)
+    with widgets.disabled(not found):  # the camera has only one interpolation
+        _interpolation(session, found)
+    _selection_note(session)
 
 
 def _curve_of(session: Session, view: TimelineView) -> None:
-    """Draw the choice of the row whose curve is shown; in the rows it is chosen by their names."""
+    """Draw the choice of the parameter whose curve is shown."""
     rows = session.keys.rows
     names = {parameter.words: parameter for parameter in LensParameter}
     chosen = names[combo("curve of", rows.curve_of.words, list(names), _CURVE_OF_EM)]
@@ -55,7 +55,7 @@ def _curve_of(session: Session, view: TimelineView) -> None:
         view.heights = None
 
 
-def _course(session: Session, found: Sequence[Key]) -> None:
+def _interpolation(session: Session, found: Sequence[Key]) -> None:
     keys = session.keys
     words = {str(key.interpolation) for key in found}
     shown = words.pop() if len(words) == 1 else (_MIXED if words else "")
@@ -76,14 +76,14 @@ def _course(session: Session, found: Sequence[Key]) -> None:
             keys.ease(new, is_out)
 
 
-def _told(session: Session) -> None:
+def _selection_note(session: Session) -> None:
     keys = session.keys
     count = len(keys.chosen)
-    told = f"{count} chosen" if count else "key here" if keys.meant else "no key here"
+    note = f"{count} chosen" if count else "key here" if keys.meant else "no key here"
     imgui.same_line()
-    if imgui.get_content_region_avail().x >= imgui.calc_text_size(told).x:
+    if imgui.get_content_region_avail().x >= imgui.calc_text_size(note).x:
         imgui.align_text_to_frame_padding()
-        imgui.text_disabled(told)
+        imgui.text_disabled(note)
     else:
         imgui.new_line()
 

@@ -1,4 +1,4 @@
-"""The timeline: transport, ruler with the state of the frames, and keys or curve under it."""
+"""Draw the timeline panel: transport, ruler with the state of the frames, and keys or curve."""
 
 import math
 
@@ -19,13 +19,13 @@ from heatlens.ui.timeline.view import TimelineView
 
 NAMES_EM = 8.0  # width of the column of names
 _RULER_EM, _STRIP = 1.9, 4.0
-_NUMBERS_EM = 4.4  # from one number on the ruler to the next, at least
-_ZOOM = 1.25  # a notch of the wheel
+_NUMBERS_EM = 4.4  # smallest distance between numbers on the ruler
+_ZOOM = 1.25  # zoom factor of one wheel notch
 _EDGE_EM = 0.6
 
 
 def timeline_panel(session: Session, view: TimelineView) -> None:
-    """Draw it in the current window and answer the hand."""
+    """Draw the panel in the current window and apply the mouse."""
     transport(session, view)
     if session.recording.state is RecordingState.OFF:
         keys_row(session, view)
@@ -52,7 +52,7 @@ def timeline_panel(session: Session, view: TimelineView) -> None:
 
 
 def _scale(session: Session, view: TimelineView, x: float, width: float) -> TimeScale:
-    """Return the frames that are seen, over the width there is now."""
+    """Return the scale of the visible frames over `width`."""
     reach, kept = session.timeline.reach, view.scale
     if kept is None:
         return TimeScale.over(reach.first, reach.last, x, width)
@@ -61,7 +61,7 @@ def _scale(session: Session, view: TimelineView, x: float, width: float) -> Time
 
 
 def _answer_wheel(session: Session, view: TimelineView, scale: TimeScale) -> None:
-    """Answer the wheel, which zooms, and the middle button, which pans."""
+    """Zoom with the wheel and pan with the middle button."""
     io, reach = imgui.get_io(), session.timeline.reach
     least, most = reach.first - 0.5, reach.last + 0.5
     if not imgui.is_window_hovered():
@@ -98,7 +98,7 @@ def _draw_ruler(
 
 
 def _draw_states(session: Session, scale: TimeScale, y: float) -> None:
-    """Draw a line along the frames that have a file, brighter where they are in memory."""
+    """Draw a line along the frames that have a file; it is brighter for frames in memory."""
     draw, timeline = imgui.get_window_draw_list(), session.timeline
     if timeline.is_sequence and timeline.frames is not None:
         _draw_cells(draw, scale, timeline.frames, y, y + _STRIP, theme.colors.on_disk)
@@ -118,7 +118,7 @@ def _color_of(state: str) -> int:
 
 
 def _draw_warnings(session: Session, view: TimelineView, scale: TimeScale, y: float) -> None:
-    """Draw red over the frames at which the lens cannot be focused so near."""
+    """Mark frames in red whose focus is nearer than the close focus of the lens."""
     reach = session.timeline.reach
     first = max(reach.first, math.floor(scale.first))
     seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
@@ -135,7 +135,7 @@ def _draw_cells(
     y1: float,
     color: int,
 ) -> None:
-    """Draw from the beginning of the first frame's cell to the end of the last one's."""
+    """Fill the cells of a range of frames."""
     if frames.last + 0.5 > scale.first and frames.first - 0.5 < scale.last:
         x0, x1 = scale.x_at(frames.first - 0.5), scale.x_at(frames.last + 0.5)
         draw.add_rect_filled(ImVec2(x0, y0), ImVec2(max(x1, x0 + 1.0), y1), color)

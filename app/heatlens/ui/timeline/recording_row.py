@@ -1,4 +1,4 @@
-"""A pull that is performed: the row that says how far it is, and what was recorded as a band."""
+"""Draw the recording of a focus pull: a row with its state, and the recorded curve as a band."""
 
 from itertools import pairwise
 from typing import Any
@@ -25,7 +25,7 @@ _TOLERANCE_TIP = (
 
 
 def recording_row(recording: PullRecording) -> None:
-    """Draw it in the place of the row about keys."""
+    """Draw the row that replaces the row of key controls during a recording."""
     state = recording.state
     imgui.align_text_to_frame_padding()
     if state is RecordingState.RECORDED:
@@ -38,7 +38,7 @@ def recording_row(recording: PullRecording) -> None:
 
 
 def _recorded(recording: PullRecording) -> None:
-    """Draw how many keys there are, what they may be off, and whether they are kept."""
+    """Draw the number of keys, their tolerance, and the buttons that keep or drop the recording."""
     keys = "one key" if recording.key_count == 1 else f"{recording.key_count} keys"
     imgui.text(f"{len(recording.samples)} frames recorded as {keys}, off by at most")
     probe.note("recording words")
@@ -63,14 +63,14 @@ def _recorded(recording: PullRecording) -> None:
 
 
 def recorded_places(recording: PullRecording) -> list[float]:
-    """Return the ends of what `draw_recorded` draws, in dioptres."""
+    """Return the lowest and highest place that `draw_recorded` draws, in dioptres."""
     places = [1.0 / distance_m for _, distance_m in recording.samples]
     reach = recording.tolerance_dioptres
     return [min(places) - reach, max(places) + reach] if places else []
 
 
 def draw_recorded(recording: PullRecording, scale: TimeScale, heights: Heights) -> None:
-    """Draw what was recorded as a line, and the band that the keys have to stay in."""
+    """Draw the recorded focus as a line, inside the band of the tolerance of the keys."""
     draw, reach = imgui.get_window_draw_list(), recording.tolerance_dioptres
     places = [(frame, 1.0 / distance_m) for frame, distance_m in recording.samples]
     corner = ImVec2(scale.x, heights.y)

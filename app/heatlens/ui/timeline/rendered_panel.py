@@ -1,4 +1,4 @@
-"""What is said of rendered frames: words over the timeline, and a popup about what is kept."""
+"""Show how many frames are rendered ahead, and a popup with their memory limits."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -18,7 +18,7 @@ _TIP = (
 
 
 def rendered_words(session: Session) -> str:
-    """Return how far the frames are, in words; "" where none are rendered ahead."""
+    """Return the progress of rendering ahead, as text; "" if no frames are rendered ahead."""
     pull, playing = session.pull, bool(session.timeline.playback.direction)
     if not pull.wanted:
         return ""
@@ -30,7 +30,7 @@ def rendered_words(session: Session) -> str:
 
 
 def rendered_label(session: Session, view: TimelineView) -> None:
-    """Draw the words as a button, in the row that is being drawn."""
+    """Draw the progress text as a button in the current row."""
     words = rendered_words(session)
     if not words:
         return
@@ -40,7 +40,7 @@ def rendered_label(session: Session, view: TimelineView) -> None:
     imgui.same_line()
     room = imgui.get_content_region_avail().x - em
     shown = next((it for it in (words, short) if imgui.calc_text_size(it).x < room), "")
-    if not shown:  # a row more would push the keys out of the panel; the bar tells it too
+    if not shown:  # another row would push the keys out of the panel, and the blue bar shows it too
         imgui.new_line()
         return
     imgui.push_style_color(
@@ -56,7 +56,7 @@ def rendered_label(session: Session, view: TimelineView) -> None:
 
 
 def rendered_popup(session: Session, view: TimelineView) -> None:
-    """Draw how much is kept, and how much may be; over the window."""
+    """Draw the popup with the memory in use and its limits."""
     if view.opens_frames:
         view.opens_frames = False
         imgui.open_popup(_POPUP)
@@ -117,7 +117,7 @@ def _megabytes(name: str, value: int, hint: str, session: Session) -> int:
 
 
 def _parse_megabytes(text: str) -> int:
-    """Read megabytes, or gigabytes where these are named; nothing is 0."""
+    """Parse an amount in MB, or in GB if the text says so; an empty text is 0."""
     cleaned = text.strip().lower().replace(",", ".").removesuffix("b").strip()
     times = 1000 if cleaned.endswith("g") else 1
     try:

@@ -1,4 +1,4 @@
-"""Parts of the rows of the timeline: the ground under a name, and the shape of a key."""
+"""Draw parts of the timeline's rows: the background of a name, and the shape of a key."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -6,15 +6,15 @@ from heatlens.session.key_rows import Row
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 
-_LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot before it, and to the keys behind it
+_LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot left of the name, and for a gap to the keys
 
 
 def row_name(
     session: Session, row: Row, corner: ImVec2, keys_x: float, height: float, tip: str
 ) -> None:
-    """Draw the ground of a name from `corner`, the left end of the row, to `keys_x`.
+    """Draw the background of a row's name, from `corner` to `keys_x`.
 
-    It is lighter where the row is the chosen one, and a click chooses it; the words are drawn over
+    It is lighter for the selected row, and a click selects the row. The caller draws the name over
     it.
     """
     em = imgui.get_font_size()
@@ -32,7 +32,7 @@ def row_name(
 
 
 def diamond(middle: ImVec2, reach: float) -> tuple[ImVec2, ImVec2, ImVec2, ImVec2]:
-    """Return the corners of a key, `reach` from the middle."""
+    """Return the corners of a diamond, `reach` from its middle, in screen units."""
     x, y = middle.x, middle.y
     return (
         ImVec2(x, y - reach),

@@ -1,17 +1,17 @@
-"""Frames along a line of the screen: which part of them is seen, and where each one lies."""
+"""Map frames to screen positions: visible range, zoom, pan and ruler numbers."""
 
 import math
 from dataclasses import dataclass, replace
 
-_FRAMES_LEAST = 4.0  # seen at least, however near one looks
-_STEPS = 1, 2, 5  # times a power of ten: from one number on the ruler to the next
+_FRAMES_LEAST = 4.0  # smallest visible number of frames
+_STEPS = 1, 2, 5  # times a power of ten: frames between two numbers on the ruler
 
 
 @dataclass(frozen=True)
 class TimeScale:
     """Frames `first` to `last` over `width` screen units from `x` on; each frame has a cell.
 
-    `first` and `last` are times, so that the middle of the cell of frame n lies at n.
+    `first` and `last` are times: the cell of frame n is centred at time n.
     """
 
     first: float
@@ -21,20 +21,20 @@ class TimeScale:
 
     @classmethod
     def over(cls, first: float, last: float, x: float, width: float) -> "TimeScale":
-        """Return a scale of the whole cells of the frames first to last."""
+        """Return a scale that shows the whole cells of the frames first to last."""
         return cls(first - 0.5, last + 0.5, x, max(width, 1.0))
 
     @property
     def per_frame(self) -> float:
-        """Screen units a frame."""
+        """Screen units per frame."""
         return self.width / (self.last - self.first)
 
     def x_at(self, frame: float) -> float:
-        """Return where a time lies."""
+        """Return the x position of a time."""
         return self.x + (frame - self.first) * self.per_frame
 
     def time_at(self, x: float) -> float:
-        """Return the time that lies there, between two frames as well."""
+        """Return the time at a position, which may lie between two frames."""
         return self.first + (x - self.x) / self.per_frame
 
     def frame_at(self, x: float) -> int:
@@ -42,7 +42,7 @@ class TimeScale:
         return math.floor(self.time_at(x) + 0.5)
 
     def words_x(self, frame: float, width: float) -> float:
-        """Return where words of this width begin: under their frame, but never beyond the ends."""
+        """Return the x at which a text of `width` begins: centred on its frame if it fits."""
         at = self.x_at(frame) - width / 2
         return max(min(at, self.x + self.width - width), self.x)
 
@@ -55,7 +55,7 @@ class TimeScale:
         return replace(self, first=first, last=first + frames)._within(least, most)
 
     def panned(self, by_x: float, least: float, most: float) -> "TimeScale":
-        """Return the scale moved along by so many screen units."""
+        """Return the scale moved by so many screen units."""
         by = -by_x / self.per_frame
         return replace(self, first=self.first + by, last=self.last + by)._within(least, most)
 
@@ -65,7 +65,7 @@ class TimeScale:
         return replace(self, first=first, last=first + frames)
 
     def ticks(self, least_apart: float) -> range:
-        """Return the frames with a number, so many screen units apart or more."""
+        """Return the frames that get a number, at least `least_apart` screen units apart."""
         step = next(
             s * 10**power
             for power in range(10)

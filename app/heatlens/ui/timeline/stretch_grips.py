@@ -1,4 +1,4 @@
-"""Grips at both ends of the chosen keys: dragged, they make a pull longer or shorter."""
+"""Draw grips at both ends of the chosen keys, which stretch a pull in time."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -10,7 +10,7 @@ _WIDTH_EM, _HEIGHT_EM, _GAP_EM = 0.5, 1.3, 0.55
 
 
 def stretch_grips(stretch: KeyStretch, scale: TimeScale, y: float, height: float) -> None:
-    """Draw them at the bottom of the keys' area; call this before the area's own button."""
+    """Draw the grips at the bottom of the area of keys; call this before that area's button."""
     ends = stretch.ends
     if ends is None:
         return

@@ -1,4 +1,4 @@
-"""The row of buttons over the timeline: play, stop, step, and how it plays."""
+"""Draw the transport row of the timeline: play, step, frame, timecode, rate and ending."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -50,7 +50,7 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
 
 
 def transport(session: Session, view: TimelineView) -> None:
-    """Draw it over the width of the panel; rows break where the panel is narrow."""
+    """Draw the row over the width of the panel; a narrow panel breaks it into several rows."""
     _buttons(session)
     _frame_field(session)
     _timecode_field(session)
@@ -124,10 +124,10 @@ def _frame_field(session: Session) -> None:
 
 
 def _timecode_field(session: Session) -> None:
-    """Draw the timecode of the frame; one that is typed is kept as that of the first frame."""
+    """Draw the timecode of the frame; typing one sets the timecode of the first frame."""
     shot, frame, plate = session.timeline.timed_shot, session.editing.frame, session.source.plate
-    told = None if plate is None else timecode_of(plate.attributes)
-    shown = str(shot.timecode_at(frame, told) or "")
+    in_header = None if plate is None else timecode_of(plate.attributes)
+    shown = str(shot.timecode_at(frame, in_header) or "")
     beside(_TIMECODE_EM)
 
     def parse(text: str) -> str:
@@ -141,15 +141,15 @@ def _timecode_field(session: Session) -> None:
 
 
 def _start_of(shot: Shot, frame: int, text: str) -> str:
-    """Return the timecode of the first frame where `text` is that of another; "" for none."""
+    """Return the timecode of the first frame, given that of `frame`; "" for an empty text."""
     if not text.strip():
         return ""
-    rate, found = shot.frames_per_second, parse_timecode(text)
-    why = found.why_not(rate)
+    rate, timecode = shot.frames_per_second, parse_timecode(text)
+    why = timecode.why_not(rate)
     if why:
         raise InputError(why)
     first = frame if shot.span is None else shot.span.first
-    return str(found.later(first - frame, rate))
+    return str(timecode.later(first - frame, rate))
 
 
 def _rate_field(session: Session) -> None:
@@ -177,7 +177,7 @@ def _choices(session: Session) -> None:
 
 
 def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str:
-    """Draw one of several words to choose, without a label."""
+    """Draw a drop-down without a label."""
     beside(width_em)
     if imgui.begin_combo(f"##{name}", value):
         for item in choices:
@@ -191,7 +191,7 @@ def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str
 
 
 def words_beside(words: str) -> None:
-    """Write grey words in this row, or in the next one where they do not fit."""
+    """Draw grey text in this row, or in the next one if it does not fit."""
     imgui.same_line()
     if imgui.get_content_region_avail().x < imgui.calc_text_size(words).x:
         imgui.new_line()
@@ -201,7 +201,7 @@ def words_beside(words: str) -> None:
 
 
 def beside(width_em: float) -> None:
-    """Place the next control in this row, or in the next one where it does not fit."""
+    """Place the next control in this row, or in the next one if it does not fit."""
     width = width_em * imgui.get_font_size()
     imgui.same_line()
     if imgui.get_content_region_avail().x < width:

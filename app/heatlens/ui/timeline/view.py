@@ -1,4 +1,4 @@
-"""How the timeline is looked at, from one frame of the window to the next."""
+"""Keep the state of the timeline panel between frames of the window."""
 
 from dataclasses import dataclass, field
 
@@ -11,15 +11,15 @@ from heatlens.ui.timeline.scale import TimeScale
 
 @dataclass
 class TimelineView:
-    """What the panel remembers.
+    """The state of the timeline panel.
 
-    drag          the keys that the mouse has taken hold of
-    stretch       the end of the chosen keys that it has taken hold of
-    scale         the frames that are seen; None: all
-    heights       the lowest and highest place that the curve shows; None: as the curve needs
-    line          the curve that is drawn
-    track         what is sharp around the focus, and which frames are too close
-    opens_frames  the popup about rendered frames opens in the next frame
+    drag          the drag of keys with the mouse
+    stretch       the drag of one end of the chosen keys
+    scale         the visible frames; None for all
+    heights       the visible range of the curve, as places; None to fit the curve
+    line          the points of the curve
+    track         the depth of field along the shot, and the frames that are too close
+    opens_frames  open the popup about rendered frames in the next frame
     """
 
     drag: KeyDrag
@@ -31,5 +31,5 @@ class TimelineView:
     opens_frames: bool = False
 
     def open_frames(self) -> None:
-        """Show in the next frame how many rendered frames are kept."""
+        """Open the popup about rendered frames in the next frame."""
         self.opens_frames = True
