@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import combinations
 
 import moderngl
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.display.overlay_pass import OverlayPass
+from heatlens.gpu.shader_constants import OVERLAY_FAR, OVERLAY_FOCUS, OVERLAY_NEAR
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.coc import coc_line, coc_px, sharp_px
 from heatlens.model.lens import Lens
@@ -23,6 +25,18 @@ LENS = Lens(50.0, 2.0, 2.0, 36.0, acceptable_coc_mm=0.2)
 ORANGE, YELLOW, BLUE = (214, 94, 0), (240, 227, 66), (0, 114, 178)
 TINT = 107
 LIMITS = (-10.0, -4.0, -1.0, 2.0)
+RGB_TO_XYZ = np.array(
+    ((0.4124, 0.3576, 0.1805), (0.2126, 0.7152, 0.0722), (0.0193, 0.1192, 0.9505))
+)
+# What eyes without red or green cones see of linear light: F. Vienot, H. Brettel, J. Mollon 1999.
+EYES = {
+    "usual": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    "without red": ((0.11238, 0.88762, 0.0), (0.11238, 0.88762, 0.0), (0.00401, -0.00401, 1.0)),
+    "without green": (
+        *((0.29275, 0.70725, 0.0), (0.29275, 0.70725, 0.0)),
+        (-0.02234, 0.02234, 1.0),
+    ),
+}
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +114,23 @@ def test_zones_are_the_sign_of_the_blur_and_what_counts_as_sharp(ctx, overlays, 
 def test_all_three_zones_are_seen_in_the_room(ctx, overlays):
     found = drawn(overlays, ctx, Overlay.ZONES, room_plate())
     assert {tuple(color) for color in found.reshape(-1, 4)[:, :3]} == {ORANGE, YELLOW, BLUE}
+
+
+def seen_lab(display: tuple[float, ...], cones: np.ndarray) -> np.ndarray:
+    """Return the CIE Lab of an sRGB colour for eyes that see linear light through `cones`."""
+    srgb = np.array(display)
+    light = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    part = RGB_TO_XYZ @ np.clip(cones @ light, 0.0, 1.0) / RGB_TO_XYZ.sum(axis=1)
+    x, y, z = np.where(part > 0.008856, np.cbrt(part), 7.787 * part + 16 / 116)
+    return np.array((116 * y - 16, 500 * (x - y), 200 * (y - z)))
+
+
+@pytest.mark.parametrize("cones", EYES.values(), ids=EYES)
+def test_zones_are_told_apart_by_people_who_cannot_tell_red_from_green(cones):
+    colors = (OVERLAY_NEAR, OVERLAY_FOCUS, OVERLAY_FAR)
+    zones = [seen_lab(color, np.array(cones)) for color in colors]
+    apart = [float(np.linalg.norm(a - b)) for a, b in combinations(zones, 2)]
+    assert min(apart) > 30
 
 
 def test_a_blur_of_exactly_what_counts_as_sharp_is_sharp(ctx, overlays):

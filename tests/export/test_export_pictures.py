@@ -9,6 +9,7 @@ from heatlens.documents.shot_file import write_shot
 from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.frame_files import quantised
 from heatlens.model.lens import Lens
+from heatlens.model.timecode import parse_timecode
 from support.cube_config import cube_config
 from support.exports import (
     FRAMES,
@@ -170,6 +171,13 @@ def test_burn_in_changes_the_lower_edge_alone(capsys, tmp_path):
 )
 def test_the_words_of_it(lens, unit, expected):
     assert burn_in_text(1001, lens, plate_of(*room()), unit) == expected
+
+
+def test_a_timecode_stands_beside_the_frame():
+    told = burn_in_text(
+        1001, Lens(50.0, 2.0, 2.24, 36.0), plate_of(*room()), "m", parse_timecode("10:00:00:05")
+    )
+    assert told == "1001   10:00:00:05   focus 2.24 m   f/2"
 
 
 def test_a_plate_that_brings_its_blur_has_no_lens_to_tell():

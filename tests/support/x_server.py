@@ -90,6 +90,7 @@ class Window:
             **more_environment,
         }
         environment.pop("WAYLAND_DISPLAY", None)
+        self.environment = environment
         self.process = started(*words, env=environment)
         screen.started.append(self.process)
         self.id = ""

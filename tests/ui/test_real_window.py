@@ -1,6 +1,7 @@
 """The real window on a virtual screen, moved by mouse and keys as a user would."""
 
 import os
+import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,7 +15,7 @@ from heatlens.plate.exr_write import write_exr
 from heatlens.sequence.sequence import find_sequence
 from support.command_line import ENVIRONMENT, started
 from support.plates import room
-from support.x_server import Screen, Window
+from support.x_server import WAIT_S, Screen, Window
 
 
 @pytest.fixture(scope="module")
@@ -80,8 +81,15 @@ def test_an_idle_window_uses_no_processor(screen: Screen, plate: Path, tmp_path:
     assert used <= 0.06
 
 
-def test_closing_the_window_ends_the_process(screen: Screen, plate: Path, tmp_path: Path) -> None:
+def test_a_file_named_later_opens_there_and_closing_ends_the_process(
+    screen: Screen, plate: Path, tmp_path: Path
+) -> None:
     window = Window(screen, tmp_path, plate)
+    other = shutil.copy(plate, tmp_path / "other.exr")
+    later = started(other, env=window.environment)
+    later.communicate(timeout=WAIT_S)
+    assert later.returncode == 0
+    window.until(lambda: window.title() == "other.exr - heatlens", "the file named later")
     window.quit()
     code, said = window.closed()
     assert (code, said) == (0, "")

@@ -1,7 +1,9 @@
 """The line under everything: readout, messages and an export side by side."""
 
+import webbrowser
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -41,6 +43,21 @@ def test_what_went_wrong_is_told_from_what_was_done():
         assert messages.is_problem is is_problem
 
 
+def test_a_problem_has_another_colour_than_what_was_done(gui, monkeypatch):
+    colors: dict[str, tuple[float, float, float]] = {}
+    drawn = imgui.text_colored
+
+    def listened(color, text):
+        colors[text] = (color.x, color.y, color.z)
+        drawn(color, text)
+
+    monkeypatch.setattr(imgui, "text_colored", listened)
+    for sentence in ("Saved.", Problem("Not saved.")):
+        gui.session.say(sentence)
+        gui.frame()
+    assert np.abs(np.subtract(colors["Saved."], colors["Not saved."])).max() > 0.2
+
+
 @given(text=st.text(max_size=60), width=st.integers(0, 80))
 def test_a_message_is_cut_to_its_room(text, width):
     shown = fitting(text, width, len)
@@ -60,6 +77,14 @@ def test_an_export_is_told_in_the_status_bar_and_in_the_title(exporting):
         x0, _, x1, y1 = exporting.rect(name)
         assert 0 < x0 < x1 < edge and y1 <= exporting.size[1]
     assert exporting.rect("status Stop")[2] <= exporting.rect("sides")[0]
+
+
+def test_stop_in_the_status_bar_stops_the_export(exporting, monkeypatch):
+    stopped: list[bool] = []
+    monkeypatch.setattr(exporting.session.exports.run, "cancel", lambda: stopped.append(True))
+    exporting.frame(2)
+    exporting.click(exporting.middle("status Stop"))
+    assert stopped == [True]
 
 
 def test_closing_during_an_export_asks(exporting):
@@ -85,12 +110,15 @@ def test_closing_during_an_export_asks(exporting):
     assert gui.ui.is_over
 
 
-def test_the_end_of_an_export_stays_until_it_was_read(exporting):
+def test_the_end_of_an_export_stays_until_it_was_read(exporting, monkeypatch):
     gui, run = exporting, exporting.session.exports.run
     gui.frame()
     run.state.code = 0
     gui.frame(2)
-    assert "status Show folder" in gui.drawn
+    shown: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", shown.append)
+    gui.click(gui.middle("status Show folder"))
+    assert shown == ["file:///tmp"]
     gui.click(gui.middle("status x"))
     gui.drawn.clear()
     gui.frame()

@@ -56,6 +56,20 @@ def test_a_drag_over_the_ruler_scrubs(gui):
     assert gui.session.editing.history.past == ()
 
 
+def test_the_focus_bar_and_a_distance_on_it_stay_in_their_place_over_the_frames(gui):
+    """Everything comes nearer from frame to frame; frames that were only read count too."""
+    gui.open(gui.session.source.opened.text)
+    gui.until(lambda: len(gui.session.timeline.runs()) == 1, "all frames")
+    gui.frame(2)
+    places = []
+    for number in (FIRST, 1004, LAST, FIRST):
+        gui.session.timeline.go(number)
+        seen(gui)
+        gui.frame(2)
+        places.append(gui.session.histogram.part_at(2.0))
+    assert 0 < places[0] < 1 and places == pytest.approx([places[0]] * len(places))
+
+
 @pytest.mark.parametrize(
     ("key", "start", "end"),
     [
@@ -135,6 +149,20 @@ def test_a_frame_and_a_rate_can_be_typed(gui):
     typed(gui, "frames per second", "fast")
     assert "is not a frame rate" in gui.session.message
     assert gui.session.shot.frames_per_second == 24000 / 1001
+
+
+def test_a_timecode_is_shown_and_one_that_is_typed_counts_from_the_frame(gui):
+    gui.session.timeline.go(1003)
+    gui.frame(2)
+    typed(gui, "timecode", "10:00:00:02")
+    assert gui.session.shot.start_timecode == "10:00:00:00"
+    gui.session.timeline.go(LAST)
+    gui.frame(2)
+    gui.click(gui.middle("timecode"))
+    gui.key(K.a, ctrl=True)
+    gui.key(K.c, ctrl=True)
+    assert imgui.get_clipboard_text() == "10:00:00:07"
+    gui.key(K.escape)
 
 
 def test_buttons_do_what_keys_do(gui, clock):

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.model.pull import PullShape, shaped_pull
 from heatlens.model.shot import LensParameter
 from heatlens.session.key_choice import all_keys
 from heatlens.session.pull_recording import RecordingState
@@ -29,6 +30,10 @@ def gui(ctx, film) -> Gui:
 
 def keys(gui) -> list[float]:
     return [key.frame for key in gui.session.shot.curves.focus_distance_m.keys]
+
+
+def focus_m(gui, frame: int) -> float:
+    return gui.session.shot.lens_at(frame).focus_distance_m
 
 
 def perform(gui) -> None:
@@ -71,6 +76,38 @@ def test_escape_drops_a_performance(gui, is_over):
     gui.release()
     assert keys(gui) == [] and gui.session.recording.state is RecordingState.OFF
     assert not gui.session.timeline.playback.direction
+
+
+@pytest.mark.parametrize("shape", [shape for shape in PullShape if shape != PullShape.EASE])
+def test_a_shape_is_chosen_for_a_pull(gui, shape):
+    marks = gui.session.marks
+    marks.set_here()
+    gui.session.lens_commands.focus(4.0)
+    gui.rest()
+    before, target_m = gui.session.shot, gui.session.shot.marks[0].distance_m
+    gui.key(K.m, shift=True)
+    gui.frame(3)
+    gui.click(gui.middle("as"))
+    gui.click(gui.middle(f"as: {shape}"))
+    gui.frame(2)
+    gui.click(gui.middle("pull"))
+    marks.pull_shape = PullShape.EASE
+    frames = LAST - FIRST  # there are fewer than a pull has otherwise
+    assert gui.session.shot == shaped_pull(before, 4.0, target_m, FIRST, frames, shape)
+    assert gui.session.shot != shaped_pull(before, 4.0, target_m, FIRST, frames)
+
+
+def test_a_pull_is_reversed_and_held(gui):
+    shot = gui.session.shot.with_key(1002, FOCUS, 1.5).with_key(1005, FOCUS, 3.0)
+    gui.session.editing.begin(shot)
+    gui.do("Reverse the pull")
+    assert [focus_m(gui, frame) for frame in (1002, 1005)] == [3.0, 1.5]
+    gui.session.timeline.go(1003)
+    gui.frame(2)
+    held_m = gui.session.lens.focus_distance_m
+    assert focus_m(gui, 1004) != held_m
+    gui.key(K.h)
+    assert [focus_m(gui, frame) for frame in (1003, 1004, 1005)] == [held_m, held_m, 1.5]
 
 
 @pytest.mark.parametrize("as_curve", [False, True])

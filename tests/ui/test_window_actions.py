@@ -82,7 +82,10 @@ def test_no_two_actions_share_a_name_or_a_key():
 
 @pytest.mark.parametrize(
     ("name", "shortcut"),
-    [("Undo", "Ctrl+Z"), ("Redo", "Ctrl+Shift+Z"), ("Keys", "?"), ("1:1", "1"), ("Zoom in", "+")],
+    [
+        *(("Undo", "Ctrl+Z"), ("Redo", "Ctrl+Shift+Z"), ("Keys", "?"), ("1:1", "1")),
+        *(("Zoom in", "+"), ("Save shot", "Ctrl+S"), ("Save picture...", "Ctrl+Shift+E")),
+    ],
 )
 def test_shortcuts_are_written_as_people_read_them(name, shortcut):
     assert next(action for action in ALL if action.name == name).shortcut == shortcut

@@ -1,5 +1,7 @@
 """What cannot be done with what is open is grey, and says why; what was not measured says so."""
 
+from dataclasses import replace
+
 import pytest
 from imgui_bundle import imgui
 
@@ -28,6 +30,32 @@ def test_of_a_plate_its_item_in_the_menu_is_dead(gui, name):
     gui.click(gui.middle(f"menu {action.menu}"))
     gui.click(gui.middle(f"item {name}"))
     assert gui.session.view == view and gui.session.message == ""
+
+
+def items(gui, monkeypatch, menu: str) -> dict[str, bool]:
+    """Open a menu by hand; return what its items say, and whether they can be chosen."""
+    found: dict[str, bool] = {}
+    drawn = imgui.menu_item
+
+    def listened(label, shortcut, is_on, is_enabled):
+        found[label.partition("###")[0]] = is_enabled
+        return drawn(label, shortcut, is_on, is_enabled)
+
+    gui.click(gui.middle(f"menu {menu}"))
+    monkeypatch.setattr(imgui, "menu_item", listened)
+    gui.frame()
+    monkeypatch.undo()
+    gui.click(gui.middle(f"menu {menu}"))
+    return found
+
+
+def test_undo_says_what_it_takes_back_and_is_grey_where_there_is_nothing(gui, monkeypatch):
+    assert items(gui, monkeypatch, "Edit") == {"Undo": False, "Redo": False}
+    gui.session.editing.edit_lens(replace(gui.session.lens, focus_distance_m=7.0))
+    gui.rest()
+    assert items(gui, monkeypatch, "Edit") == {"Undo focus": True, "Redo": False}
+    gui.key(K.z, ctrl=True)
+    assert items(gui, monkeypatch, "Edit") == {"Undo": False, "Redo focus": True}
 
 
 def test_nothing_else_is_barred(gui):

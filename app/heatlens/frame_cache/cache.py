@@ -1,5 +1,6 @@
 """Keep the frames of a sequence in memory, and read those that are shown next on threads."""
 
+import math
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -57,6 +58,7 @@ class FrameCache(Closing):
         # Before the first `want`, nothing is wanted, not even the playhead.
         self._order = PlayOrder.at(sequence.frames, sequence.first, 1, window=-1)
         self._shelf = PlateShelf(budget_bytes)
+        self._nearest_m = math.inf
         self._is_looking = False
         self._problem: str | None = None
         self._failure: BaseException | None = None
@@ -81,6 +83,12 @@ class FrameCache(Closing):
         """Bytes of the pixels held, and of the space reserved for frames that are being read."""
         with self._changed:
             return self._shelf.bytes_in_use
+
+    @property
+    def nearest_m(self) -> float:
+        """Metres to the nearest surface of all plates read so far; infinity where none has one."""
+        with self._changed:
+            return self._nearest_m
 
     def want(self, frame: int, direction: Direction = 1, window: int = 24) -> None:
         """Put the playhead on `frame`: read it first, then `window` frames in `direction`.
@@ -183,6 +191,7 @@ class FrameCache(Closing):
             stamps = self._stamps(path)  # before reading, so that a later write is noticed
             held = Held(self._plate_or_damage(path), stamps)
             with self._changed:
+                self._nearest_m = min(self._nearest_m, _nearest_m(held.content))
                 self._shelf.put(frame, held, self._order)
                 del held  # if the shelf drops the frame, its memory is free for the next one
                 if not self._sequence.has(frame):
@@ -240,6 +249,13 @@ class FrameCache(Closing):
                 self._changed.notify_all()
             self._on_ready()
             raise
+
+
+def _nearest_m(content: Plate | Damaged) -> float:
+    """Return metres to the nearest surface of a plate; infinity without distances or surfaces."""
+    if isinstance(content, Damaged) or not content.has_distances:
+        return math.inf
+    return content.depth.near_m
 
 
 def _unread_states(sequence: Sequence) -> dict[int, FrameState]:

@@ -27,6 +27,11 @@ class DepthHistogram:
         return min(1.0 / max(distance_m, 1e-9) / self.most_dioptres, 1.0)
 
 
+def dioptres_shown(nearest: float) -> float:
+    """Return the dioptres at the near end of a scale whose nearest surface is at `nearest`."""
+    return nearest * _NEAR_ROOM
+
+
 def depth_histogram(dioptres: ValueBins, least_most: float = 0.0) -> DepthHistogram:
     """Return the histogram of 1 / metres, in which 0 means that nothing was hit.
 
@@ -36,7 +41,7 @@ def depth_histogram(dioptres: ValueBins, least_most: float = 0.0) -> DepthHistog
     Heights are square roots, so that few pixels are visible. Each of the fine bins counts where its
     middle is.
     """
-    most = dioptres.high * _NEAR_ROOM
+    most = dioptres_shown(dioptres.high)
     if not 0.0 < most < math.inf:
         most = least_most or 1.0  # nothing was hit: any scale serves
     most = max(most, least_most)

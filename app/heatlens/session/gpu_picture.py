@@ -1,11 +1,13 @@
 """The picture of the open source on the GPU, and how it relates to the requested frame."""
 
+import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from heatlens.errors import GpuError, HeatlensError
-from heatlens.model.depth_histogram import DepthHistogram, depth_histogram
+from heatlens.model.depth_histogram import DepthHistogram, depth_histogram, dioptres_shown
+from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 
@@ -27,7 +29,8 @@ class GpuPicture:
         self.renderer = renderer
         self.plate: Plate | None = None
         self.histogram: DepthHistogram | None = None
-        self._most_dioptres = 0.0  # of the pictures seen so far, for an axis that stays
+        self._bins: ValueBins | None = None  # dioptres of the plate; None where it has none
+        self._most_dioptres = 0.0  # of the frames known so far, for an axis that stays
         self.upload_s = 0.0
         self.version = 0
         self.is_finer = False
@@ -43,6 +46,13 @@ class GpuPicture:
     def begin_axis(self) -> None:
         """Reset the range of the distance axis, because another source follows."""
         self._most_dioptres = 0.0
+
+    def reach(self, nearest_m: float) -> None:
+        """Have the distance axis reach to `nearest_m`, which is that of frames not shown yet."""
+        most = dioptres_shown(1.0 / nearest_m)
+        if math.isfinite(most) and most > self._most_dioptres:
+            self._most_dioptres = most
+            self._count_depths()
 
     def load(self, plate: Plate) -> None:
         """Upload a plate to the GPU in place of the previous one.
@@ -77,9 +87,14 @@ class GpuPicture:
     def _take_loaded(self) -> None:
         loaded = self.renderer.loaded
         self.plate = loaded.plate
-        self.histogram = None
-        if loaded.plate.has_distances:
-            self.histogram = depth_histogram(loaded.bins, self._most_dioptres)
-            self._most_dioptres = self.histogram.most_dioptres
+        self._bins = loaded.bins if loaded.plate.has_distances else None
+        self._count_depths()
         self.version += 1
         self.is_finer = False
+
+    def _count_depths(self) -> None:
+        """Make the histogram of the plate, over an axis that never becomes shorter."""
+        self.histogram = None
+        if self._bins is not None:
+            self.histogram = depth_histogram(self._bins, self._most_dioptres)
+            self._most_dioptres = self.histogram.most_dioptres

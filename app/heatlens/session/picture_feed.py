@@ -114,6 +114,7 @@ class PlateFeed(PictureFeed):
         """See `PictureFeed`. The error of an unreadable plate becomes the picture's `problem`."""
         self.picture.ask(playhead.frame)
         cache = self._opened.cache
+        self.picture.reach(cache.nearest_m)
         try:
             stands_in = cache.sequence.shown_frame(playhead.frame, playhead.missing)
         except InputError as error:
