@@ -5,12 +5,14 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.model.shot import LensParameter
 from heatlens.paths import data_dir
 from heatlens.session.lessons import Lesson, Lessons
 from support.gui import Gui, gui_of
 from support.window_plates import QUICK, room_file
 
 K = imgui.Key
+FOCUS = LensParameter.FOCUS_DISTANCE
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +57,24 @@ def test_a_legend_stands_beside_the_lessons_and_in_their_place_once_they_are_gon
     gui.frame(2)
     assert gui.rect("legend")[0] < lessons.pos.x + lessons.size.x
     gui.key(K.z)
+
+
+@pytest.mark.parametrize(("scale", "has_all"), [(1.0, True), (1.5, False), (2.0, False)])
+def test_the_picture_is_not_covered_by_the_lessons(gui, scale, has_all):
+    shot = gui.session.shot.with_key(1, FOCUS, 1.0).with_key(9, FOCUS, 2.0)  # with a timeline
+    gui.session.editing.begin(shot)
+    gui.session.preferences.change(ui_scales={"": scale})
+    gui.frame(6)
+    gui.drawn.clear()
+    gui.frame(2)
+    lessons, picture = map(imgui.internal.find_window_by_name, ("lessons", "Picture"))
+    assert lessons.active and lessons.size.y <= 0.25 * picture.size.y
+    assert lessons.pos.x + lessons.size.x <= picture.pos.x + picture.size.x
+    assert ("lesson PULL" in gui.drawn) == has_all and "lesson CLICK" in gui.drawn
+    hide, words = gui.rect("dismiss lessons"), gui.rect("lesson CLICK")
+    assert words[2] <= hide[0] and hide[2] <= lessons.pos.x + lessons.size.x
+    gui.session.preferences.change(ui_scales={})
+    gui.frame(4)
 
 
 def test_whoever_knows_them_sends_them_away(gui):

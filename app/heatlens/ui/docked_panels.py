@@ -201,7 +201,7 @@ class DockedPanels:
         imgui.end()
 
     def _timeline(self) -> None:
-        if self._begin("Timeline", _Window.no_scrollbar | _Window.no_scroll_with_mouse):
+        if self._begin("Timeline", _Window.no_scroll_with_mouse):
             timeline_panel(self._session, self._ui.timeline)
         imgui.end()
 

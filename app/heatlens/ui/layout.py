@@ -1,6 +1,6 @@
 """Arrange the docked panels, restore a saved arrangement, and draw the menu bar."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from heatlens.ui.state import UiState
 PICTURE = "Picture"
 PICTURE_ALONE = "Picture alone"
 _PANEL_EM = 23.6  # width of the column of panels
+_COLUMN_MOST, _TIMELINE_MOST = 0.45, 0.54  # of the window; the rest is for the picture
 _SPEED_PART = 0.42  # share of the column's height for the lower panels, such as Speed
 _TIMELINE_EM = 15.5  # height of the timeline under the picture
 _LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
@@ -135,9 +136,9 @@ def _arrange(dock: int, size: ImVec2) -> None:
     inner.dock_builder_remove_node(dock)
     inner.dock_builder_add_node(dock, inner.DockNodeFlagsPrivate_.dock_space)
     inner.dock_builder_set_node_size(dock, size)
-    part = min(0.45, _PANEL_EM * imgui.get_font_size() / max(size.x, 1.0))
+    part = min(_COLUMN_MOST, _PANEL_EM * imgui.get_font_size() / max(size.x, 1.0))
     _, right, centre = inner.dock_builder_split_node_py(dock, imgui.Dir.right, part)
-    below_part = min(0.5, _TIMELINE_EM * imgui.get_font_size() / max(size.y, 1.0))
+    below_part = min(_TIMELINE_MOST, _TIMELINE_EM * imgui.get_font_size() / max(size.y, 1.0))
     _, lower, upper = inner.dock_builder_split_node_py(right, imgui.Dir.down, _SPEED_PART)
     _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, below_part)
     inner.dock_builder_dock_window(PICTURE, centre)
@@ -150,6 +151,38 @@ def _arrange(dock: int, size: ImVec2) -> None:
     for place in (upper, lower, below):  # each tab has its own close button
         _flag(place, inner.DockNodeFlagsPrivate_.no_close_button)
     inner.dock_builder_finish(dock)
+
+
+def leave_room_for_picture(panels: Iterable[str]) -> None:
+    """Shrink panels that take more than their share of the window.
+
+    Call this after the panels are drawn, when the font has become larger and the panels with it.
+    """
+    around = {node.id_ for node in _places_of(PICTURE)}
+    for name in panels:
+        for node in _places_of(name):
+            parent = node.parent_node
+            if parent is not None and parent.id_ in around and node.id_ not in around:
+                _limit(node, parent)
+
+
+def _places_of(name: str) -> Iterator[imgui.internal.DockNode]:
+    """Return the dock node of a window, its parent node, and so on."""
+    window = imgui.internal.find_window_by_name(name)
+    node = None if window is None else window.dock_node
+    while node is not None:
+        yield node
+        node = node.parent_node
+
+
+def _limit(node: imgui.internal.DockNode, parent: imgui.internal.DockNode) -> None:
+    width, height = node.size.x, node.size.y
+    if parent.split_axis == imgui.internal.Axis.x:
+        width = min(width, _COLUMN_MOST * parent.size.x)
+    else:
+        height = min(height, _TIMELINE_MOST * parent.size.y)
+    if (width, height) != (node.size.x, node.size.y):
+        imgui.internal.dock_builder_set_node_size(node.id_, ImVec2(width, height))
 
 
 def _flag(node_id: int, flag: imgui.internal.DockNodeFlagsPrivate_) -> None:

@@ -18,7 +18,7 @@ from heatlens.ui.export_bar import export_words
 from heatlens.ui.files.quit_question import quit_question
 from heatlens.ui.files.shot_question import shot_question
 from heatlens.ui.keys_window import keys_window
-from heatlens.ui.layout import dock_panels, menu_bar
+from heatlens.ui.layout import dock_panels, leave_room_for_picture, menu_bar
 from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
 from heatlens.ui.seek import forget_after_click
@@ -77,6 +77,7 @@ class Screen:
         self._frame_window()
         if not self.ui.is_bare:
             self._panels.draw(self.picture.hovered, self.picture.pictures)
+            self._fit_panels()
         if is_new_layout:
             for name in ("Lens", "Look"):  # bring them in front of the other tabs
                 imgui.set_window_focus(name)
@@ -85,6 +86,12 @@ class Screen:
         self.picture.draw(hears)
         session.editing.rest(is_held=imgui.is_any_item_active())
         session.color.apply(session.view, self._pictures)
+
+    def _fit_panels(self) -> None:
+        """Leave room for the picture if the panels have just become larger."""
+        if self.ui.scale.is_new:
+            self.ui.scale.is_new = False
+            leave_room_for_picture(self.ui.panels)
 
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui

@@ -15,6 +15,7 @@ class UiScale:
         self.screen = ""  # name of the monitor that the window is on
         self.of_screen = 1.0  # content scale that the system reports for that monitor
         self._applied: float | None = None
+        self.is_new = False  # the scale has changed since the last frame
 
     @property
     def chosen(self) -> float:
@@ -45,6 +46,6 @@ class UiScale:
             return
         layout = imgui.save_ini_settings_to_memory() if before is not None else ""
         theme.apply(wanted)
-        self._applied = wanted
+        self._applied, self.is_new = wanted, True
         if before is not None and layout:
             imgui.load_ini_settings_from_memory(scaled_layout(layout, wanted / before))

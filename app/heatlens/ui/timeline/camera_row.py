@@ -17,7 +17,7 @@ def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -
         session, CAMERA, corner, scale.x, row, "Click to select the camera: K then sets its key"
     )
     color = theme.colors.handle if session.shot.camera_key_frames else theme.colors.text_dim
-    draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, CAMERA.words)
+    draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (row - em) / 2), color, CAMERA.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
 

@@ -25,25 +25,31 @@ _CONTROLS = {
     LensParameter.FOCAL_LENGTH: "focal length",
     LensParameter.SQUEEZE: "squeeze",
 }
-_ROW_EM, _KEY_EM, _REACH_EM = 1.45, 0.42, 0.55
+_ROW_EM, _ROW_LEAST_EM = 1.45, 1.1  # height of a row, and where there is little room
+_KEY_EM, _REACH_EM = 0.42, 0.55
 
 
 def dope_sheet(
     session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
     """Draw the rows at `corner`, their names left of `scale`, and apply drags of keys."""
-    em = imgui.get_font_size()
-    row = _ROW_EM * em
+    rows: tuple[Row, ...] = tuple(LensParameter) if session.scenes.scene is None else ROWS
+    row = _row_height(height, len(rows))
     for index, parameter in enumerate(LensParameter):
         _draw_row(session, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
-    rows: tuple[Row, ...] = tuple(LensParameter)
     if session.scenes.scene is not None:
-        camera_row(session, scale, ImVec2(corner.x, corner.y + len(rows) * row), row)
-        rows = ROWS
+        below = corner.y + len(LensParameter) * row
+        camera_row(session, scale, ImVec2(corner.x, below), row)
     places = _places(session.shot, rows, scale, corner.y, row)
     stretch_grips(view.stretch, scale, corner.y, height)
     hold_keys(view.drag, scale, corner.y, max(height, len(rows) * row), places, _move)
     draw_keys(session, view.drag, scale, places, corner.y, height)
+
+
+def _row_height(height: float, count: int) -> float:
+    """Return the height of one of `count` rows; the panel scrolls if even the lowest do not fit."""
+    em = imgui.get_font_size()
+    return min(_ROW_EM * em, max(_ROW_LEAST_EM * em, height / count))
 
 
 def _move(shot: Shot, chosen: Chosen, frames: int, _up: float) -> tuple[Shot, Chosen]:
@@ -88,7 +94,7 @@ def _draw_row(
     tip = f"Click to select: Shift+C then shows the curve of the {parameter.words}"
     row_name(session, parameter, corner, scale.x, row, tip)
     color = theme.colors.handle if is_keyed else theme.colors.text_dim
-    draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, parameter.words)
+    draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (row - em) / 2), color, parameter.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
 

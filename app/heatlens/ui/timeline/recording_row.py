@@ -1,5 +1,7 @@
 """Draw the recording of a focus pull: a row with its state, and the recorded curve as a band."""
 
+from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -11,12 +13,12 @@ from heatlens.session.pull_recording import (
     PullRecording,
     RecordingState,
 )
-from heatlens.ui import probe, theme
+from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.curve_handles import Heights
 from heatlens.ui.timeline.scale import TimeScale
-from heatlens.ui.timeline.transport import beside
+from heatlens.ui.timeline.tool_row import Tool, button_width, tool_row
 
-_TOLERANCE_EM, _FIGURE_EM, _BUTTON_EM = 7.0, 7.2, 3.5
+_TOLERANCE_EM, _FIGURE_EM = 7.0, 7.2
 _ARMED = "Ready to record: play (Space) and move the focus. Escape leaves."
 _TOLERANCE_TIP = (
     "How far the keys may be off what was performed: the red band.\n"
@@ -27,22 +29,39 @@ _TOLERANCE_TIP = (
 def recording_row(recording: PullRecording) -> None:
     """Draw the row that replaces the row of key controls during a recording."""
     state = recording.state
-    imgui.align_text_to_frame_padding()
     if state is RecordingState.RECORDED:
-        _recorded(recording)
+        tool_row("recording", _recorded(recording))
         return
     count = len(recording.samples)
     words = f"Recording: {count} frames. Space keeps them, Escape drops them."
-    imgui.text_colored(theme.colors.bad, _ARMED if state is RecordingState.ARMED else words)
+    imgui.align_text_to_frame_padding()
+    widgets.colored_text(_ARMED if state is RecordingState.ARMED else words, theme.colors.bad)
     probe.note("recording words")
 
 
-def _recorded(recording: PullRecording) -> None:
-    """Draw the number of keys, their tolerance, and the buttons that keep or drop the recording."""
+def _recorded(recording: PullRecording) -> list[Tool]:
+    """Return the number of keys, their tolerance, and the buttons that keep or drop them."""
+    em = imgui.get_font_size()
     keys = "one key" if recording.key_count == 1 else f"{recording.key_count} keys"
-    imgui.text(f"{len(recording.samples)} frames recorded as {keys}, off by at most")
-    probe.note("recording words")
-    beside(_TOLERANCE_EM)
+    before = f"{len(recording.samples)} frames recorded as"
+    figure = f"{recording.tolerance_dioptres:.2g} dioptres"
+    keep, drop = (
+        Tool(partial(_button, name, do), button_width(name), 0)
+        for name, do in (("Keep", recording.keep), ("Drop", recording.drop))
+    )
+    return [
+        Tool(partial(_words, before), imgui.calc_text_size(before).x, 4, is_word=True),
+        Tool(partial(_words, keys), imgui.calc_text_size(keys).x, 1, is_word=True),
+        Tool(partial(_words, "off by at most"), imgui.calc_text_size("off by at most").x, 3,
+             is_word=True),
+        Tool(partial(_tolerance, recording), _TOLERANCE_EM * em, 1),
+        Tool(partial(_words, figure), _FIGURE_EM * em, 2, is_word=True),
+        keep,
+        drop,
+    ]  # fmt: skip
+
+
+def _tolerance(recording: PullRecording) -> None:
     changed, tolerance = imgui.slider_float(
         "##tolerance", recording.tolerance_dioptres, TOLERANCE_LEAST, TOLERANCE_MOST,
         "",
@@ -53,13 +72,18 @@ def _recorded(recording: PullRecording) -> None:
         imgui.set_tooltip(_TOLERANCE_TIP)
     if changed:
         recording.tolerate(tolerance)
-    beside(_FIGURE_EM)
-    imgui.text(f"{recording.tolerance_dioptres:.2g} dioptres")
-    for name, do in (("Keep", recording.keep), ("Drop", recording.drop)):
-        beside(_BUTTON_EM)
-        if imgui.button(name):
-            do()
-        probe.note(f"recording {name}")
+
+
+def _button(name: str, do: Callable[[], None]) -> None:
+    if imgui.button(name):
+        do()
+    probe.note(f"recording {name}")
+
+
+def _words(words: str) -> None:
+    imgui.align_text_to_frame_padding()
+    imgui.text(words)
+    probe.note("recording words")
 
 
 def recorded_places(recording: PullRecording) -> list[float]:

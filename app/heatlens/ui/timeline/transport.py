@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import cast
 
 from imgui_bundle import ImVec2, imgui
@@ -16,10 +17,12 @@ from heatlens.session.playback import Ending
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.rendered_panel import rendered_label
+from heatlens.ui.timeline.tool_row import Tool, tool_row
 from heatlens.ui.timeline.view import TimelineView
 
 _FIELD_EM, _COMBO_EM, _WIDE_EM, _MISSING_EM = 4.6, 5.6, 7.6, 10.4
-_TIMECODE_EM = 6.4
+_TIMECODE_EM, _RATE_EM = 6.4, 6.2
+_ICON = 1.15  # width of a button for its height
 _PACES = {True: "every frame", False: "real time"}
 _MISSING = {
     "hold": "hold missing frames",
@@ -50,47 +53,58 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
 
 
 def transport(session: Session, view: TimelineView) -> None:
-    """Draw the row over the width of the panel; a narrow panel breaks it into several rows."""
-    _buttons(session)
-    _frame_field(session)
-    _timecode_field(session)
-    _rate_field(session)
-    _choices(session)
+    """Draw the controls in one row; those without room are in a popup at its end."""
+    em, frames = imgui.get_font_size(), f"of {session.timeline.played}"
+    tool_row(
+        "transport",
+        [
+            *_buttons(session),
+            Tool(partial(_frame_field, session), _FIELD_EM * em, 0),
+            Tool(partial(_words, frames), imgui.calc_text_size(frames).x, 6, is_word=True),
+            Tool(partial(_timecode_field, session), _TIMECODE_EM * em, 5),
+            Tool(partial(_rate_field, session), _RATE_EM * em, 7),
+            *_choices(session),
+        ],
+    )
     rendered_label(session, view)
 
 
-def _buttons(session: Session) -> None:
+def _buttons(session: Session) -> list[Tool]:
     timeline, direction = session.timeline, session.timeline.playback.direction
-    does: tuple[tuple[str, str, str, Callable[[], None]], ...] = (
-        ("first", "first", "First frame (Home)", lambda: timeline.go_to_end(-1)),
-        ("previous key", "previous key", "Previous key (Up)", lambda: timeline.go_to_key(-1)),
-        ("back", "back", "Previous frame (Left)", lambda: timeline.step(-1)),
-        ("backwards", "stop" if direction < 0 else "backwards", "Backwards (Shift+Space)",
+    does: tuple[tuple[int, str, str, str, Callable[[], None]], ...] = (
+        (2, "first", "first", "First frame (Home)", lambda: timeline.go_to_end(-1)),
+        (4, "previous key", "previous key", "Previous key (Up)", lambda: timeline.go_to_key(-1)),
+        (1, "back", "back", "Previous frame (Left)", lambda: timeline.step(-1)),
+        (3, "backwards", "stop" if direction < 0 else "backwards", "Backwards (Shift+Space)",
          lambda: timeline.play(-1)),
-        ("forwards", "stop" if direction > 0 else "forwards", "Play (Space)",
+        (0, "forwards", "stop" if direction > 0 else "forwards", "Play (Space)",
          lambda: timeline.play(1)),
-        ("on", "on", "Next frame (Right)", lambda: timeline.step(1)),
-        ("next key", "next key", "Next key (Down)", lambda: timeline.go_to_key(1)),
-        ("last", "last", "Last frame (End)", lambda: timeline.go_to_end(1)),
+        (1, "on", "on", "Next frame (Right)", lambda: timeline.step(1)),
+        (4, "next key", "next key", "Next key (Down)", lambda: timeline.go_to_key(1)),
+        (2, "last", "last", "Last frame (End)", lambda: timeline.go_to_end(1)),
+        (1, "record", "record", _RECORD_TIP, session.recording.arm),
     )  # fmt: skip
-    for name, shape, tip, do in does:
-        if _icon(name, shape, tip):
+    width, is_armed = _ICON * imgui.get_frame_height(), session.recording.state.is_waiting
+
+    def drawn(name: str, shape: str, tip: str, do: Callable[[], None]) -> None:
+        if _icon(name, shape, tip, is_armed and name == "record"):
             do()
-        imgui.same_line(0.0, 2.0)
-    if _icon("record", "record", _RECORD_TIP, session.recording.state.is_waiting):
-        session.recording.arm()
-    imgui.same_line(0.0, 2.0)
+
+    return [
+        Tool(partial(drawn, name, shape, tip, do), width, rank, gap=2.0)
+        for rank, name, shape, tip, do in does
+    ]
 
 
 def _icon(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
     side = imgui.get_frame_height()
     corner = imgui.get_cursor_screen_pos()
     with widgets.colored(theme.colors.armed if is_on else None, imgui.Col_.button):
-        pressed = imgui.button(f"##{name}", ImVec2(1.15 * side, side))
+        pressed = imgui.button(f"##{name}", ImVec2(_ICON * side, side))
     probe.note(f"transport {name}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
-    middle = ImVec2(corner.x + 0.575 * side, corner.y + side / 2)
+    middle = ImVec2(corner.x + 0.5 * _ICON * side, corner.y + side / 2)
     _draw_shape(shape, middle, 0.26 * side)
     return bool(pressed)
 
@@ -113,12 +127,16 @@ def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
 
 
 def _frame_field(session: Session) -> None:
-    frame, frames = session.editing.frame, session.timeline.played
-    beside(_FIELD_EM)
+    frame = session.editing.frame
     chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, session.say)
     if chosen != frame:
         session.timeline.go(chosen)
-    words_beside(f"of {frames}")
+
+
+def _words(words: str) -> None:
+    imgui.align_text_to_frame_padding()
+    imgui.text_disabled(words)
+    probe.note(words)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Frames that are played: I and O set in and out, Shift+I clears them.")
 
@@ -128,7 +146,6 @@ def _timecode_field(session: Session) -> None:
     shot, frame, plate = session.timeline.timed_shot, session.editing.frame, session.source.plate
     in_header = None if plate is None else timecode_of(plate.attributes)
     shown = str(shot.timecode_at(frame, in_header) or "")
-    beside(_TIMECODE_EM)
 
     def parse(text: str) -> str:
         return _start_of(shot, frame, text)
@@ -154,31 +171,42 @@ def _start_of(shot: Shot, frame: int, text: str) -> str:
 
 def _rate_field(session: Session) -> None:
     rate = session.shot.frames_per_second
-    beside(_FIELD_EM + 1.6)
     shown = f"{rate:.5g} fps"
     chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, session.say)
     if chosen != rate:
         session.editing.edit(replace(session.shot, frames_per_second=chosen))
 
 
-def _choices(session: Session) -> None:
-    timeline, playback = session.timeline, session.timeline.playback
-    endings = [str(ending) for ending in Ending]
-    playback.ending = Ending(combo("ending", str(playback.ending), endings, _COMBO_EM))
-    pace = combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()), _WIDE_EM)
+def _choices(session: Session) -> list[Tool]:
+    em, cache = imgui.get_font_size(), session.timeline.cache
+    tools = [
+        Tool(partial(_ending, session), _COMBO_EM * em, 8),
+        Tool(partial(_pace, session), _WIDE_EM * em, 8),
+    ]
+    if session.timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
+        return tools  # nothing is missing
+    return [*tools, Tool(partial(_missing_frames, session), _MISSING_EM * em, 8)]
+
+
+def _ending(session: Session) -> None:
+    playback = session.timeline.playback
+    playback.ending = Ending(combo("ending", str(playback.ending), [str(it) for it in Ending]))
+
+
+def _pace(session: Session) -> None:
+    playback = session.timeline.playback
+    pace = combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()))
     playback.is_every_frame = pace == _PACES[True]
-    cache = timeline.cache
-    if timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
-        return  # nothing is missing
-    missing = combo(
-        "missing frames", _MISSING[timeline.missing], list(_MISSING.values()), _MISSING_EM
-    )
+
+
+def _missing_frames(session: Session) -> None:
+    timeline = session.timeline
+    missing = combo("missing frames", _MISSING[timeline.missing], list(_MISSING.values()))
     timeline.missing = cast(MissingPolicy, next(n for n, w in _MISSING.items() if w == missing))
 
 
-def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str:
-    """Draw a drop-down without a label."""
-    beside(width_em)
+def combo(name: str, value: str, choices: Sequence[str]) -> str:
+    """Draw a drop-down without a label, as wide as the next item was set to be."""
     if imgui.begin_combo(f"##{name}", value):
         for item in choices:
             picked, _ = imgui.selectable(item, item == value)
@@ -188,25 +216,6 @@ def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str
         imgui.end_combo()
     probe.note(name)
     return value
-
-
-def words_beside(words: str) -> None:
-    """Draw grey text in this row, or in the next one if it does not fit."""
-    imgui.same_line()
-    if imgui.get_content_region_avail().x < imgui.calc_text_size(words).x:
-        imgui.new_line()
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled(words)
-    probe.note(words)
-
-
-def beside(width_em: float) -> None:
-    """Place the next control in this row, or in the next one if it does not fit."""
-    width = width_em * imgui.get_font_size()
-    imgui.same_line()
-    if imgui.get_content_region_avail().x < width:
-        imgui.new_line()
-    imgui.set_next_item_width(width)
 
 
 def _parse_frame(text: str) -> int:
