@@ -1,4 +1,4 @@
-"""Which animation of a scene's file is played: another one means that the file is read again."""
+"""Choose which animation clip of a scene's file plays; a change reads the file again."""
 
 from dataclasses import replace
 
@@ -10,23 +10,22 @@ ALL_CLIPS = "all at once"
 
 
 class ClipChoice:
-    """Chooses a clip, and has the scene read again where the shot wants another one.
+    """Chooses a clip, and reads the scene again if the shot needs another clip.
 
-    The choice is part of the shot, so undo, redo and shot files that are opened can want another
-    clip than the one that was read.
+    The choice is part of the shot, so undo, redo and opening a shot file can all change it.
     """
 
     def __init__(self, source: OpenSource, editing: Editing) -> None:
         self._source = source
         self._editing = editing
-        self._chosen: SceneTiming | None = None  # by hand, while it is being read
-        self._asked: SceneTiming | None = None  # what the shot wanted when it was read last
+        self._chosen: SceneTiming | None = None  # the user's choice while it is being read
+        self._asked: SceneTiming | None = None  # the timing of the latest attempt to read the file
 
     @property
     def names(self) -> dict[str, str | None]:
-        """What can be chosen, and what `SceneTiming.clip` is for it; empty without a choice.
+        """The names to choose from, each with its `SceneTiming.clip`; empty if there is no choice.
 
-        A name that several clips have is told apart by its number.
+        If several clips have the same name, their numbers are added to it.
         """
         scene = self._source.scene
         clips = () if scene is None else scene.clips
@@ -40,7 +39,7 @@ class ClipChoice:
 
     @property
     def now(self) -> str:
-        """The one that the shot plays, by its name among `names`."""
+        """The clip that the shot plays, as one of `names`."""
         clip, names = self._shot_timing.clip, self.names
         if clip is not None and clip.isdecimal() and clip not in names:
             clips = list(names)
@@ -54,24 +53,24 @@ class ClipChoice:
         return timing or SceneTiming()
 
     def choose(self, name: str) -> None:
-        """Play the clip called `name` among `names`, once the file was read with it."""
+        """Play the clip `name`, one of `names`, once the file has been read with it."""
         timing = replace(self._shot_timing, clip=self.names[name])
         if timing != self._shot_timing:
             self._chosen = timing
             self._read(timing)
 
     def poll(self) -> None:
-        """Read the scene again where the shot wants another clip; call this once a frame."""
+        """Read the scene again if the shot needs another clip; call this once a frame."""
         opened = self._source.opened
         if opened is None or not self._source.has_scene:
             return
         if self._source.opener.opening is not None or self._editing.shot.source != opened.text:
             return
-        self._chosen = None  # what was being read arrived, or was refused
+        self._chosen = None  # reading it has ended or failed
         wanted, read = self._shot_timing, opened.timing or SceneTiming()
         if wanted == read:
             self._asked = None
-        elif wanted != self._asked:  # what was refused is not tried again and again
+        elif wanted != self._asked:  # do not retry a clip that failed
             self._asked = wanted
             self._read(wanted)
 
@@ -83,9 +82,9 @@ class ClipChoice:
         self._source.open(opened.text, opened.options, frame, None if usual else timing)
 
     def arrived(self) -> None:
-        """Take a clip that was chosen by hand into the shot, in one step of undo with its frames.
+        """Put the clip that the user chose into the shot, with its frames, as one undo step.
 
-        To be called when a scene was opened that the shot is of.
+        Call this when the scene of the shot has been opened.
         """
         opened, chosen = self._source.opened, self._chosen
         self._chosen = None

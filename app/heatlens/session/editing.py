@@ -20,9 +20,9 @@ _GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this
 class Performance:
     """The focus while a pull is recorded by hand; its keys are set at the end of the recording.
 
-    focus_distance_m  None until the hand has moved it; the focus is that of the keys so long
-    is_over           it is recorded, but the hand has not come to rest: what it does is not taken
-    moved_at          the time of the clock when it was moved last
+    focus_distance_m  None until the user moves the focus; until then the keys give the focus
+    is_over           the recording has ended but the gesture has not: its changes are ignored
+    moved_at          time of the clock at the latest movement
     """
 
     focus_distance_m: float | None = None
@@ -38,11 +38,11 @@ class Editing:
     ) -> None:
         self.history = History.of(shot)
         self.auto_key = True
-        self.has_time: Callable[[], bool] = lambda: False  # there is more than one frame
+        self.has_time: Callable[[], bool] = lambda: False  # True if there are several frames
         self._frame = 0
-        self._tried: Lens | None = None  # at this frame alone, without a key
+        self._tried: Lens | None = None  # the lens changed at this frame only, without a key
         self.performance: Performance | None = None  # while a pull is recorded
-        self._has_told = False  # what a change of the focus does in a shot of several frames
+        self._has_explained = False  # see `_explain`
         self._say = say
         self._clock = clock
         self._changed_at = 0.0
@@ -82,7 +82,7 @@ class Editing:
     def lens(self) -> Lens:
         """The lens at the frame, with values that are only tried or performed there.
 
-        Where the keys ask for a lens that cannot be, that is said, and it is the lens without keys.
+        If the keys give an impossible lens, report that and return the lens without keys.
         """
         lens = self._keyed_lens if self._tried is None else self._tried
         performed_m = None if self.performance is None else self.performance.focus_distance_m
@@ -90,7 +90,7 @@ class Editing:
             return lens
         try:
             return replace(lens, focus_distance_m=performed_m)
-        except LensError:  # a zoom with keys has become too long for a focus so near
+        except LensError:  # for example, a keyed zoom has become too long for a near focus
             return lens
 
     @property
@@ -112,7 +112,7 @@ class Editing:
 
     def begin(self, shot: Shot) -> None:
         """Open another shot with an empty undo history."""
-        self.history, self._tried, self._has_told = History.of(shot), None, False
+        self.history, self._tried, self._has_explained = History.of(shot), None, False
 
     def edit(self, shot: Shot) -> None:
         """Change the shot; the undo step is recorded when the gesture ends."""
@@ -123,7 +123,8 @@ class Editing:
     def edit_lens(self, lens: Lens) -> None:
         """Change the lens at the frame and key the keyed parameters there. Report refused changes.
 
-        Without auto key, what has keys and none there is only tried, until the frame changes.
+        Without auto key, a keyed parameter without a key at this frame is only tried: the change
+        lasts until the frame changes.
         """
         before = self.lens
         if lens == before:
@@ -175,9 +176,9 @@ class Editing:
         """Explain, once per shot of several frames, what a change of the focus does."""
         if self._tried is not None:
             self._say(_ONLY_TRIED)
-        elif not self._has_told and self.has_time() and self.performance is None:
+        elif not self._has_explained and self.has_time() and self.performance is None:
             if before.focus_distance_m != after.focus_distance_m:
-                self._has_told = True
+                self._has_explained = True
                 has_keys = self.shot.curves.focus_distance_m.keys
                 self._say(_KEYS_HERE.format(self.frame) if has_keys else _ALL_FRAMES)
 
@@ -194,8 +195,8 @@ class Editing:
     def _with_lens(self, lens: Lens) -> Shot:
         """Return the shot with this lens at the frame.
 
-        What has no keys is set at once: two values may only go together, as a long lens and far
-        focus do.
+        Parameters without keys are all set at once, because some values are valid only together,
+        such as a long lens and a far focus.
         """
         before, shot = self._keyed_lens, replace(self.shot, lens=lens)
         for parameter in LensParameter:

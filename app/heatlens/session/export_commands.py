@@ -40,7 +40,7 @@ class ExportCommands:
         self._say = say
         self.run = ExportRun(wake)
         self.wish = ExportWish()
-        self._of: str | None = None  # the source that the wish was proposed for
+        self._of: str | None = None  # the source that folder and name were proposed for
         self._told: ExportState | None = None
 
     @property
@@ -94,7 +94,7 @@ class ExportCommands:
             self._say(Problem(error))
 
     def _look(self) -> LookOptions:
-        """Return how the picture looks here, with what the glass takes from the light."""
+        """Return the look of the view, with the exposure reduced by the lens's transmission."""
         view, has_config = self._view.state, self._color.config is not None
         named = LookOptions(
             ocio=self._color.path or None,

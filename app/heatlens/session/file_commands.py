@@ -1,4 +1,4 @@
-"""Open, reload and save what the user names, and remember how it was read."""
+"""Open, reload and save files that the user names, and remember how they were read."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -87,7 +87,7 @@ PURPOSES = {
 
 
 class FileCommands:
-    """What the File menu does; a dialog asks for names, this acts on them."""
+    """The commands of the File menu; dialogs ask for the names."""
 
     def __init__(
         self,
@@ -112,20 +112,20 @@ class FileCommands:
         self.reading = PlateReading(source, editing, preferences)
         self.openings = OpeningImageImport(editing, say, wake)
         self.cameras = CameraImport(source, editing, say, wake)
-        # set by the session: takes the path and the title
+        # set by the session: called with path and title
         self.write_sheet: Callable[[Path, str], None] = lambda _path, _title: None
 
     # Opening
 
     def open(self, text: str, options: PlateOptions | None = None) -> None:
-        """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
-        self._say("")  # why another file was refused is no news any more
+        """Open a file, pattern, folder or shot; the present source stays until it has arrived."""
+        self._say("")  # clear the error of an earlier file
         if not self._documents.opens(text):
             found = options or self.options_for(text)
             self._source.open(text, found, timing=self._given.timing_of(text))
 
     def open_first(self) -> None:
-        """Open what the command line named, if it named anything."""
+        """Open the file that the command line named, if any."""
         text, given = self._given.start.source, self._given.start.plate_options
         if not text or self._documents.opens(text):
             return
@@ -134,7 +134,7 @@ class FileCommands:
         self._source.open(text, found, timing=self._given.timing_of(text))
 
     def open_dropped(self, names: Sequence[str]) -> None:
-        """Open a picture and its depth, where these are the two by their names; else the first."""
+        """Open a dropped picture with its depth file, if the names match; else the first file."""
         pair = picture_and_depth(names)
         if pair is None:
             self.open(names[0])
@@ -143,16 +143,16 @@ class FileCommands:
         self.open(picture, replace(self.options_for(picture), depth_source=depth))
 
     def options_for(self, text: str) -> PlateOptions:
-        """Return how `text` is read, as far as the user said or is remembered to have said.
+        """Return the plate options for `text`: from the command line, or remembered.
 
-        The options of the command line are for the first file, where it named none.
+        If the command line named no file, its options are for the first file that is opened.
         """
         is_given = not self._given.start.source and not self._given.has_opened
         given = self._given.start.plate_options if is_given else PlateOptions()
         return self._first_options(text, given)
 
     def _first_options(self, text: str, given: PlateOptions) -> PlateOptions:
-        """Return `given`, or where that says nothing of the plate what is remembered."""
+        """Return the given options, or the remembered ones if none were given."""
         if replace(given, focal_length_mm=None, sensor_width_mm=None) != PlateOptions():
             return given
         kept = self._preferences.options_for(text)
@@ -175,7 +175,7 @@ class FileCommands:
     # Choosing
 
     def may_choose(self, key: str) -> bool:
-        """Return True where a file can be asked for with this purpose; else say why not."""
+        """Return True if a file can be chosen for this purpose; report why not otherwise."""
         if self._source.plate is None and PURPOSES[key].is_save:
             self._say("Nothing is open that could be saved.")
         elif key == "behind" and not self.reading.is_possible:
@@ -187,13 +187,13 @@ class FileCommands:
         return False
 
     def first_folder(self, key: str) -> Path:
-        """Return where a file is looked for: where one was last, else beside the plate."""
+        """Return the folder in which a dialog begins: the last one used, or that of the plate."""
         plate = self._source.plate
         here = plate.path.absolute().parent if plate is not None else home_dir()
         return Path(self._preferences.now.folders.get(key, here))
 
     def first_name(self, key: str) -> str:
-        """Return the name that is proposed for a file to save."""
+        """Return the file name that a save dialog proposes."""
         plate = self._source.plate
         if key == "save shot":
             return self._documents.proposed_name()
@@ -202,7 +202,7 @@ class FileCommands:
         return f"{plate.path.stem}.dof.exr" if plate is not None else ""
 
     def take(self, chosen: Chosen) -> None:
-        """Do with a chosen file what it was asked for."""
+        """Apply the choice of a dialog."""
         key = chosen.purpose.key
         self._preferences.looked_in(key, chosen.path.parent)
         if key in ("open", "shot"):
@@ -226,10 +226,10 @@ class FileCommands:
         else:
             self._pictures.save(chosen.path)
 
-    # What happens by itself
+    # Called by the session
 
     def arrived(self, opened: Opened) -> None:
-        """Remember what was opened; with the first file, say what could not be remembered."""
+        """Remember an opened file; with the first one, report damaged preferences."""
         self.reading.arrived(opened)
         if opened.source.files is not None:
             self._preferences.opened(opened.text)
@@ -238,16 +238,16 @@ class FileCommands:
             self._preferences.problem = ""
 
     def poll(self) -> None:
-        """Go on with what is asked for; call this once a frame."""
+        """Continue requested work; call this once a frame."""
         self.reading.follow()
         self._follow_stream()
         self.cameras.poll()
         self.openings.poll()
 
     def _follow_stream(self) -> None:
-        """Read a stream's frames as the Plate panel wishes, or as the shot does after an undo.
+        """Read a stream's frames with the options of the Plate panel, or of the shot after an undo.
 
-        A shot that was kept beside names its source as a path, and takes its name again.
+        A recovered shot names its source as a path; that is replaced by the stream's name.
         """
         stream, reading, now = self._source.stream, self.reading, self._editing.shot
         if stream is None or not stream.is_shown:

@@ -13,16 +13,16 @@ from heatlens.render import FrameRenderer
 
 
 class GpuPicture:
-    """The picture of the source that is shown now.
+    """The picture of the open source that is shown now.
 
     Feeds put pictures here; panels and the scheduler read them.
 
-    plate       None while there is none
-    version     counts the pictures that were put on the GPU
-    is_finer    True where the latest picture is the one before with less noise
-    is_black    True where a missing frame is shown as black
-    is_settled  True where the frame asked for is there, as far as it can be
-    problem     why the frame cannot be shown, in a sentence; "" where it can
+    plate       the plate; None while there is none
+    version     counts the pictures that were uploaded
+    is_finer    True if the latest picture is the previous one with less noise
+    is_black    True if a missing frame is shown as black
+    is_settled  True if the requested frame is shown, or cannot be
+    problem     a sentence why the frame cannot be shown, or ""
     """
 
     def __init__(self, renderer: FrameRenderer) -> None:
@@ -57,7 +57,7 @@ class GpuPicture:
     def load(self, plate: Plate) -> None:
         """Upload a plate to the GPU in place of the previous one.
 
-        Raises HeatlensError where there is no room for it; then there is no picture.
+        Raise HeatlensError if GPU memory is full; then there is no picture.
         """
         start = time.perf_counter()
         self.plate = None
@@ -67,13 +67,13 @@ class GpuPicture:
         self._take_loaded()
 
     def count_again(self) -> None:
-        """Have everything derived from the picture made again, as if it had been loaded."""
+        """Have everything that is derived from the picture computed again, as after `load`."""
         if self.plate is not None:
             self.version += 1
 
     @contextmanager
     def drawing(self) -> Iterator[None]:
-        """Show what the renderer draws in the block; what it cannot draw becomes `problem`."""
+        """Show what the renderer draws in the block; an error of the block becomes `problem`."""
         try:
             yield
         except HeatlensError as error:

@@ -1,4 +1,4 @@
-"""Take a picture as the opening of the lens: read on a thread, one step of undo."""
+"""Import a picture as the shape of the aperture: read on a thread, applied as one undo step."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +14,7 @@ from heatlens.session.messages import Problem
 
 
 class OpeningImageImport:
-    """Reads one picture at a time; the result, or what is wrong with the file, is said."""
+    """Reads one picture at a time, and reports the result or what is wrong with the file."""
 
     def __init__(
         self, editing: Editing, say: Callable[[str], None], wake: Callable[[], None]

@@ -56,7 +56,7 @@ class KeptScreen:
         self._frames = ScreenFrames(ctx)
         self._is_slow = is_software(ctx)
         self._texture: moderngl.Texture | None = None
-        self._on_gpu = ""  # key of what the texture holds
+        self._on_gpu = ""  # key of the frame in the texture
         self._seen: KeptFrame | None = None
         self._prepared: object = None  # the value of `_of` for which all frames were prepared
 
@@ -108,7 +108,7 @@ class KeptScreen:
     def texture(self, shown: KeptFrame, view: ViewState) -> moderngl.Texture:
         """Return the frame in the colors of the screen.
 
-        The exposure of `view` contains that of its lens.
+        The exposure of `view` includes the transmission of the lens.
         """
         look = self._look(view, shown.texture.size)
         if self._is_slow:

@@ -1,6 +1,6 @@
-"""Keys of several rows at once: what moves, goes and is copied when some are chosen.
+"""Edit a selection of keys across several rows: move, delete, copy, paste, interpolate.
 
-Everything here makes a new shot of one; a LensError says where no lens can be.
+All functions return a new shot; they raise LensError if its keys give an impossible lens.
 """
 
 from collections.abc import Callable, Collection
@@ -26,11 +26,11 @@ from heatlens.session.key_rows import (
 )
 
 _BEZIER = Interpolation.BEZIER
-_CHECKED_MOST = 1000  # frames between keys
+_CHECKED_MOST = 1000  # largest number of frames between keys to check
 
 
 class KeyId(NamedTuple):
-    """Names a key by its row and frame: no row has two at a frame."""
+    """Identifies a key by its row and frame; a row has at most one key per frame."""
 
     row: Row
     frame: float
@@ -56,12 +56,12 @@ def frames_of(chosen: Chosen, row: Row) -> list[float]:
 
 
 def key_of(shot: Shot, key: KeyId) -> Key | None:
-    """Return the key at a frame of a parameter; None for the camera, whose keys are only places."""
+    """Return a key of a lens parameter; None for keys of the camera, which have no value here."""
     return None if key.row is CAMERA else shot.curves.of(key.row).key_at(key.frame)
 
 
 def with_keys_here(shot: Shot, frame: float) -> Shot:
-    """Key the focus, and whatever else has keys, as it is now: nothing jumps."""
+    """Set keys at the present values for the focus and all keyed parameters."""
     for parameter in LensParameter:
         if parameter is LensParameter.FOCUS_DISTANCE or shot.curves.of(parameter).keys:
             shot = shot.with_key(frame, parameter)
@@ -69,18 +69,18 @@ def with_keys_here(shot: Shot, frame: float) -> Shot:
 
 
 def moved(shot: Shot, chosen: Chosen, by_frames: float) -> tuple[Shot, Chosen]:
-    """Move all chosen keys by as many frames; keys that they land on are removed."""
+    """Move the chosen keys by a number of frames; keys that they land on are removed."""
     after = _each_row(shot, chosen, lambda keyed, frames: keyed.moved(frames, by_frames))
     return after, frozenset(KeyId(row, frame + by_frames) for row, frame in chosen)
 
 
 def rippled(shot: Shot, from_frame: float, by_frames: float) -> Shot:
-    """Move every key from `from_frame` on later, or earlier, which cuts frames out."""
+    """Move all keys from `from_frame` on; moving them earlier cuts frames out."""
     return _each_row(shot, all_keys(shot), lambda keyed, _: keyed.rippled(from_frame, by_frames))
 
 
 def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
-    """Remove the chosen keys; what loses its last key stays as it is at `frame`."""
+    """Remove the chosen keys; a parameter that loses its last key keeps its value at `frame`."""
     for row in ROWS:
         frames = frames_of(chosen, row)
         if frames and len(frames) == len(key_frames(shot, row)):
@@ -90,7 +90,7 @@ def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
 
 
 def copied(shot: Shot, chosen: Chosen) -> Copied:
-    """Return what `pasted` needs, with frames counted from the first of the keys."""
+    """Return the chosen keys for `pasted`, with frames relative to the first key."""
     first = min((key.frame for key in chosen), default=0.0)
     kept = []
     for row in ROWS:
@@ -102,9 +102,9 @@ def copied(shot: Shot, chosen: Chosen) -> Copied:
 
 
 def pasted(shot: Shot, keys: Copied, at_frame: float) -> tuple[Shot, Chosen]:
-    """Paste keys from `at_frame` on; they are the chosen ones afterwards.
+    """Paste keys from `at_frame` on; return the shot and the pasted keys as the new selection.
 
-    Raises InputError for keys of a camera where there is no scene.
+    Raise InputError for keys of a camera if there is no scene.
     """
     for row, copies in keys:
         shot = with_pasted(shot, row, copies, at_frame)
@@ -112,7 +112,7 @@ def pasted(shot: Shot, keys: Copied, at_frame: float) -> tuple[Shot, Chosen]:
 
 
 def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Shot:
-    """Set how the curve goes on from each chosen key; a Bezier keeps the path there was."""
+    """Set the interpolation after each chosen key; a Bezier keeps the shape of the curve."""
 
     def change(curve: Curve, frames: Collection[float]) -> Curve:
         for frame in frames:
@@ -127,7 +127,7 @@ def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Sh
 
 
 def eased(shot: Shot, chosen: Chosen, influence_percent: float, is_out: bool) -> Shot:
-    """Set the influence with which each key is left (`is_out`) or reached, as a Bezier."""
+    """Set the influence of the outgoing (`is_out`) or incoming handles, as Bezier segments."""
 
     def change(curve: Curve, frames: Collection[float]) -> Curve:
         for frame in frames:
@@ -143,7 +143,7 @@ def eased(shot: Shot, chosen: Chosen, influence_percent: float, is_out: bool) ->
 
 
 def _bent(curve: Curve, frame: float, is_out: bool) -> Curve:
-    """Return the curve with the segment after or before a key as a Bezier."""
+    """Return the curve with the segment after (`is_out`) or before a key as a Bezier."""
     before = [key.frame for key in curve.keys if key.frame < frame - SAME_FRAME]
     start = frame if is_out else before[-1] if before else None
     if start is None:
@@ -154,9 +154,9 @@ def _bent(curve: Curve, frame: float, is_out: bool) -> Curve:
 
 
 def checked(shot: Shot) -> Shot:
-    """Return the shot if there is a lens at each of its keys and between.
+    """Return the shot if its lens is possible at all keys and between them.
 
-    Raises LensError naming the frame where there is none.
+    Raise LensError that names the first frame with an impossible lens.
     """
     for frame in (*shot.key_frames, *_between(shot)):
         shot.lens_at(frame)
@@ -164,10 +164,10 @@ def checked(shot: Shot) -> Shot:
 
 
 def _between(shot: Shot) -> range:
-    """Return the frames that may have no lens although the keys have.
+    """Return the frames between keys that have to be checked.
 
-    Handles overshoot, and a long lens cannot be focused near. Of a long film not all frames are
-    checked: a hand that drags waits for this.
+    Bezier handles can overshoot, and a long lens cannot focus near. In a long shot only some
+    frames are checked, so that dragging stays fast.
     """
     keys, focals = shot.curves.focus_distance_m.keys, shot.curves.focal_length_mm.keys
     if not focals and all(key.interpolation is not _BEZIER for key in keys):
@@ -179,7 +179,7 @@ def _between(shot: Shot) -> range:
 def _each_row(
     shot: Shot, chosen: Chosen, change: Callable[[Keyed, Collection[float]], Keyed]
 ) -> Shot:
-    """Change whatever has chosen keys."""
+    """Apply `change` to each row that has chosen keys."""
     for row in ROWS:
         frames = frames_of(chosen, row)
         keyed = keyed_of(shot, row)
@@ -189,7 +189,7 @@ def _each_row(
 
 
 def _each(shot: Shot, chosen: Chosen, change: Callable[[Curve, Collection[float]], Curve]) -> Shot:
-    """Change the curve of every parameter that has chosen keys."""
+    """Apply `change` to the curve of each lens parameter that has chosen keys."""
     for parameter in LensParameter:
         frames = frames_of(chosen, parameter)
         if frames:

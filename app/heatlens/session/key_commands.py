@@ -1,4 +1,4 @@
-"""What is done to keys by command: each is one step of undo, and what cannot be is said."""
+"""The commands on keys; each is one undo step, and reports why it is impossible if so."""
 
 from collections.abc import Callable
 
@@ -24,7 +24,7 @@ from heatlens.session.messages import Problem
 
 
 class KeyCommands:
-    """Holds which keys are chosen and which were copied, and what can be done to them."""
+    """Keeps the selection and the copied keys, and runs the commands on them."""
 
     def __init__(
         self,
@@ -42,31 +42,31 @@ class KeyCommands:
 
     @property
     def chosen(self) -> Chosen:
-        """The chosen keys, as far as they are still there."""
+        """The chosen keys that still exist."""
         return self._chosen & all_keys(self._editing.shot)
 
     def choose(self, keys: Chosen) -> None:
-        """Choose these keys, and no others."""
+        """Select these keys and no others."""
         self._chosen = keys
 
     def choose_between(self, row: Row, first: float, last: float) -> None:
-        """Choose the keys of a row from one frame to another."""
+        """Select the keys of a row from the first to the last frame."""
         keys = all_keys(self._editing.shot)
         self._chosen = frozenset(k for k in keys if k.row is row and first <= k.frame <= last)
 
     def choose_all(self) -> None:
-        """Choose every key of every row."""
+        """Select every key of every row."""
         self._chosen = all_keys(self._editing.shot)
 
     @property
     def meant(self) -> Chosen:
-        """The keys that commands are for: the chosen ones, else those at the playhead."""
+        """The keys that commands act on: the chosen ones, or those at the playhead if none are."""
         return self.chosen or keys_at(self._editing.shot, self._editing.frame)
 
     def set_here(self) -> None:
-        """Key the lens as it is at the playhead, or the camera where its row is chosen.
+        """Set keys at the playhead, for the camera if its row is selected, else for the lens.
 
-        Of the lens the focus gets a key, and whatever else has keys.
+        For the lens, the focus and every parameter with keys get one.
         """
         if self.rows.chosen is CAMERA:
             self._set_camera_key()
@@ -77,7 +77,7 @@ class KeyCommands:
         self._do(lambda shot: with_keys_here(shot, frame))
 
     def toggle_here(self, parameter: LensParameter) -> None:
-        """Set a key of one parameter at the playhead, or remove it."""
+        """Set a key of one parameter at the playhead, or remove the one that is there."""
         shot, frame = self._editing.shot, self._editing.frame
         if shot.curves.of(parameter).key_at(frame) is None:
             self._do(lambda shot: shot.with_key(frame, parameter))
@@ -90,37 +90,37 @@ class KeyCommands:
         self._do(lambda shot: deleted(shot, self.meant, frame))
 
     def copy(self) -> None:
-        """Keep those that are meant for `paste`."""
+        """Copy the keys for `paste`."""
         if self.meant:
             self._copied = copied(self._editing.shot, self.meant)
             self._say(f"{_count(len(self.meant))} copied.")
 
     def paste(self) -> None:
-        """Paste what was copied, from the playhead on."""
+        """Paste the copied keys from the playhead on."""
         if not self._copied:
             self._say("No keys were copied.")
             return
         self._do_and_choose(lambda shot: pasted(shot, self._copied, self._editing.frame))
 
     def move(self, by_frames: float) -> None:
-        """Move the chosen keys, or those at the playhead, later or earlier."""
+        """Move the keys by a number of frames; a negative number moves them earlier."""
         if by_frames:
             before = self._editing.shot
             self._do_and_choose(lambda shot: moved(shot, self.meant, by_frames))
             self.tell_of_replaced(before)
 
     def tell_of_replaced(self, before: Shot) -> None:
-        """Say how many keys went since `before` because others were moved onto them."""
+        """Report how many keys were removed since `before` because others were moved onto them."""
         gone = key_count(before) - key_count(self._editing.shot)
         if gone > 0:
             self._say(f"{_count(gone)} made room for what was moved there. Ctrl+Z undoes it.")
 
     def interpolate(self, interpolation: Interpolation) -> None:
-        """Set how the curve goes on from each of the keys."""
+        """Set the interpolation after each of the keys."""
         self._do(lambda shot: interpolated(shot, self.meant, interpolation))
 
     def ease(self, influence_percent: float, is_out: bool) -> None:
-        """Set how gently the keys are left or reached; a drag of the number is one step."""
+        """Set the ease out or in of the keys; dragging the number is one undo step."""
         try:
             self._editing.edit(eased(self._editing.shot, self.meant, influence_percent, is_out))
         except HeatlensError as error:

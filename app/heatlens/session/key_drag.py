@@ -1,6 +1,7 @@
-"""Keys in the hand: clicked, gathered in a box, dragged. It knows places, not what they look like.
+"""Select and drag keys with the mouse: click, selection box, drag. Drawing is elsewhere.
 
-A drag goes on from the shot in which it began, so that what keys pass over comes back.
+Each step of a drag starts from the shot at its beginning, so that keys that the dragged ones pass
+over are restored.
 """
 
 from collections.abc import Callable
@@ -14,14 +15,14 @@ from heatlens.session.keys_in_hand import KeysInHand
 from heatlens.session.messages import Problem
 
 Place = tuple[float, float]
-Places = dict[KeyId, Place]  # of every key on the screen
-# (shot, chosen, frames to move by, screen units moved upwards) -> shot and chosen
+Places = dict[KeyId, Place]  # the screen position of every key
+# (shot, chosen keys, frames to move by, screen units moved upwards) -> new shot and chosen keys
 Move = Callable[[Shot, Chosen, int, float], tuple[Shot, Chosen]]
 
 
 @dataclass(frozen=True)
 class _Held:
-    """What the button that went down took hold of."""
+    """The state at the press of the mouse button."""
 
     kind: Literal["move", "ripple", "box"]
     at: Place
@@ -35,16 +36,16 @@ class KeyDrag(KeysInHand[_Held]):
 
     @property
     def box_from(self) -> Place | None:
-        """The corner at which the box begins that is being drawn."""
+        """The corner where the current selection box begins; None without one."""
         return self._held.at if self._held is not None and self._held.kind == "box" else None
 
     @property
     def is_holding(self) -> bool:
-        """Return True while a button is down."""
+        """True while the mouse button is down."""
         return self._held is not None
 
     def press(self, at: Place, places: Places, reach: float, shift: bool, ctrl: bool) -> None:
-        """Take hold of the nearest key within `reach`, or begin a box."""
+        """Begin to drag the nearest key within `reach` screen units, or begin a selection box."""
         keys, shot = self._keys, self._editing.shot
         self._editing.settle()
         key = nearest(at, places, reach)
@@ -81,14 +82,14 @@ class KeyDrag(KeysInHand[_Held]):
             self._say(Problem(error))
 
     def _room(self, held: _Held) -> int:
-        """Return how far keys may be pulled earlier until they would meet the one before."""
+        """Return how many frames earlier the keys can move until they meet the previous one."""
         assert held.key is not None
         earlier = [key.frame for key in all_keys(held.shot) if key.frame < held.key.frame]
         return int(held.key.frame - max(earlier)) - 1 if earlier else 10**6
 
 
 def nearest(at: Place, places: Places, reach: float) -> KeyId | None:
-    """Return the key whose place is nearest, within a square around the pointer."""
+    """Return the nearest key within a square around the pointer; None if there is none."""
     near = [key for key, p in places.items() if max(abs(p[0] - at[0]), abs(p[1] - at[1])) <= reach]
     return min(
         near, key=lambda k: abs(places[k][0] - at[0]) + abs(places[k][1] - at[1]), default=None

@@ -1,4 +1,4 @@
-"""The rows of the timeline: what has keys there, the parameters of the lens and the camera."""
+"""The rows of the timeline that can have keys: the lens parameters and the camera."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,13 +12,13 @@ from heatlens.model.shot import LensParameter, Shot
 
 
 class CameraRow(StrEnum):
-    """Where the shot's own camera stands in a scene."""
+    """The row of the shot's own camera in a scene."""
 
     CAMERA = "camera"
 
     @property
     def words(self) -> str:
-        """The name as people say it."""
+        """The name on the screen."""
         return str(self)
 
 
@@ -29,9 +29,9 @@ Keyed = Curve | CameraTrack
 
 
 class RowChoice:
-    """The row that is chosen on the timeline: a parameter with its curve, or the camera.
+    """The selected row of the timeline: a lens parameter or the camera.
 
-    The camera's row has no curve, and is only there while a scene is open.
+    The camera's row has no curve, and exists only while a scene is open.
     """
 
     def __init__(self, has_scene: Callable[[], bool]) -> None:
@@ -41,23 +41,23 @@ class RowChoice:
         self._is_on_camera = False
 
     def toggle_curve(self) -> None:
-        """Show the curve of the chosen row, or the keys of all rows."""
+        """Switch between the curve of the selected row and the keys of all rows."""
         self.shows_curve = not self.shows_curve
 
     @property
     def chosen(self) -> Row:
-        """The camera's row while it was chosen last and is seen, else the one with the curve."""
+        """The camera's row if it was selected last and is shown, else the parameter's row."""
         is_seen = self._has_scene() and not self.shows_curve
         return CAMERA if self._is_on_camera and is_seen else self.curve_of
 
     def choose(self, row: Row) -> None:
-        """Choose a row; a parameter is the one whose curve is shown from now on."""
+        """Select a row; for a lens parameter, also show its curve."""
         self._is_on_camera = row is CAMERA
         self.curve_of = row if isinstance(row, LensParameter) else self.curve_of
 
 
 def key_frames(shot: Shot, row: Row) -> tuple[float, ...]:
-    """Return the frames at which a row has keys, in order; a camera that stands still has none."""
+    """Return the frames with keys of a row, in order; a camera that does not move has none."""
     if row is CAMERA:
         return shot.camera_key_frames
     return tuple(key.frame for key in shot.curves.of(row).keys)
@@ -72,26 +72,26 @@ def keys_of(shot: Shot, row: Row) -> tuple[Key | PoseKey, ...]:
 
 
 def key_count(shot: Shot) -> int:
-    """Count all keys, that of a camera that stands still among them."""
+    """Count all keys, including the single key of a camera that does not move."""
     track = _track(shot)
     of_lens = sum(len(shot.curves.of(parameter).keys) for parameter in LensParameter)
     return of_lens + (len(track.keys) if track else 0)
 
 
 def keyed_of(shot: Shot, row: Row) -> Keyed | None:
-    """Return what has the keys of a row; None for a camera that is not the shot's own."""
+    """Return the keyed curve or track of a row; None for a camera of the scene's file."""
     return _track(shot) if row is CAMERA else shot.curves.of(row)
 
 
 def with_keyed(shot: Shot, row: Row, keyed: Keyed) -> Shot:
-    """Return the shot with other keys in a row."""
+    """Return the shot with the curve or track of a row replaced."""
     if isinstance(keyed, CameraTrack):
         return replace(shot, framing=replace(shot.framing or Framing(), track=keyed))
     return shot if row is CAMERA else shot.with_curve(row, keyed)
 
 
 def stilled(shot: Shot, row: Row, frame: float) -> Shot:
-    """Remove all keys of a row; what they gave at `frame` stays."""
+    """Remove all keys of a row; the value at `frame` stays."""
     if row is not CAMERA:
         return shot.without_keys(frame, row)
     track = _track(shot)
@@ -101,9 +101,9 @@ def stilled(shot: Shot, row: Row, frame: float) -> Shot:
 
 
 def with_pasted(shot: Shot, row: Row, keys: Sequence[Key | PoseKey], at_frame: float) -> Shot:
-    """Paste keys that were counted from 0, from `at_frame` on.
+    """Paste keys, whose frames begin at 0, from `at_frame` on.
 
-    Raises InputError for keys of a camera where there is no scene.
+    Raise InputError for keys of a camera if there is no scene.
     """
     curve_keys = [key for key in keys if isinstance(key, Key)]
     if row is not CAMERA:

@@ -1,6 +1,7 @@
-"""Make a pull last longer or shorter: the chosen keys are spread evenly from the end that stays.
+"""Stretch a pull in time: scale the frames of the chosen keys about the first or last one.
 
-A drag goes on from the shot in which it began, so that what keys pass over comes back.
+Each step of a drag starts from the shot at its beginning, so that keys that the dragged ones pass
+over are restored.
 """
 
 from dataclasses import dataclass, replace
@@ -25,17 +26,17 @@ class Ends:
 
 
 def ends_of(chosen: Chosen) -> Ends | None:
-    """Return the ends of the chosen keys; None where they lie at one frame."""
+    """Return the ends of the chosen keys; None if they all lie at one frame."""
     frames = sorted({key.frame for key in chosen})
     return Ends(frames[0], frames[-1]) if len(frames) > 1 else None
 
 
 def stretched(shot: Shot, chosen: Chosen, ends: Ends) -> tuple[Shot, Chosen]:
-    """Spread the chosen keys from `ends.first` to `ends.last`; keys that they land on are removed.
+    """Scale the chosen keys to reach from `ends.first` to `ends.last`; remove keys they land on.
 
-    The shape stays: handles that point inside become flatter where it takes longer. Keys between
-    the ends are put on whole frames where that leaves each its own. Raises LensError where no lens
-    can be.
+    The shape of the curve stays: inner handles become flatter if the pull takes longer. Keys
+    between the ends move to whole frames unless two would meet. Raise LensError if the keys give
+    an impossible lens.
     """
     before = ends_of(chosen)
     if before is None:
@@ -83,7 +84,7 @@ def _slower(ease: Ease, factor: float) -> Ease:
 
 @dataclass(frozen=True)
 class _Held:
-    """The end that was taken hold of, and what there was then."""
+    """The dragged end, and the state at the press of the mouse button."""
 
     is_last: bool
     shot: Shot
@@ -96,18 +97,18 @@ class KeyStretch(KeysInHand[_Held]):
 
     @property
     def ends(self) -> Ends | None:
-        """The ends of the chosen keys; None where there is nothing to stretch."""
+        """The ends of the chosen keys; None if there is nothing to stretch."""
         return ends_of(self._keys.chosen)
 
     def press(self, is_last: bool) -> None:
-        """Take hold of the last or the first end."""
+        """Begin to drag the last or the first end."""
         ends = self.ends
         if ends is not None:
             self._editing.settle()
             self._held = _Held(is_last, self._editing.shot, self._keys.chosen, ends)
 
     def drag(self, frame: int) -> None:
-        """Put the end on a frame, one frame from the other end at least."""
+        """Move the end to a frame, at least one frame from the other end."""
         held = self._held
         if held is None:
             return

@@ -1,4 +1,4 @@
-"""What every drag of keys has in common: it goes on from a shot, and becomes one step of undo."""
+"""The base of all drags of keys: each starts from a shot and becomes one undo step."""
 
 from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
@@ -9,18 +9,18 @@ from heatlens.session.key_commands import KeyCommands
 
 
 class HeldKeys(Protocol):
-    """What the button that went down took hold of."""
+    """The state at the press of the mouse button."""
 
     @property
     def shot(self) -> Shot:
-        """The shot as it was then."""
+        """The shot at that time."""
 
 
 Held = TypeVar("Held", bound=HeldKeys)
 
 
 class KeysInHand(Generic[Held]):
-    """Keys that are held, from the press of a button until it is let go."""
+    """A drag of keys, from the press of the mouse button to its release."""
 
     def __init__(self, editing: Editing, keys: KeyCommands, say: Callable[[str], None]) -> None:
         self._editing = editing
@@ -29,7 +29,7 @@ class KeysInHand(Generic[Held]):
         self._held: Held | None = None
 
     def release(self) -> None:
-        """Make what was dragged a step, and say which keys it has replaced."""
+        """End the drag as one undo step, and report keys that it has replaced."""
         if self._held is not None:
             self._keys.tell_of_replaced(self._held.shot)
             self._held = None

@@ -20,7 +20,7 @@ class KitCommands:
 
     @property
     def shelf(self) -> KitShelf:
-        """The kits that there are, read when they are asked for first; damaged files are said."""
+        """All lens kits, read at the first access; damaged files are reported."""
         if self._shelf is None:
             self._shelf = kit_shelf()
             if self._shelf.problems:
@@ -29,19 +29,19 @@ class KitCommands:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all kits, that of the shot first where this machine does not have it."""
+        """The names of all kits; the shot's kit is first if this machine does not have it."""
         kit = self._editing.shot.kit
         missing = () if kit is None or kit.name in self.shelf.kits else (kit.name,)
         return (*missing, *self.shelf.kits)
 
     @property
     def mounted(self) -> KitLens | None:
-        """The lens of the kit that is on the camera; None without a kit."""
+        """The mounted lens of the kit; None without a kit."""
         kit = self._editing.shot.kit
         return None if kit is None else kit.nearest(self._editing.lens.focal_length_mm)
 
     def choose(self, name: str | None) -> None:
-        """Take a kit by its name, and its lens that comes nearest; None is free of any kit."""
+        """Choose a kit by its name and mount its closest lens; None removes the kit."""
         kit = None if name is None else self.shelf.kits.get(name)
         if kit is None:
             if name is None:
@@ -51,13 +51,13 @@ class KitCommands:
         self._mount(kit, kit.nearest(self._editing.lens.focal_length_mm))
 
     def breathe(self, is_on: bool) -> None:
-        """Let the view change with the focus as the mounted lens does, or no more."""
+        """Switch the breathing of the mounted lens on or off."""
         mounted, lens = self.mounted, self._editing.lens
         ratio = mounted.breathing if is_on and mounted is not None else 1.0
         self._editing.edit_lens(replace(lens, breathing=ratio))
 
     def mount(self, kit_lens: KitLens) -> None:
-        """Put another lens of the kit on the camera."""
+        """Mount another lens of the kit."""
         kit = self._editing.shot.kit
         if kit is not None:
             self._mount(kit, kit_lens)

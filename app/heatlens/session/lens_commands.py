@@ -18,7 +18,7 @@ from heatlens.session.kit_commands import KitCommands
 from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 
-_NUDGE = 1 / 250  # of the length of the focus bar
+_NUDGE = 1 / 250  # one notch, as a share of the length of the focus bar
 _AT_INFINITY = 1e-4  # dioptres
 
 Choice = TypeVar("Choice", bound=StrEnum)

@@ -1,8 +1,8 @@
 """The interactive picture: quick while something is dragged, complete when the input rests.
 
-A picture that fits the time of a frame is made whole at once. Where it does not, a quicker one of
-the same lens is shown (smaller, its discs of fewer poles), and the whole one comes about in slices,
-so that nothing waits for it. A scene seen from many points of the lens refines on the way.
+If the whole picture fits the time of a frame, it is rendered at once. Otherwise a quicker preview
+of the same lens is shown (smaller, with simpler discs), and the whole picture is rendered in
+slices, so that the window stays responsive. A scene seen from many points of the lens refines.
 """
 
 import time
@@ -59,7 +59,7 @@ class LivePicture:
     ) -> None:
         """Use slot `first_slot` of the renderer and the next one for the pictures.
 
-        `cost`: what others have learnt and learn of the same machine.
+        `cost` is the cost model of this machine, shared with other pictures.
         """
         self._renderer = renderer
         self._clock = clock
@@ -69,7 +69,7 @@ class LivePicture:
         self._changed_at = 0.0
         self._level: DefocusSettings | None = None
         self._work: _Work | None = None
-        self._slots = first_slot, first_slot + 1  # of the shown picture, of the one in progress
+        self._slots = first_slot, first_slot + 1  # of the shown and the coming picture
         self._is_refused = False  # the request cannot be rendered, and that was reported
 
     def restart(self) -> None:
@@ -85,8 +85,8 @@ class LivePicture:
     ) -> bool:
         """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`.
 
-        The picture of a plate that has only become finer stays until its whole successor is there.
-        True where it rendered; a wish that raised is not tried again.
+        If the plate has only become less noisy, its picture stays until the whole new one is
+        finished. Return True if anything was rendered. A request that raised is not tried again.
         """
         wish, before = whole_picture(shot, frame, plate.number), self._wish
         if wish == before:
@@ -122,7 +122,7 @@ class LivePicture:
     def _begun_picture(self, shot: Shot, frame: int) -> Shown | None:
         """Return the shown picture if it only lacks further points of the lens.
 
-        More of them refine it: nothing quicker and coarser has to come first.
+        More points refine it, so that no coarser preview is needed first.
         """
         shown, wished = self.shown, shot.defocus
         if shown is None or shown.frame != frame or not wished.method.needs_scene:
@@ -159,7 +159,7 @@ class LivePicture:
     def wants_work(self, is_plate_whole: bool = True) -> bool:
         """Return True if there is a picture to continue.
 
-        The whole one is only begun where the plate is as it stays.
+        The whole picture is started only if the plate has its final quality.
         """
         if not self.is_working:
             return False

@@ -1,4 +1,4 @@
-"""Keep the lens of the moment as a look, come back to it, and compare with it."""
+"""Keep the current lens as a look, return to looks, and compare with them."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,26 +11,26 @@ from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 from heatlens.session.picture_view import PictureView
 
-KEYED = 9  # looks that have a key of their own
+KEYED = 9  # looks with a shortcut
 
 
 class LookCommands:
-    """What can be done with looks; each change of the shot can be undone."""
+    """The commands on looks; each change of the shot is one undo step."""
 
     def __init__(self, editing: Editing, view: PictureView, say: Callable[[str], None]) -> None:
         self._editing = editing
         self._view = view
         self._say = say
-        self._before: Lens | None = None  # the lens before the latest look was taken
-        self.still_now: Callable[[], str | None] = lambda: None  # the picture that is seen, small
+        self._before: Lens | None = None  # the lens before the latest look was used
+        self.still_now: Callable[[], str | None] = lambda: None  # returns a still of the picture
 
     @property
     def looks(self) -> tuple[Look, ...]:
-        """Those of the shot."""
+        """The looks of the shot."""
         return self._editing.shot.looks
 
     def keep(self) -> None:
-        """Keep the lens at the playhead under the next free letter."""
+        """Keep the lens at the playhead as a look, named with the next free letter."""
         shot = self._editing.shot
         name, frame = next_look_name(shot.looks), self._editing.frame
         look = Look(name, self._editing.lens, frame, self.still_now())
@@ -39,27 +39,27 @@ class LookCommands:
         self._say(f"Look {look.name} is kept.{key}")
 
     def go(self, index: int) -> None:
-        """Take the lens of a look again; what has keys gets one at the playhead."""
+        """Use the lens of a look; keyed parameters get a key at the playhead."""
         if index >= len(self.looks):
             self._say(Problem(f"There are {len(self.looks)} looks. Shift+L keeps one."))
             return
         self._take(self.looks[index].lens)
 
     def go_to(self, name: str) -> None:
-        """Take the lens of the look of this name again."""
+        """Use the lens of the look with this name."""
         names = [look.name for look in self.looks]
         if name in names:
             self.go(names.index(name))
 
     def back(self) -> None:
-        """Take the lens again that was there before the latest look; once more: that look."""
+        """Return to the lens before the latest look; a second call returns to the look."""
         if self._before is None:
             self._say(Problem("There is no lens to go back to: no look was taken yet."))
         else:
             self._take(self._before)
 
     def _take(self, lens: Lens) -> None:
-        """Change to a lens in one step, and remember the one before."""
+        """Change to a lens as one undo step, and remember the previous one."""
         self._editing.settle()
         before = self._editing.lens
         self._editing.edit_lens(lens)
@@ -68,14 +68,14 @@ class LookCommands:
             self._before = before
 
     def rename(self, look: Look, name: str) -> None:
-        """Call a look by another name."""
+        """Rename a look."""
         try:
             self._replace(look, (replace(look, name=name.strip()),))
         except HeatlensError as error:
             self._say(Problem(error))
 
     def delete(self, look: Look) -> None:
-        """Forget a look."""
+        """Delete a look."""
         self._replace(look, ())
 
     def _replace(self, look: Look, by: tuple[Look, ...]) -> None:
@@ -84,15 +84,15 @@ class LookCommands:
         self._editing.do(replace(shot, looks=(*shot.looks[:at], *by, *shot.looks[at + 1 :])))
 
     def compare(self, look: Look) -> None:
-        """Have B be the frame through the look, under the wipe unless it is compared already."""
+        """Make B the frame through the look; show it with the wipe unless a comparison is on."""
         state = self._compared()
         a_look = "" if state.a_look == look.name else state.a_look
         self._view.state = replace(state, b_look=look.name, a_look=a_look)
 
     def compare_as_a(self, look: Look) -> None:
-        """Have A be the frame through the look, or through the lens again where it is that look.
+        """Make A the frame through the look, or through the current lens if A is this look already.
 
-        B is another look then: the one that it was, else the first other one.
+        B stays a different look, or becomes the first other one.
         """
         state = self._compared()
         others = [other.name for other in self.looks if other != look]
@@ -105,7 +105,7 @@ class LookCommands:
         self._view.state = replace(state, a_look=look.name, b_look=b_look)
 
     def _compared(self) -> ViewState:
-        """Return the view with looks compared, under the wipe unless they are in another way."""
+        """Return the view comparing looks, with the wipe unless another comparison is on."""
         state = self._view.state
         is_beside = state.compare in (Compare.OFF, Compare.GRID)
         compare = Compare.WIPE if is_beside else state.compare
@@ -114,7 +114,7 @@ class LookCommands:
         return replace(state, against=Against.LOOK, compare=compare, a_look=a_look)
 
     def toggle_grid(self) -> None:
-        """Show up to four looks beside each other, or the picture alone again."""
+        """Switch between a grid of up to four looks and the single picture."""
         is_on = self._view.state.compare is Compare.GRID
         if not is_on and not self.looks:
             self._say(Problem("There are no looks yet. Shift+L keeps the lens as one."))
@@ -123,7 +123,7 @@ class LookCommands:
         self._view.state = replace(self._view.state, compare=compare)
 
     def toggle_in_grid(self, look: Look) -> None:
-        """Show a look in the grid, or leave it out; a fifth takes the place of the first."""
+        """Add a look to the grid or remove it; a fifth one replaces the first."""
         names = [other.name for other in self.looks]
         chosen = [n for n in names if n in self._view.state.grid] or names[:GRID_MOST]
         if look.name in chosen:

@@ -1,8 +1,8 @@
-"""The frame through looks, one or several: rendered one after the other, each kept as a copy.
+"""Render the frame through one or several looks in turns, and keep a copy of each picture.
 
-Plates are blurred with the renderer of the window. A scene may be seen at another angle through
-each lens, so that its looks are rendered by a renderer beside that one, in small steps: each look
-first as a small picture with a quick blur, and when all of them are seen, each as a whole one.
+Plates are blurred with the renderer of the window. Looks of a scene can have different fields of
+view, so a second renderer draws them in small steps: first a small, quickly blurred picture of each
+look, and once all have one, the whole pictures.
 """
 
 import time
@@ -21,19 +21,19 @@ from heatlens.preview.shown import PictureKey, Shown, whole_picture
 from heatlens.render import FrameRenderer
 from heatlens.session.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 
-_REST_S = 0.08  # so long without a change is rest
-_GONE = -1  # number of a plate that is gone
-_QUICK = -2  # number in the place of a plate's, of a quick picture of a scene
-_QUICK_SCALE = 0.25  # of its sides
+_REST_S = 0.08  # without a change for this long, the input rests
+_GONE = -1  # plate number of pictures whose plate is no longer loaded
+_QUICK = -2  # plate number of quick pictures of a scene
+_QUICK_SCALE = 0.25  # scale of the sides of a quick picture
 
 
 @dataclass
 class _Tile:
-    """One look: the picture that is wished for, and the latest there is."""
+    """A look: the key of the requested picture, and the latest rendered one."""
 
     key: PictureKey
     shown: Shown | None = None
-    is_refused: bool = False  # it cannot be rendered, as was said
+    is_refused: bool = False  # the request cannot be rendered, and that was reported
 
     @property
     def is_done(self) -> bool:
@@ -41,7 +41,7 @@ class _Tile:
 
     @property
     def quick_key(self) -> PictureKey:
-        """What the quick picture of a scene is made of, which stands in for the whole one."""
+        """The key of the quick picture of a scene, shown until the whole one is finished."""
         framing = self.key.shot.framing or Framing()
         width, height = (max(1, round(side * _QUICK_SCALE)) for side in framing.size)
         small = replace(framing, width_px=width, height_px=height)
@@ -51,12 +51,12 @@ class _Tile:
 
     @property
     def has_quick(self) -> bool:
-        """Return True where a picture of this wish is there, however quick."""
+        """True if there is any picture of this request, quick or whole."""
         return self.is_done or (self.shown is not None and self.shown.picture_key == self.quick_key)
 
 
 class LookPictures:
-    """Renders the looks that are wished for in turns; it is a side of the comparison."""
+    """Renders the requested looks in turns, as one side of the comparison."""
 
     def __init__(
         self,
@@ -64,7 +64,7 @@ class LookPictures:
         live: LivePicture,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        """Take `live`, which renders plates, and nothing else while looks are wished for."""
+        """Create it; `live` renders looks of plates, and nothing else while looks are requested."""
         self._renderer = renderer
         self._live = live
         self._clock = clock
@@ -72,12 +72,12 @@ class LookPictures:
         self._plate = FIRST_PLATE
         self._budget_s = 0.0
         self._changed_at = 0.0
-        self._beside: FrameRenderer | None = None  # renders looks of a scene
-        self._steps: tuple[PictureKey, Steps[moderngl.Texture]] | None = None  # of that
+        self._beside: FrameRenderer | None = None  # the second renderer, for looks of a scene
+        self._steps: tuple[PictureKey, Steps[moderngl.Texture]] | None = None  # its work
 
     @property
     def shown(self) -> tuple[Shown | None, ...]:
-        """The pictures of all looks; each finished one is another object."""
+        """The pictures of all looks; each finished picture is a new object."""
         return tuple(tile.shown for tile in self._tiles.values())
 
     def of(self, name: str) -> Shown | None:
@@ -86,12 +86,12 @@ class LookPictures:
         return None if tile is None else tile.shown
 
     def is_coming(self, name: str) -> bool:
-        """Return True while the whole picture of a look is not there yet."""
+        """Return True while the whole picture of a look is not finished."""
         tile = self._tiles.get(name)
         return tile is not None and not tile.is_done
 
     def restart(self) -> None:
-        """Begin anew: another plate lies on the GPU. What was made is shown until then."""
+        """Start again, because another plate is on the GPU; pictures stay until replaced."""
         self._live.restart()
         self._steps = None
         for tile in self._tiles.values():
@@ -104,10 +104,10 @@ class LookPictures:
         budget_s: float,
         plate: PlateVersion = FIRST_PLATE,
     ) -> bool:
-        """Show these shots, by the names of their looks, at `frame`; return whether it rendered.
+        """Request these shots, by the names of their looks, at `frame`; return True if it rendered.
 
-        A change before a plate is answered at once with what fits `budget_s`; a scene is rendered
-        when the hand rests.
+        A changed look of a plate is rendered at once as well as `budget_s` allows; looks of a scene
+        are rendered when the input rests.
         """
         for name in self._tiles.keys() - shots.keys():
             _release(self._tiles.pop(name).shown)
@@ -126,7 +126,7 @@ class LookPictures:
         return bool(changed)
 
     def _is_changed(self, name: str, key: PictureKey) -> bool:
-        """Take the wish for a look; return whether it needs another picture at once."""
+        """Store the request for a look; return True if it needs a new picture at once."""
         tile = self._tiles.setdefault(name, _Tile(replace(key, plate=_GONE)))
         before, tile.key = tile.key, key
         if before == key:
@@ -136,7 +136,7 @@ class LookPictures:
         return not (is_only_finer and tile.shown is not None)
 
     def _begin(self, tile: _Tile) -> None:
-        """Have the renderer work on a look, and keep the quick picture that it begins with."""
+        """Start the renderer on a look, and keep the quick picture that it begins with."""
         try:
             self._live.wish(tile.key.shot, tile.key.frame, self._budget_s, self._plate)
         except HeatlensError:
@@ -145,12 +145,12 @@ class LookPictures:
         self._keep(tile, self._live.shown)
 
     def _keep(self, tile: _Tile, made: Shown | None) -> None:
-        """Take a picture that the renderer has made, where it is one of this look."""
+        """Keep a rendered picture if it is of this look."""
         if made is not None and replace(made.picture_key, settings=tile.key.settings) == tile.key:
             self._copy(tile, made)
 
     def _copy(self, tile: _Tile, made: Shown) -> None:
-        """Keep a copy of a picture: the renderer draws over its own."""
+        """Keep a copy of a picture, because the renderer reuses its textures."""
         texture = None if tile.shown is None else tile.shown.texture
         if texture is None or texture.size != made.texture.size:
             _release(tile.shown)
@@ -162,12 +162,12 @@ class LookPictures:
 
     @property
     def is_working(self) -> bool:
-        """Return True while a whole picture is not there yet."""
+        """True while a whole picture is not finished."""
         return self._next is not None
 
     @property
     def _next(self) -> _Tile | None:
-        """The look to go on with: each has a quick picture of a scene before one is finished."""
+        """The look to continue; all looks of a scene get a quick picture before any whole one."""
         left = [tile for tile in self._tiles.values() if not tile.is_done]
         if not self._renderer.has_many_views:
             return next(iter(left), None)
@@ -175,16 +175,16 @@ class LookPictures:
         return next(iter(bare or left), None)
 
     def wants_work(self, is_plate_whole: bool = True) -> bool:
-        """Return True where there is a picture to go on with; none before the plate is whole."""
+        """Return True if there is a picture to continue; False until the plate is whole."""
         return is_plate_whole and self.is_working
 
     def seconds_to_rest(self) -> float:
-        """Return how long until a whole picture may be begun; 0 where it may."""
+        """Return the seconds until a whole picture may be started; 0 if it may start now."""
         own_s = max(0.0, self._changed_at + _REST_S - self._clock())
         return own_s if self._renderer.has_many_views else self._live.seconds_to_rest()
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
-        """Go on with the first look whose picture is not whole, for about `slice_s`."""
+        """Continue the first look whose picture is not whole, for about `slice_s` seconds."""
         tile = self._next
         if tile is None or not is_plate_whole:
             return
@@ -198,7 +198,7 @@ class LookPictures:
             raise
 
     def _blur(self, tile: _Tile, slice_s: float) -> None:
-        """Go on with a look of a plate."""
+        """Continue a look of a plate."""
         self._live.wish(tile.key.shot, tile.key.frame, self._budget_s, self._plate)
         before = self._live.shown
         self._live.work(slice_s)
@@ -206,7 +206,7 @@ class LookPictures:
             self._keep(tile, self._live.shown)
 
     def _draw(self, tile: _Tile, slice_s: float) -> None:
-        """Go on with a look of a scene, which is drawn as its lens sees it."""
+        """Continue a look of a scene, which is drawn with the field of view of its lens."""
         key, start = (tile.key if tile.has_quick else tile.quick_key), self._clock()
         if self._steps is None or self._steps[0] != key:
             self._steps = key, self._ready_beside().steps(key.shot, key.frame)
@@ -218,7 +218,7 @@ class LookPictures:
             self._copy(tile, Shown(end.value, key.shot, key.frame, key.settings, 0.0, key.plate))
 
     def _ready_beside(self) -> FrameRenderer:
-        """Return the renderer beside that of the window, with the same scene before its lens."""
+        """Return the second renderer, loaded with the same scene as the window's."""
         if self._beside is None:
             self._beside = self._renderer.beside()
         if self._beside.scene is not self._renderer.scene:
@@ -227,7 +227,7 @@ class LookPictures:
         return self._beside
 
     def _let_go(self) -> None:
-        """Give the GPU's memory to others while no look is seen."""
+        """Free the GPU memory while no look is visible."""
         self._steps = None
         if self._beside is not None and self._beside.scene is not None:
             self._beside.let_go()

@@ -1,4 +1,4 @@
-"""The still of a look: a small JPEG in base64, as a shot file holds it."""
+"""Encode and decode the still of a look: a small JPEG in base64, stored in the shot file."""
 
 import base64
 import binascii
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 _QUALITY = 85
-_SIDE_MOST = 1024  # pixels: what is larger is no still
+_SIDE_MOST = 1024  # pixels; larger pictures are rejected
 
 
 def still_of(pixels: NDArray[np.uint8]) -> str:
@@ -20,7 +20,7 @@ def still_of(pixels: NDArray[np.uint8]) -> str:
 
 
 def pixels_of_still(text: str) -> NDArray[np.uint8] | None:
-    """Return the picture of a still, (H, W, 3); None for a text that is none."""
+    """Return the picture of a still, (H, W, 3); None for an invalid text."""
     try:
         data = base64.b64decode(text, validate=True)
         with Image.open(BytesIO(data), formats=["JPEG"]) as image:

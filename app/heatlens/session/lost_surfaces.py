@@ -1,4 +1,4 @@
-"""Tells once of each source that surfaces behind its picture were merged or left out."""
+"""Report once per source that surfaces behind its picture were merged or left out."""
 
 from collections.abc import Callable
 
@@ -6,21 +6,21 @@ from heatlens.plate.plate import Plate
 
 
 class LostSurfaces:
-    """Looks at the pictures as they come."""
+    """Watches the pictures of a source for notes about lost surfaces."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
-        """Take `say`, which shows a sentence in the status bar."""
+        """Create it; `say` shows a sentence in the status bar."""
         self._say = say
         self._noted: tuple[str, ...] = ()
         self._is_told = False
 
     def begin(self, notes: tuple[str, ...]) -> None:
-        """Begin with another source, of which `notes` have been said."""
+        """Begin with another source; `notes` have been reported already."""
         self._noted = notes
         self._is_told = False
 
     def look(self, plate: Plate | None) -> None:
-        """Say the sentence of the first picture that has one."""
+        """Report the note of the first picture that has one."""
         if self._is_told or plate is None or not plate.surfaces_lost:
             return
         self._is_told = True

@@ -1,4 +1,4 @@
-"""What is done with focus marks: set them, go to them, pull to them, stay on them."""
+"""The commands on focus marks: set them, focus on them, pull to them, follow them."""
 
 import math
 from collections.abc import Callable
@@ -30,12 +30,12 @@ from heatlens.session.point_following import Following
 from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.timeline import Timeline
 
-_Measured = tuple[PointMark, FrameRange, dict[int, float]]  # metres by frame
-PULL_FRAMES = 18  # three quarters of a second
+_Measured = tuple[PointMark, FrameRange, dict[int, float]]  # distances in m by frame
+PULL_FRAMES = 18  # first length of a pull: three quarters of a second at 24 fps
 
 
 class MarkCommands:
-    """Sets marks, goes to them, pulls and follows; each command is one step of undo."""
+    """The commands on focus marks; each is one undo step."""
 
     def __init__(
         self,
@@ -51,19 +51,19 @@ class MarkCommands:
         self._timeline = timeline
         self._scenes = scenes
         self._say = say
-        self.pull_from: str | None = None  # a mark's name; None: from where the focus is
+        self.pull_from: str | None = None  # the name of a mark; None for the current focus
         self.pull_to = ""
         self.pull_frames = self._wished_frames = PULL_FRAMES
         self.pull_ease_percent = EASE_PERCENT
         self.pull_shape = PullShape.EASE
-        self.pulls_made = 0  # since the program began
+        self.pulls_made = 0  # counts pulls since the program started
         self._wake = wake
-        self._following: Following | None = None  # through a scene
+        self._following: Following | None = None  # the measurement in progress, in a scene
         self._reader: Background[_Measured] = Background(wake)
 
     @property
     def is_reading(self) -> bool:
-        """Return True while frames are read, or drawn, to follow a mark."""
+        """True while frames are read or drawn to follow a mark."""
         return self._reader.is_busy or self._following is not None
 
     # One mark
@@ -74,7 +74,7 @@ class MarkCommands:
         self._add(DistanceMark(next_mark_name(marks), distance_m))
 
     def set_point(self, pixel: tuple[int, int]) -> None:
-        """Set a mark on what is seen at a pixel of the display window."""
+        """Set a mark on the object at a pixel of the display window."""
         plate = self._source.plate
         if plate is None:
             return
@@ -92,7 +92,7 @@ class MarkCommands:
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
 
     def change(self, before: Mark, after: Mark) -> None:
-        """Give a mark another name or smoothing; a name that another mark has is refused."""
+        """Change the name or smoothing of a mark; raise HeatlensError if the name is in use."""
         marks = tuple(after if mark == before else mark for mark in self._editing.shot.marks)
         self._editing.do(replace(self._editing.shot, marks=marks))
         self.pull_to = after.name if self.pull_to == before.name else self.pull_to
@@ -104,9 +104,10 @@ class MarkCommands:
         self._editing.do(replace(self._editing.shot, marks=marks))
 
     def distance_m(self, mark: Mark, frame: int | None = None) -> float | None:
-        """Return how far a mark is: on the plate that is seen, or at another frame.
+        """Return the distance of a mark in m, on the loaded plate or at another frame.
 
-        That has to be one of a scene, or to lie in memory; else the plate that is seen stands in.
+        Another frame must be of a scene or in memory; otherwise the loaded plate is used. Return
+        None if the distance is unknown.
         """
         if isinstance(mark, ObjectMark):
             return self._scenes.object_m(mark.object_name, frame)
@@ -126,7 +127,7 @@ class MarkCommands:
         return self._scenes.point_m(*pixel, frame)
 
     def go(self, mark: Mark) -> None:
-        """Focus there."""
+        """Focus on the mark."""
         try:
             distance_m = self._asked_m(mark, None)
             self._editing.settle()
@@ -141,10 +142,10 @@ class MarkCommands:
             raise InputError(f"Mark {mark.name} has no distance here: it lies outside the picture.")
         return distance_m
 
-    # Moves
+    # Focus pulls
 
     def named(self, name: str | None) -> Mark | None:
-        """Return the mark of this name."""
+        """Return the mark with this name."""
         return next((mark for mark in self._editing.shot.marks if mark.name == name), None)
 
     def begin_pull(self) -> None:
@@ -155,25 +156,25 @@ class MarkCommands:
             self.pull_to = self._editing.shot.marks[-1].name
 
     def lengthen_pull(self, frames: int) -> None:
-        """Let pulls take so many frames from now on."""
+        """Set the number of frames of pulls from now on."""
         self.pull_frames = self._wished_frames = frames
 
     @property
     def _last_frame(self) -> float:
-        """The last frame of what is open; a still has none."""
+        """The last frame of the open source; None for a still."""
         timeline = self._timeline
         return timeline.frames.last if timeline.is_sequence and timeline.frames else math.inf
 
     @property
     def pull_past_end(self) -> str:
-        """A sentence where the pull would end behind the last frame; else ""."""
+        """A sentence if the pull would end after the last frame; else ""."""
         last, end = self._last_frame, self._editing.frame + self.pull_frames
         if end <= last:
             return ""
         return f"The pull ends at frame {end}, but {last:g} is the last: the focus will not arrive."
 
     def pull(self) -> None:
-        """Key a pull from the playhead to the chosen mark: keys at both ends."""
+        """Set keys for a pull from the playhead to the chosen mark."""
         target, origin = self.named(self.pull_to), self.named(self.pull_from)
         if target is None:
             self._say("Choose the mark to pull to.")
@@ -194,12 +195,12 @@ class MarkCommands:
             self._say(Problem(error))
 
     def reverse_pull(self) -> None:
-        """Let the focus go from in to out the way it went from out to in."""
+        """Reverse the focus in time between in and out point."""
         played = self._timeline.played
         self._do(lambda shot: reversed_focus(shot, played))
 
     def hold_focus(self) -> None:
-        """Keep the focus from the playhead to the next key where it is now."""
+        """Hold the current focus from the playhead to the next key."""
         frame = self._editing.frame
         self._do(lambda shot: held_focus(shot, frame))
 
@@ -210,7 +211,7 @@ class MarkCommands:
             self._say(Problem(error))
 
     def follow(self, mark: PointMark | ObjectMark) -> None:
-        """Keep the focus on it from in to out; what is not in memory is read or drawn, said so."""
+        """Keep the focus on a mark from in to out; read or draw frames that are not in memory."""
         frames = self._timeline.played
         if isinstance(mark, ObjectMark):
             self._scenes.follow(mark, frames)
@@ -232,7 +233,7 @@ class MarkCommands:
         self._reader.start(lambda: (mark, frames, _measured(cache, options, mark, frames)))
 
     def poll(self) -> None:
-        """Take what was measured; call this once a frame."""
+        """Apply finished measurements; call this once a frame."""
         try:
             found = self._reader.poll() or self._drawn()
             if found is not None:
@@ -243,9 +244,9 @@ class MarkCommands:
             self._say(Problem(error))
 
     def _drawn(self) -> _Measured | None:
-        """Return what was followed through a scene once all of it is drawn; else draw a part of it.
+        """Continue to measure through a scene; return the measurement once it is complete.
 
-        Raises HeatlensError, and then it is not gone on with.
+        Raise HeatlensError if a frame cannot be measured, which ends the measurement.
         """
         following, self._following = self._following, None
         if following is None:
@@ -255,7 +256,7 @@ class MarkCommands:
             return following.mark, following.frames, following.distances_m
         self._following = following
         self._say(following.words)
-        self._wake()  # the loop would sleep
+        self._wake()  # or the loop would sleep
         return None
 
 
@@ -268,14 +269,14 @@ def _followed(
 def _measured(
     cache: FrameCache, options: PlateOptions, mark: PointMark, frames: FrameRange
 ) -> dict[int, float]:
-    """Measure how far a point is at each frame; on a thread.
+    """Measure the distance of a point at each frame; runs on a thread.
 
-    Raises HeatlensError for a damaged frame.
+    Raise HeatlensError for a damaged frame.
     """
     distances_m = {}
     for frame in frames:
         stands_in = cache.sequence.shown_frame(frame)
-        assert stands_in is not None  # a sequence has a frame that can be held
+        assert stands_in is not None  # a sequence has at least one frame to hold
         found = cache.get(stands_in)
         if isinstance(found, Damaged):
             raise InputError(found.sentence)

@@ -1,8 +1,8 @@
 """Decide what to render next, as a pure function of the state.
 
-The order is always the same. First the plate, until it is good enough to be worth a blur: of a
-scene that means large and antialiased. Then the pictures of the comparison's sides, in turns. Then
-the frames that will be played, while nothing else is to do.
+The order is always the same: first the plate, until it is good enough to be blurred (a scene must
+be drawn large and antialiased); then the pictures of the comparison's sides, in turns; then, while
+there is nothing else to do, the frames that will be played.
 """
 
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from enum import Enum, auto
 
 @dataclass(frozen=True)
 class PlateState:
-    """The picture without a lens.
+    """The state of the picture before the blur.
 
-    is_there   one lies on the GPU
-    is_good    it is worth a blur
-    is_whole   it is as good as it gets
-    is_asked   the sides know it: their pictures are, or will be, made of it
-    wait_s     until it can be made better; None: it cannot
+    is_there   there is a picture on the GPU
+    is_good    it is good enough to be blurred
+    is_whole   it has its final quality
+    is_asked   the sides were requested to render from it
+    wait_s     seconds until it can be improved; None if it cannot
     """
 
     is_there: bool
@@ -29,11 +29,11 @@ class PlateState:
 
 @dataclass(frozen=True)
 class SideState:
-    """One side of the comparison.
+    """The state of one side of the comparison.
 
-    is_done   its whole picture is there, or cannot be rendered
-    has_work  there is a picture to go on with, as good as the plate is now
-    wait_s    until work on it may go on: the hand has to rest first
+    is_done   its whole picture is finished, or cannot be rendered
+    has_work  there is a picture to continue, at the present quality of the plate
+    wait_s    seconds until work may continue, because the input has to rest first
     """
 
     is_done: bool
@@ -45,10 +45,10 @@ class SideState:
 class WorkState:
     """The state that decides what to render next.
 
-    plays_rendered  frames are played that were rendered before: nothing else is needed
+    plays_rendered  frames rendered before are playing, so that nothing has to be rendered
     sides           A, and B while it is rendered
     turn            the index of the side whose turn it is
-    frames_wait_s   until a frame can be rendered ahead; None: there is none to render
+    frames_wait_s   seconds until a frame can be rendered ahead; None if there is none to render
     """
 
     plays_rendered: bool
@@ -59,7 +59,7 @@ class WorkState:
 
 
 class Work(Enum):
-    """What there is to work on."""
+    """The kinds of work."""
 
     NOTHING = auto()
     PLATE = auto()
@@ -71,8 +71,8 @@ class Work(Enum):
 class NextWork:
     """The next piece of work.
 
-    wait_s  until it may begin, 0 where it may now; None: not before something changes
-    side    the index of the side, for SIDE
+    wait_s  seconds until it may begin, 0 for now; None: not before something changes
+    side    the index of the side, for SIDE only
     """
 
     work: Work
@@ -100,6 +100,6 @@ def next_work(state: WorkState) -> NextWork:
 
 
 def _next_side(state: WorkState) -> int | None:
-    """Return the side whose turn it is, where it has work, else another one that has."""
+    """Return the side whose turn it is if it has work, else another side that has."""
     ready = [index for index, side in enumerate(state.sides) if side.has_work]
     return state.turn if state.turn in ready else next(iter(ready), None)

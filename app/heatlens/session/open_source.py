@@ -24,7 +24,7 @@ from heatlens.source.stream_source import StreamSource
 
 
 class OpenSource:
-    """Holds one opened source, whatever kind it is, until the next one has a picture."""
+    """The open source of any kind, kept until the next one has a picture."""
 
     def __init__(
         self,
@@ -32,9 +32,9 @@ class OpenSource:
         wake: Callable[[], None],
         stream: StreamSource | None = None,
     ) -> None:
-        """Take `stream`, a renderer that may send frames.
+        """Create it; `stream` is a renderer that may send frames, or None.
 
-        It is closed together with this object.
+        The stream is closed together with this object.
         """
         self.stream = stream
         if stream is not None:
@@ -52,13 +52,13 @@ class OpenSource:
         frame: int | None = None,
         timing: SceneTiming | None = None,
     ) -> None:
-        """Begin to open a file, a pattern, a folder, a scene or the stream, see `SourceOpener`."""
+        """Begin to open a file, pattern, folder, scene or the stream, see `SourceOpener`."""
         self.opener.open(text, options, frame, timing)
 
     def arrived(self) -> Opened | None:
-        """Return what has been opened since, now on the GPU; the one before is closed only then.
+        """Return a newly opened source once its picture is on the GPU, and close the previous one.
 
-        Raises HeatlensError where opening failed; what was open stays.
+        Raise HeatlensError if opening failed; the previous source stays open.
         """
         opened = self.opener.poll()
         if opened is None:
@@ -85,22 +85,22 @@ class OpenSource:
 
     @property
     def renderer(self) -> FrameRenderer:
-        """The renderer that holds it."""
+        """The renderer that has the picture."""
         return self.picture.renderer
 
     @property
     def scene(self) -> Scene | None:
-        """The 3D scene, placed as the shot says; None where there is none."""
+        """The 3D scene with the shot's placement; None if no scene is open."""
         return None if self.opened is None else self.feed.scene
 
     @property
     def is_repeatable(self) -> bool:
-        """True where frames can be rendered again later, for a file; False for a stream."""
+        """True if frames can be rendered again later; False for a stream."""
         return self.opened is None or self.opened.source.is_repeatable
 
     @property
     def has_scene(self) -> bool:
-        """Return True where a 3D scene is open, which can be seen from more points than one."""
+        """True if a 3D scene is open, which can be rendered from many points of view."""
         return self.scene is not None
 
     def picture_shape(self, shot: Shot) -> PictureShape:
@@ -112,60 +112,60 @@ class OpenSource:
 
     @property
     def is_waiting(self) -> bool:
-        """True while nothing is shown, and what a renderer sends will be."""
+        """True while nothing is shown and a stream waits for its first frame."""
         return self.plate is None and self.stream is not None and self.stream.is_wanted
 
     # The picture on the GPU, see `GpuPicture`
 
     @property
     def plate(self) -> Plate | None:
-        """The picture without a lens; None while there is none."""
+        """The picture before the blur; None while there is none."""
         return self.picture.plate
 
     @property
     def histogram(self) -> DepthHistogram | None:
-        """Where its surfaces lie; None where it has no distances."""
+        """The histogram of its distances; None if it has none."""
         return self.picture.histogram
 
     @property
     def version(self) -> int:
-        """Counts the pictures that were put on the GPU."""
+        """The number of pictures uploaded so far, which identifies the current one."""
         return self.picture.version
 
     @property
     def is_finer(self) -> bool:
-        """True where the latest picture is the one before with less noise."""
+        """True if the latest picture is the previous one with less noise."""
         return self.picture.is_finer
 
     @property
     def is_black(self) -> bool:
-        """True where a missing frame is shown as black."""
+        """True if a missing frame is shown as black."""
         return self.picture.is_black
 
     @property
     def problem(self) -> str:
-        """Why the frame cannot be shown, in a sentence; "" where it can."""
+        """A sentence why the frame cannot be shown; "" if it can."""
         return self.picture.problem
 
     def is_settled_at(self, frame: int) -> bool:
-        """Return True where the picture of this frame is there, as far as it can be."""
+        """Return True if this frame is shown, or cannot be."""
         return self.picture.is_settled and self.picture.frame == frame
 
     @property
     def wanted(self) -> object:
-        """What was last asked of the frame cache: another value means other frames are read."""
+        """The last request to the frame cache; a change means that other frames are read."""
         return self.feed.wanted
 
     # How pictures come to the GPU, see `PictureFeed`
 
     @property
     def is_good(self) -> bool:
-        """True where the picture is worth a blur."""
+        """True if the picture is good enough to be blurred."""
         return self.feed.is_good
 
     @property
     def is_whole(self) -> bool:
-        """True where the picture is as good as it gets."""
+        """True if the picture has its final quality."""
         return self.feed.is_whole
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
@@ -173,23 +173,23 @@ class OpenSource:
         self.feed.show(shot, playhead)
 
     def follow(self, shot: Shot, frame: int) -> None:
-        """Answer a change of the shot since `show`."""
+        """Redraw after a change of the shot since `show`, if the picture depends on it."""
         self.feed.follow(shot, frame)
 
     def refine(self, slice_s: float) -> None:
-        """Go on for a moment with a better picture of what rests."""
+        """Improve the picture for about `slice_s` seconds while nothing moves."""
         self.feed.refine(slice_s)
 
     def refresh(self) -> None:
-        """Take over what has arrived by itself. Raises HeatlensError without room on the GPU."""
+        """Take over unrequested frames. Raise HeatlensError if GPU memory is full."""
         self.feed.refresh()
 
     def seen(self, shot: Shot) -> Shot:
-        """Return the shot as it is drawn now: a scene is drawn smaller while something moves."""
+        """Return the shot that is drawn now: a scene is drawn smaller while something moves."""
         return self.feed.seen(shot)
 
     def windows(self, shot: Shot) -> tuple[Box, Box]:
-        """Return data and display window of the whole picture, however small it is drawn now."""
+        """Return data and display window of the whole picture, not of a smaller preview."""
         return self.feed.windows(shot)
 
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
@@ -197,27 +197,27 @@ class OpenSource:
         return self.feed.plate_px(shot, pixel)
 
     def frame_px(self, lens: Lens, pixel: tuple[int, int]) -> tuple[int, int]:
-        """Return the pixel of the frame that is seen at one of the picture.
+        """Return the pixel of the plate's frame that is visible at a pixel of the picture.
 
-        Before a plate, a lens that breathes shows another part of the frame; a scene is drawn as
-        the lens sees it.
+        A breathing lens shows another part of a plate's frame; a scene is drawn as the lens sees
+        it, so both pixels are the same.
         """
         is_cut = self.plate is not None and not self.has_scene
         return plate_pixel(self.plate, lens, pixel) if is_cut and self.plate else pixel
 
     def picture_point(self, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
-        """Return where a point of the frame is seen in the picture; see `frame_px`."""
+        """Return where a point of the frame lies in the picture, the inverse of `frame_px`."""
         is_cut = self.plate is not None and not self.has_scene
         return picture_point(self.plate, lens, point) if is_cut and self.plate else point
 
     def timecode_at(self, shot: Shot, frame: int) -> tuple[int, Timecode] | None:
-        """Return the frame of the plate that is shown and its timecode, where one is told."""
+        """Return the frame of the shown plate and its timecode; None if it has no timecode."""
         told = None if self.plate is None else timecode_of(self.plate.attributes)
         timecode = shot.timecode_at(frame, told)
         return None if timecode is None else (frame, timecode)
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long until `refine` has something to do; None where it has nothing."""
+        """Return the seconds until `refine` has something to do; None if it has nothing."""
         return self.feed.seconds_until_needed()
 
     def close(self) -> None:

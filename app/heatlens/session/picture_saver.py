@@ -68,9 +68,9 @@ class PictureSaver:
     def poll(
         self, shown: Shown | None, source: str | None, frame: int, snap: Callable[[], Snapshot]
     ) -> None:
-        """Begin what was asked for once `shown` is the whole picture of it; say what was done.
+        """Begin to save once `shown` is the whole picture of the request; report the result.
 
-        `source` and `frame` are those in hand now, `shown` is None while its picture is not whole.
+        `source` and `frame` are the current ones; `shown` is None while the picture is not whole.
         """
         wish = self._wish
         if wish is not None and (wish.source, wish.frame) != (source, frame):

@@ -1,4 +1,4 @@
-"""How the picture is looked at, and where it lies on the screen."""
+"""Keep how the picture is viewed, and where it lies on the screen."""
 
 from dataclasses import dataclass, field
 
@@ -8,12 +8,12 @@ from heatlens.model.view_geometry import ViewGeometry, Viewport
 
 @dataclass
 class PictureView:
-    """The state of looking, which panels and commands replace, and the picture's place.
+    """The view state, which panels and commands replace, and the position of the picture.
 
     state             exposure, overlay, comparison, zoom
     viewport          the rectangle of the window that the picture is drawn in
-    geometry          where each pixel of the picture lies in it
-    is_lens_held_off  a held key shows the pinhole picture for a moment
+    geometry          maps pixels of the picture to the viewport
+    is_lens_held_off  a held key shows the pinhole picture
     """
 
     state: ViewState = field(default_factory=ViewState)
@@ -33,6 +33,6 @@ class PictureView:
 
     @property
     def is_lens_alone(self) -> bool:
-        """Return True while the picture through the lens is seen with nothing beside or over it."""
+        """True while only the picture through the lens is shown, without comparison or overlay."""
         is_bare = self.state.compare is Compare.OFF and not self.state.has_overlay
         return is_bare and self.state.depth_of_field and not self.is_lens_held_off

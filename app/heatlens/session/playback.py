@@ -7,7 +7,7 @@ from enum import StrEnum
 from heatlens.model.frames import FrameRange
 
 _LEAST_WAIT_S = 0.001  # with 0, the loop would neither sleep nor draw
-_ROUNDING = 1e-6  # of a frame
+_ROUNDING = 1e-6  # tolerance in frames
 
 
 class Ending(StrEnum):
@@ -36,7 +36,7 @@ class Playback:
     def play(self, direction: int, frame: int, frames: FrameRange) -> int:
         """Begin to play; return the frame to begin with.
 
-        One that plays once to its end begins anew from there.
+        With Ending.ONCE, playing from the last frame starts again at the first.
         """
         self.direction, self._shown_at = direction, self._clock()
         start, end = self._ends(frames)

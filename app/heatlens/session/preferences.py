@@ -1,4 +1,4 @@
-"""What the program remembers of its user from one start to the next."""
+"""Load and save the preferences: what the program remembers between sessions."""
 
 import json
 import os
@@ -22,14 +22,14 @@ from heatlens.session.ui_sizes import SCALES
 
 FILE_NAME = "preferences.json"
 RECENT_MAX = 10
-_FOLDERS_MAX = 200  # of which it is known how their plates are read
-_EM_MOST = 1000.0  # pixels
-MEGABYTES_MOST = 10**8  # for rendered frames: more than any disk has
-WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # screen units a side
+_FOLDERS_MAX = 200  # largest number of folders whose plate options are remembered
+_EM_MOST = 1000.0  # largest font size in pixels
+MEGABYTES_MOST = 10**8  # largest limit for rendered frames, more than any disk has
+WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # limits of a side of the window, in screen units
 
 
 class Theme(StrEnum):
-    """The colours that the interface is drawn in."""
+    """The colour theme of the interface."""
 
     DARK = "dark"
     LIGHT = "light"
@@ -37,29 +37,29 @@ class Theme(StrEnum):
 
 @dataclass(frozen=True)
 class Remembered:
-    """The preferences as a value.
+    """The preferences, as an immutable value.
 
-    recent         what was opened, the latest first, absolute
-    folders        where files were looked for last, by the purpose
-    plates         how the plates of a folder are read, by the folder, the latest choice last
-    display, view  names in the colour config; "" its defaults
-    unit           distances in "m" or "ft"
-    guides         lines and mattes over the picture; how wide pixels are is told by each file
-    peaking        how what is in focus is coloured, once that is asked for
-    window_size    in screen units, None: not known
-    is_maximized   whether the window filled the screen
-    hidden_panels  panels that were closed
-    layout         where the panels lie, as ImGui writes it; "" where they lie in the beginning
-    layout_em      height of the letters in pixels when that was written; 0: not known
-    theme          the colours of the interface
-    ui_scales      how much larger than usual the interface is drawn, by the screen
-    feed_labels    whether looks beside each other are named in the second window
-    ending         what happens after the last frame that is played
-    every_frame    whether playing waits for each frame to be there; else it keeps time
-    keep_frames    whether frames of a shot are rendered ahead while nothing else is to do
-    memory_mb      for rendered frames, in millions of bytes; 0: a quarter of what is free
-    ring_maps      which channels of a controller turn the rings of the lens
-    disk_mb        for rendered frames, in millions of bytes; 0: none are kept on disk
+    recent         absolute paths of opened files, the latest first
+    folders        the last folder of each file dialog, by purpose
+    plates         plate options by folder, the latest choice last
+    display, view  names in the colour config; "" for its defaults
+    unit           unit of distances, "m" or "ft"
+    guides         guide lines and mattes; the desqueeze is not remembered, each file has its own
+    peaking        settings of the focus peaking
+    window_size    in screen units; None if unknown
+    is_maximized   whether the window was maximised
+    hidden_panels  names of the closed panels
+    layout         arrangement of the panels as ImGui writes it; "" for the original one
+    layout_em      font size in pixels when the layout was written; 0 if unknown
+    theme          the colour theme of the interface
+    ui_scales      the user's scale of the interface, by monitor
+    feed_labels    whether the second window shows the names of looks in a grid
+    ending         what happens after the last played frame
+    every_frame    True if playback waits for each frame; False if it keeps time
+    keep_frames    whether frames of a shot are rendered ahead while idle
+    memory_mb      memory limit for rendered frames in MB; 0 for a quarter of the free memory
+    ring_maps      which channels of a controller turn which rings of the lens
+    disk_mb        disk limit for rendered frames in MB; 0 keeps none on disk
     """
 
     recent: tuple[str, ...] = ()
@@ -87,18 +87,18 @@ class Remembered:
 
 
 class Preferences:
-    """Remembers, and writes what it remembers to a file where it was given one."""
+    """The current preferences, saved to a file if a path is given."""
 
     def __init__(self, now: Remembered | None = None, path: Path | None = None) -> None:
         """Keep preferences at `path`; None keeps them only as long as the program runs."""
         self.now = now or Remembered()
         self.path = path
-        self.problem = ""  # what could not be read of the file, in a sentence
+        self.problem = ""  # a sentence about what could not be read of the file, or ""
         self._saved = self.now
 
     @classmethod
     def load(cls, folder: Path) -> "Preferences":
-        """Read the preferences in `folder`; `problem` says what of them cannot be read."""
+        """Read the preferences in `folder`; `problem` says what could not be read."""
         path = folder / FILE_NAME
         if not os.path.exists(path):
             return cls(path=path)
@@ -109,25 +109,25 @@ class Preferences:
         preferences = cls(now, path)
         if problem:
             preferences.problem = f"{problem} Its settings are reset."
-            with suppress(OSError):  # a copy for whoever wrote in it; without one nothing is worse
+            with suppress(OSError):  # a backup of a damaged file; failing to write it does no harm
                 path.with_suffix(".damaged.json").write_bytes(path.read_bytes())
         return preferences
 
     def save(self) -> None:
-        """Write what has changed since. Raises InputError, once, where that is not possible."""
+        """Write changed preferences. Raise InputError, but only once, if that is impossible."""
         if self.path is None or self.now == self._saved:
             return
         path, self._saved = self.path, self.now
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             text = json.dumps(_entries(self.now), indent=2) + "\n"
-            write_whole(path, text.encode(), FOR_THE_USER)  # it names what was opened
+            write_whole(path, text.encode(), FOR_THE_USER)  # private, because it names opened files
         except (OSError, InputError) as error:
             self.path = None
             raise InputError(f"Preferences are not kept: {error}") from error
 
     def first_view(self, given: ViewState) -> ViewState:
-        """Return `given`, and where it says nothing what is remembered."""
+        """Return the given view state, with remembered values for fields that were not given."""
         if not given.display and not given.view:
             given = replace(given, display=self.now.display, view=self.now.view)
         usual, now = ViewState(), self.now
@@ -136,23 +136,23 @@ class Preferences:
         return replace(given, **left)
 
     def change(self, **changes: Any) -> None:
-        """Remember other values of these fields."""
+        """Change these fields."""
         self.now = replace(self.now, **changes)
 
     def opened(self, text: str) -> None:
-        """Let this lead the recent files: it was opened."""
+        """Put an opened file first in the list of recent files."""
         recent = dict.fromkeys([absolute(text), *self.now.recent])
         self.change(recent=tuple(recent)[:RECENT_MAX])
 
     def looked_in(self, purpose: str, folder: Path) -> None:
-        """Remember where a file was chosen."""
+        """Remember the folder in which a file was chosen."""
         self.change(folders={**self.now.folders, purpose: str(folder)})
 
     def options_for(self, text: str) -> PlateOptions:
-        """Return how a file, pattern or folder is read, as was chosen for its folder.
+        """Return the plate options that were chosen for the folder of a file or pattern.
 
-        Ends of a depth that has none are dropped for good, which `problem` tells: plates that are
-        read as distances would be refused with them.
+        Options with a near or far distance that their convention does not have are repaired, which
+        `problem` reports: plates would be refused with them.
         """
         path = absolute(text)
         folder = path if path in self.now.plates else os.path.dirname(path)
@@ -167,7 +167,7 @@ class Preferences:
         return kept
 
     def read_so(self, folder: Path, options: PlateOptions) -> None:
-        """Remember how the plates of a folder are read; each has a depth of its own."""
+        """Remember the plate options for a folder."""
         options = _without_unused_ends(replace(options, depth_source=None, behind=()))
         plates = {name: o for name, o in self.now.plates.items() if name != str(folder)}
         if options != PlateOptions():
@@ -176,19 +176,19 @@ class Preferences:
 
 
 def _without_unused_ends(options: PlateOptions) -> PlateOptions:
-    """Return `options` without near and far where the depth convention has no ends."""
+    """Return `options` without near and far if the depth convention does not use them."""
     if options.depth_convention.facts.takes_ends:
         return options
     return replace(options, near_m=None, far_m=None)
 
 
 def absolute(text: str) -> str:
-    """Return a path or a pattern from the root on, links as they are."""
+    """Return an absolute path or pattern, without resolving links."""
     return os.path.abspath(os.path.expanduser(text))
 
 
 def _entries(now: Remembered) -> dict[str, Any]:
-    """Return the preferences as JSON has them."""
+    """Return the preferences as a JSON object."""
     plates = {folder: record_to_json(options) for folder, options in now.plates.items()}
     entries = {name: getattr(now, name) for name in _READERS}
     entries["ring_maps"] = [record_to_json(found) for found in now.ring_maps]
@@ -198,9 +198,9 @@ def _entries(now: Remembered) -> dict[str, Any]:
 
 
 def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
-    """Return what the file says, and the first thing in it that cannot be read, or "".
+    """Return the preferences of the file, and a sentence about the first invalid entry, or "".
 
-    Entries of another version of the program are left alone.
+    Unknown entries, written by another version of the program, are ignored.
     """
     if not isinstance(top.value, dict):
         top.refuse("the file should be an object in braces.")
@@ -223,7 +223,7 @@ def _plates(entry: JsonEntry) -> dict[str, PlateOptions]:
 
 
 def _open_members(entry: JsonEntry) -> dict[str, JsonEntry]:
-    """Return the members of an object whose names may be any."""
+    """Return the members of an object whose member names are free."""
     return entry.members(list(entry.value) if isinstance(entry.value, dict) else ())
 
 

@@ -132,7 +132,7 @@ class PullJobs:
         return () if opened is None else opened.files_at(frame, missing)
 
     def _scene_view(self, frame: int) -> SceneSight | None:
-        """Return how the scene is looked at; None for plates."""
+        """Return the camera's view of the scene; None for plates."""
         renderer, size = self._renderer, (self._shot.framing or Framing()).size
         pose = renderer.pose_at(self._shot, frame)
         if pose is None or renderer.scene is None:
@@ -140,7 +140,7 @@ class PullJobs:
         return SceneSight(pose, float(frame) if renderer.scene.is_moving else None, size)
 
     def close(self) -> None:
-        """Look at no files any more."""
+        """Stop checking files."""
         self._stamps.close()
 
 

@@ -1,9 +1,9 @@
-"""Perform a pull while the shot plays: the focus in the hand becomes few keys when it stops.
+"""Record a focus pull while the shot plays, and reduce it to a few keys when it stops.
 
-Armed, it waits for the shot to play. Then the focus that the hand gives at each frame is taken
-down. At the end the samples become keys within a tolerance, which can be changed as long as nothing
-else has changed the shot. All of that is one step of undo. Where a ring is followed, its samples
-lie on the frames of their timecode, and its iris and length become keys too.
+Once armed, it waits for the shot to play, and then records the user's focus at each frame. At the
+end the samples become keys within a tolerance, which can be changed until something else changes
+the shot. All of this is one undo step. If a lens ring is followed, its samples are placed by their
+timecode, and its iris and focal length become keys too.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,11 +23,11 @@ from heatlens.session.ring_take import RingTake, Track
 from heatlens.session.timeline import Timeline
 
 TOLERANCE_LEAST, TOLERANCE_MOST = 1e-4, 1.0  # dioptres
-_SHARP_SHARE = 0.5  # of what is sharp before or behind the focus: such an error is not seen
+_SHARP_SHARE = 0.5  # first tolerance, as a share of the depth of field on one side: invisible
 
 
 class RecordingState(Enum):
-    """Where a performance is."""
+    """The stages of a recording."""
 
     OFF = auto()
     ARMED = auto()  # recording begins when the shot plays
@@ -36,7 +36,7 @@ class RecordingState(Enum):
 
     @property
     def is_waiting(self) -> bool:
-        """Return True before the end of a recording."""
+        """True before the end of a recording."""
         return self in (RecordingState.ARMED, RecordingState.RECORDING)
 
 
@@ -45,7 +45,7 @@ class Take:
     """What was recorded, the shot whose keys it replaces, and the shot before and after."""
 
     samples: Samples
-    others: Mapping[LensParameter, Track]  # what else the ring did: iris and length
+    others: Mapping[LensParameter, Track]  # iris and focal length, if the ring moved them
     base: Shot
     before: History
     after: Shot
@@ -53,7 +53,7 @@ class Take:
 
 
 class PullRecording:
-    """Arms, records, and turns what was recorded into keys."""
+    """Arms and records a focus pull, and turns it into keys."""
 
     def __init__(
         self,
@@ -69,17 +69,17 @@ class PullRecording:
         self._ring = ring
         self._say = say
         self._is_armed = False
-        self._samples: dict[float, float] = {}  # distance in metres by frame
+        self._samples: dict[float, float] = {}  # focus distance in m by frame
         self._direction = 1
-        self._begun = editing.history  # where undo goes back to
+        self._begun = editing.history  # the undo history at the start
         self._take: Take | None = None
         self._chosen_tolerance: float | None = None
 
-    # What there is
+    # State
 
     @property
     def state(self) -> RecordingState:
-        """Where it is."""
+        """The stage of the recording."""
         performance = self._editing.performance
         if performance is not None and not performance.is_over:
             return RecordingState.RECORDING
@@ -89,37 +89,37 @@ class PullRecording:
 
     @property
     def why_not(self) -> str:
-        """A sentence that says why nothing can be recorded; "" where it can."""
+        """A sentence why nothing can be recorded now; "" if it can."""
         is_still = self._timeline.played.count < 2
         return "A pull is recorded while frames play, and there is only one." if is_still else ""
 
     @property
     def samples(self) -> Samples:
-        """What was recorded last, or so far: (frame, metres) in the order of the frames."""
+        """The samples of the current or latest recording: (frame, distance in m), by frame."""
         if self._take is not None:
             return self._take.samples
         return sorted(self._samples.items())
 
     @property
     def key_count(self) -> int:
-        """How many keys stand for the samples."""
+        """The number of focus keys that the samples were reduced to."""
         return 0 if self._take is None else self._take.key_count
 
     @property
     def tolerance_dioptres(self) -> float:
-        """By how much the keys may miss a sample.
+        """The largest error of the keys at a sample.
 
-        Until it was chosen, half of what is sharp on one side of the focus.
+        Unless the user chose it, half of the depth of field on one side of the focus.
         """
         if self._chosen_tolerance is not None:
             return self._chosen_tolerance
         unseen = _SHARP_SHARE * sharp_dioptres(self._editing.lens)
         return float(f"{min(max(unseen, TOLERANCE_LEAST), TOLERANCE_MOST):.2g}")
 
-    # What the hand does
+    # Commands
 
     def arm(self) -> None:
-        """Record when the shot plays, from now on where it does; a second time: no more."""
+        """Arm the recording, which starts when the shot plays; disarm it if it was armed."""
         if self.state.is_waiting:
             self.drop()
             return
@@ -131,7 +131,7 @@ class PullRecording:
         self._rows.shows_curve = True
 
     def drop(self) -> None:
-        """Give up what is recorded, as if it had never begun; the shot stops playing."""
+        """Discard the recording, restore the shot and stop playback."""
         if self.state is RecordingState.RECORDING:
             self._timeline.playback.stop()
         if self._take is not None and self._editing.shot == self._take.after:
@@ -139,28 +139,28 @@ class PullRecording:
         self.keep()
 
     def keep(self) -> None:
-        """Keep the keys as they are, and record no more."""
+        """Keep the keys as they are and end the recording."""
         self._is_armed, self._take, self._samples = False, None, {}
         self._editing.performance = None
 
     def tolerate(self, tolerance_dioptres: float) -> None:
-        """Make the keys anew, off by no more than so many dioptres."""
+        """Compute the keys again with this tolerance in dioptres."""
         self._chosen_tolerance = min(max(tolerance_dioptres, TOLERANCE_LEAST), TOLERANCE_MOST)
         if self._take is not None:
             take = self._take
             self._set_keys(take.before, take.base, take.samples, take.others)
 
-    # What happens by itself
+    # Called by the session
 
     def poll(self) -> None:
-        """Take down the focus at the playhead; call this once a frame, after it has moved."""
+        """Record the focus at the playhead; call this once a frame, after the playhead moved."""
         is_playing = self._timeline.playback.direction != 0
         if self._is_armed and is_playing:
             self._begin()
         if self.state is RecordingState.RECORDING:
             self._record(is_playing)
         elif self._take is not None and self._editing.shot != self._take.after:
-            self.keep()  # the shot has gone on without it
+            self.keep()  # something else has changed the shot
 
     def _begin(self) -> None:
         self._is_armed, self._samples = False, {}
@@ -171,7 +171,7 @@ class PullRecording:
         self._editing.performance = Performance()
 
     def _record(self, is_playing: bool) -> None:
-        """Take a sample; end where the shot stops, or begins again from its other end."""
+        """Record a sample; end the recording if playback stops or wraps around."""
         frame, playback = self._editing.frame, self._timeline.playback
         self._ring.poll()
         last = next(reversed(self._samples), None)
@@ -188,7 +188,7 @@ class PullRecording:
     def _end(self) -> None:
         performance = self._editing.performance
         moved_m = None if performance is None else performance.focus_distance_m
-        if performance is not None:  # a hand that goes on for a moment must set no more keys
+        if performance is not None:  # the gesture may last a moment longer, but must set no keys
             self._editing.performance = Performance(None, True, performance.moved_at)
         tracks = dict(self._ring.tracks(self._timeline.played))
         focus = tracks.pop(LensParameter.FOCUS_DISTANCE, None)
@@ -206,10 +206,9 @@ class PullRecording:
         samples: Samples,
         others: Mapping[LensParameter, Track],
     ) -> None:
-        """Set the keys of a take in `base` as one step behind `before`.
+        """Set the keys of a recording in `base`, as one undo step after `before`.
 
-        What the ring turned while it was recorded is of that step: iris and length follow a hand
-        live, as the focus does.
+        The step includes the iris and the focal length, which the ring changed live like the focus.
         """
         try:
             after = performed(base, samples, self.tolerance_dioptres)

@@ -1,4 +1,4 @@
-"""The reference: a picture in a file that the rendered one is compared with."""
+"""Load the reference: a picture file that the rendered picture is compared with."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from heatlens.plate.read import read_color
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Side B of a comparison: the colours of any picture file."""
+    """The colours of a picture file, as side B of a comparison."""
 
     path: Path
     texture: moderngl.Texture
@@ -29,7 +29,7 @@ class Reference:
 
 @faults_told("The reference could not be read")
 def read_reference(path: Path) -> tuple[Path, FloatImage]:
-    """Return the path and the colours (H, W, 4) of any EXR. Raises HeatlensError."""
+    """Return the path and the colours, (H, W, 4), of a picture file. Raise HeatlensError."""
     parts = color_file_parts(path, PlateOptions())
     choice = choose_color(path, [header for header, _ in parts], None)
     return path, read_color(path, parts, choice)[0]
@@ -39,19 +39,19 @@ class ReferenceLoader:
     """Reads a reference on a thread and keeps the latest one on the GPU."""
 
     def __init__(self, ctx: moderngl.Context, wake: Callable[[], None]) -> None:
-        """Take `wake`, which is called on a thread when `poll` has something to take."""
+        """Create it; `wake` is called on a thread when `poll` has a result."""
         self.current: Reference | None = None
         self._ctx = ctx
         self._reader: Background[tuple[Path, FloatImage]] = Background(wake)
 
     def open(self, path: Path) -> None:
-        """Begin to read a picture to compare with."""
+        """Begin to read a reference."""
         self._reader.start(partial(read_reference, path))
 
     def poll(self) -> bool:
-        """Return True once, when the reference can be compared with.
+        """Return True once, when a new reference is on the GPU.
 
-        Raises HeatlensError where it cannot be; the one before stays.
+        Raise HeatlensError if it cannot be read; the previous one stays.
         """
         found = self._reader.poll()
         if found is None:

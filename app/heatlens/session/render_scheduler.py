@@ -1,4 +1,4 @@
-"""Has the pictures rendered that are seen, a moment at a time, in the order of `next_work`."""
+"""Render the visible pictures in short time slices, in the order given by `next_work`."""
 
 from collections.abc import Callable
 
@@ -22,13 +22,13 @@ from heatlens.session.picture_view import PictureView
 from heatlens.session.rendered_pull import RenderedPull
 from heatlens.session.speed import Speed
 
-# Work on the whole picture ends so soon, after the step that it is at, for the loop to look for
-# input again: every 30 ms with steps of up to 18 ms.
+# Longest slice of rendering before the loop handles input again. A slice ends only after its
+# current step, so with steps of up to 18 ms, input is handled every 30 ms.
 _SLICE_S = 0.012
 
 
 class RenderScheduler:
-    """Answers changes at once with what fits the time, and goes on with what `next_work` names."""
+    """Answers changes at once as well as time allows, and continues with `next_work`."""
 
     def __init__(
         self,
@@ -52,17 +52,17 @@ class RenderScheduler:
 
     @property
     def is_rendering(self) -> bool:
-        """Return True while the whole picture that is seen is not there yet."""
+        """True while a visible picture is not complete."""
         return is_rendering(self._plate_state, self._side_states)
 
     @property
     def is_working(self) -> bool:
-        """Return True while there is a picture to go on with: that is seen, or to be played."""
+        """True while there is a picture to continue: a visible one, or one to be played."""
         return not self._pull.is_alone and (self.is_rendering or self._pull.has_work)
 
     @property
     def seen(self) -> Shown | None:
-        """The picture through the lens: rendered now, or before where that is not there yet."""
+        """The picture through the lens to show: the live one, or a kept frame in its place."""
         now, frame = self._sides.a.shown, self._editing.frame
         is_there = now is not None and now.frame == frame and not self.is_rendering
         if is_there and self._source.is_settled_at(frame) and not self._pull.is_alone:
@@ -71,24 +71,24 @@ class RenderScheduler:
 
     @property
     def picture_key(self) -> object:
-        """Equal while the same pictures are there: the plate's, and those of both sides."""
+        """A key that changes with the plate's picture or those of the sides."""
         return self._source.version, self._sides.pictures
 
     @property
     def seen_key(self) -> object:
-        """Equal while there is nothing new to be seen."""
+        """A key that changes whenever there is something new to draw."""
         return self.picture_key, self._pull.version
 
-    # What is to be done
+    # Work
 
     def update(self) -> None:
-        """Answer a change of the shot with a picture that fits the time; errors are said."""
+        """Answer a change of the shot with a picture that fits the time; report errors."""
         if not self._pull.is_alone:
             self._try(self._ask)
 
     def _ask(self) -> None:
         source, shot, frame = self._source, self._editing.seen_shot, self._editing.frame
-        source.refresh()  # only now: what was saved before is picture and plate of one frame
+        source.refresh()  # only now, so that a picture saved before was of the same frame
         source.follow(shot, frame)
         if source.plate is not None and source.is_settled_at(frame):
             plate = PlateVersion(source.version, source.is_finer)
@@ -96,7 +96,7 @@ class RenderScheduler:
             self._sides.wish(view, source.seen(shot), frame, budget_s, plate, self._view.zoom)
 
     def work(self) -> None:
-        """Go on for a moment with what is to be rendered next; errors are said."""
+        """Continue the next piece of work for one slice; report errors."""
         self._try(self._work)
 
     def _work(self) -> None:
@@ -116,10 +116,10 @@ class RenderScheduler:
             self._say_error(error)
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long the loop may sleep; None: until something changes."""
+        """Return the seconds that the loop may sleep; None: until something changes."""
         return self._next.wait_s
 
-    # The state that decides
+    # The state for `next_work`
 
     @property
     def _next(self) -> NextWork:

@@ -1,6 +1,6 @@
-"""The frames of the shot as they are rendered: kept, counted, rendered while nothing else is to do.
+"""Render the frames of the shot ahead while idle, and keep them for playback.
 
-Played from here, a frame is taken to the GPU and rendered no more.
+A kept frame only has to be uploaded to play, not rendered again.
 """
 
 import time
@@ -24,45 +24,45 @@ from heatlens.session.preferences import Preferences, Remembered
 from heatlens.session.pull_jobs import PullJobs
 from heatlens.session.timeline import Timeline
 
-_SLICE_S = 0.02  # of work before the loop looks for input again
-_REST_S = 0.3  # after what the user did, until frames are rendered
-_KEYS_S = 0.004  # for the keys of frames, in each frame of the window
-_FRAMES_MOST = 4000  # that are looked after at a time
-_AHEAD = 24  # frames that are read from the disk ahead of the playhead
+_SLICE_S = 0.02  # longest work before the loop handles input again
+_REST_S = 0.3  # pause after user input before frames are rendered
+_KEYS_S = 0.004  # time per window frame to compute the keys of frames
+_FRAMES_MOST = 4000  # largest number of frames to keep track of
+_AHEAD = 24  # frames read from disk ahead of the playhead
 _PIXEL_BYTES = 8  # four half floats
 
 
 def store_of(now: Remembered, folder: Path | None, wake: Callable[[], None]) -> FrameStore:
-    """Return a store with the bounds that the user set; without a folder in memory alone."""
+    """Return a store with the user's limits; without a folder it keeps frames in memory only."""
     memory = MemoryStore(memory_bytes_of(now.memory_mb))
     disk = None if folder is None else DiskStore(folder, now.disk_mb * MEGABYTE)
     return FrameStore(memory, disk, wake)
 
 
 class ScreenWork(Protocol):
-    """What whoever draws the frames does with them while nothing else is to do."""
+    """What the interface does with kept frames; the interface implements this protocol."""
 
     @property
     def has_work(self) -> bool:
-        """Return True while a frame at hand is not ready for the screen."""
+        """Return True while a frame in memory is not yet converted for the screen."""
 
     def shown(self) -> Shown | None:
-        """Return the picture of the frame at the playhead, where it was rendered before."""
+        """Return the kept picture of the frame at the playhead; None if there is none."""
 
     def prepare(self) -> None:
-        """Make one frame more ready for the screen."""
+        """Convert one more frame for the screen."""
 
     def begin(self) -> None:
-        """Forget all frames: something else was opened, or they were cleared."""
+        """Forget all frames, because another source was opened or they were cleared."""
 
 
 class NoScreen:
-    """Stands in while nobody draws: a frame at hand is as ready as it will be."""
+    """A ScreenWork that does nothing, for a session without a window."""
 
     has_work = False
 
     def shown(self) -> Shown | None:
-        """Return None: no picture lies on the GPU."""
+        """Return None: there is no screen."""
         return None
 
     def prepare(self) -> None:
@@ -73,7 +73,7 @@ class NoScreen:
 
 
 class RenderedPull:
-    """Renders and keeps the frames that are played, as many of them as there is room for."""
+    """Renders and keeps the played frames, as many as the limits allow."""
 
     def __init__(
         self,
@@ -88,7 +88,7 @@ class RenderedPull:
         wake: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        """Take `is_busy`, which returns whether other work comes first."""
+        """Create it; `is_busy` returns True while more urgent work is waiting."""
         self.jobs = jobs
         self.store = store
         self._source = source
@@ -99,19 +99,19 @@ class RenderedPull:
         self._is_busy = is_busy
         self._wake = wake
         self._clock = clock
-        self.screen: ScreenWork = NoScreen()  # whoever draws puts its own here
-        self.version = 0  # counts the frames that were rendered
+        self.screen: ScreenWork = NoScreen()  # set by the interface
+        self.version = 0  # counts rendered frames
         self._filler: FrameFiller | None = None
         self._order: tuple[int, ...] = ()
-        self._ordered: object = None  # what is played, and how many frames can be kept
-        self.counted: object = None  # what the frames below were counted of
+        self._ordered: object = None  # what the current order is for
+        self.counted: object = None  # the state for which the frames below were counted
         self.rendered: frozenset[int] = frozenset()
         self.runs: tuple[FrameRange, ...] = ()
         self._missing: list[FrameJob] = []
         self._refused: set[str] = set()  # keys of frames that cannot be rendered
-        self._made: set[str] = set()  # keys that were made since the user did something
+        self._made: set[str] = set()  # keys computed since the last user input
         self._rests_at = 0.0
-        self.keys: frozenset[str] = frozenset()  # of all frames that are looked after
+        self.keys: frozenset[str] = frozenset()  # keys of all frames that are kept track of
 
     # What there is
 
@@ -125,26 +125,26 @@ class RenderedPull:
             or not source.is_repeatable
         ):
             return False
-        return self._view.is_drawn and self._timeline.played.count > 1  # else of unknown size
+        return self._view.is_drawn and self._timeline.played.count > 1  # the size is known
 
     @property
     def wanted(self) -> int:
-        """How many frames are to be rendered: those that are played, as far as they are kept."""
+        """The number of frames to render: all played ones, or as many as the limits allow."""
         return len(self._order)
 
     def has(self, frame: int) -> bool:
-        """Return True where the frame was rendered, wherever its picture lies."""
+        """Return True if the frame has been rendered, in memory or on disk."""
         job = self.jobs.of(frame) if self.is_on else None
         return job is not None and job.key in self.store.known()
 
     def is_at_hand(self, frame: int) -> bool:
-        """Return True where the frame's picture lies in memory."""
+        """Return True if the frame's picture is in memory."""
         job = self.jobs.of(frame) if self.is_on else None
         return job is not None and self.store.get(job.key) is not None
 
     @property
     def is_alone(self) -> bool:
-        """Return True while it plays and the frame at the playhead was rendered before."""
+        """True while kept frames play, so that the live picture is not needed."""
         return (
             bool(self._timeline.playback.direction)
             and self.fits_view
@@ -154,18 +154,18 @@ class RenderedPull:
 
     @property
     def fits_view(self) -> bool:
-        """Return True where the picture through the lens is seen, and nothing beside or over it."""
+        """True if only the picture through the lens is shown, so that kept frames can be used."""
         return self._view.is_lens_alone
 
     def at_hand(self, keys: frozenset[str]) -> Iterator[FrameJob]:
-        """Return the jobs of frames whose pictures have these keys, in the order of playing."""
+        """Return the jobs whose pictures have these keys and are in memory, in playing order."""
         jobs = (self.jobs.of(frame) for frame in self._order)
         return (job for job in jobs if job is not None and job.key in keys)
 
-    # What happens by itself
+    # Called by the session
 
     def poll(self) -> None:
-        """See what has changed and what is needed next; call this once a frame."""
+        """Update after changes and read frames that are needed next; call this once a frame."""
         if not self.is_on:
             self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
             self.counted = None
@@ -177,7 +177,7 @@ class RenderedPull:
         self._fetch()
 
     def _put_in_order(self) -> None:
-        """Put the frames in the order of rendering; while it plays, their order waits."""
+        """Sort the frames into rendering order, except during playback."""
         timeline = self._timeline
         most = min(_FRAMES_MOST, max(1, self.store.capacity(self.picture_bytes)))
         wanted = timeline.played, most
@@ -187,12 +187,12 @@ class RenderedPull:
 
     @property
     def picture_bytes(self) -> int:
-        """What one frame takes in memory."""
+        """The memory of one frame in bytes."""
         width, height = self.jobs.size
         return width * height * _PIXEL_BYTES
 
     def _count(self) -> None:
-        """Find which frames are rendered and which are not, where that has changed."""
+        """Update which frames are rendered and which are not, if that may have changed."""
         made_of = (self.store.version, self.jobs.version, self._order)
         if made_of == self.counted:
             return
@@ -204,7 +204,7 @@ class RenderedPull:
         self.keys = frozenset(job.key for job in jobs)
 
     def _fetch(self) -> None:
-        """Have what is played next in memory."""
+        """Read the frames that are played next into memory."""
         timeline = self._timeline
         direction = timeline.playback.direction
         most = self.store.memory.limit_bytes // (2 * self.picture_bytes)
@@ -216,19 +216,19 @@ class RenderedPull:
         self.store.fetch([job.key for job in jobs if job is not None])
 
     def touched(self) -> None:
-        """Note that the user did something: frames are rendered when that is over."""
+        """Note user input, after which rendering ahead pauses."""
         self._rests_at = self._clock() + _REST_S
         self._made.clear()
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long until frames are rendered; None: until there is news."""
+        """Return the seconds until a frame can be rendered; None if there is none to render."""
         if not self.has_work:
             return None
         return max(0.0, self._rests_at - self._clock())
 
     @property
     def has_work(self) -> bool:
-        """Return True where a frame could be rendered now, if the user rests."""
+        """Return True if there is a frame to render once the user rests."""
         if self._timeline.playback.direction or self._is_busy() or not self.is_on:
             return False
         if self._next() is None:
@@ -237,15 +237,15 @@ class RenderedPull:
         return not is_reading and self.store.has_room
 
     def _next(self, after: int = 0) -> FrameJob | None:
-        """Return the frame that is to be rendered next, or the one `after` it."""
+        """Return the next frame to render, or the one after `after`."""
         known = self._refused | self._made
         found = (job for job in self._missing if job.key not in known)
         return next((job for at, job in enumerate(found) if at == after), None)
 
     def work(self) -> None:
-        """Go on with the next frame for a moment, if the user rests.
+        """Continue with the next frame for one slice, if the user rests.
 
-        No error is raised: what cannot be rendered is said where it is seen.
+        Errors are not raised here; they are reported when the frame is shown.
         """
         self._count()
         job = self._next()
@@ -268,7 +268,7 @@ class RenderedPull:
             self.version += 1
 
     def _ready_filler(self) -> FrameFiller:
-        """Return the filler, with the scene in front of its lens where there is one."""
+        """Return the filler, loaded with the scene if one is open."""
         main = self._source.renderer
         if self._filler is None:
             self._filler = FrameFiller(main.beside(), self._wake)
@@ -279,36 +279,36 @@ class RenderedPull:
         return self._filler
 
     def _let_go(self) -> None:
-        """Give the GPU's memory to others while there is nothing to render."""
+        """Free the GPU memory while there is nothing to render."""
         if self._filler is not None:
             self._filler.let_go()
 
     def begin(self) -> None:
-        """Give up what is half done: something else was opened."""
+        """Discard unfinished work, because another source was opened."""
         self._let_go()
         self._refused.clear()
         self._made.clear()
         self.screen.begin()
 
-    # What the user may do with it
+    # Commands
 
     def clear(self) -> None:
-        """Forget every frame that was rendered, of this shot and of all others."""
+        """Delete all kept frames, of this shot and of all others."""
         self.store.clear()
         self.screen.begin()
         self._made.clear()
         self._refused.clear()
 
     def switch(self) -> None:
-        """Render frames ahead from now on, or no more."""
+        """Switch rendering ahead on or off."""
         self._preferences.change(keep_frames=not self._preferences.now.keep_frames)
 
     def resize(self, memory_mb: int, disk_mb: int) -> None:
-        """Keep so much and no more."""
+        """Set the limits for kept frames in MB."""
         self.store.resize(memory_bytes_of(memory_mb), disk_mb * MEGABYTE)
 
     def close(self) -> None:
-        """End the threads; what waits to be written is written."""
+        """Finish writing and end the threads."""
         if self._filler is not None:
             self._filler.close()
         self.jobs.close()

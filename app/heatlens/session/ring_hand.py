@@ -1,4 +1,4 @@
-"""A hand on a ring that is far away: the lens follows what a camera or a controller sends."""
+"""Follow a lens ring: the lens changes as a camera or a controller sends it."""
 
 import math
 import time
@@ -21,16 +21,16 @@ from heatlens.session.messages import Problem
 from heatlens.session.preferences import Preferences
 from heatlens.session.ring_news import RingNews
 
-_LATENCIES = 50  # that the median is of
-_TURNING_S = 0.3  # so long after a change the ring counts as being turned
+_LATENCIES = 50  # number of latest latencies for the median
+_TURNING_S = 0.3  # the ring counts as being turned for this long after a change
 _FOLLOWED = ("focus_distance_m", "f_stop", "t_stop", "focal_length_mm", "pupil_offset_mm")
 
 
 class RingHand:
-    """Takes over what has changed in the lens that is listened to, as a hand would turn it.
+    """Applies changes of the received lens to the shot, as if the user had made them.
 
-    A value that is set in the window stays until the ring is turned again. When the ring falls
-    silent the lens stays where it is, and that is said once.
+    A value set in the window stays until the ring is turned again. When samples stop coming, the
+    lens stays as it is, and that is reported once.
     """
 
     def __init__(
@@ -42,20 +42,20 @@ class RingHand:
         clock: Callable[[], float] = time.monotonic,
         wake: Callable[[], None] = lambda: None,
     ) -> None:
-        """Follow `receiver`; None where nothing is listened to. Maps are kept in `preferences`.
+        """Follow `receiver`, or nothing if None. Channel maps are kept in `preferences`.
 
-        `wake`, called on the receiver's thread, makes the window draw.
+        `wake` is called on the receiver's thread to have the window drawn.
         """
         self.news = RingNews(wake)
         self.on_turn: Callable[[], None] = lambda: None  # called when the ring has turned the lens
         self._clock = clock
-        self._turned_s = -math.inf  # when the ring has turned the lens last
-        self._heard_s: float | None = None  # when the turn came whose picture is not seen yet
+        self._turned_s = -math.inf  # time at which the ring last changed the lens
+        self._heard_s: float | None = None  # time of a change not shown yet
         self._to_picture_s: deque[float] = deque(maxlen=_LATENCIES)
         self.receiver = receiver
         self.is_followed = True
-        self.source: str | None = None  # None: the one that is heard first
-        self.learning: Learning | None = None  # while a control is turned to be learnt
+        self.source: str | None = None  # name of the followed source; None for the first one
+        self.learning: Learning | None = None  # while a map is learnt
         self._preferences = preferences or Preferences()
         self._editing = editing
         self._say = say
@@ -65,35 +65,35 @@ class RingHand:
             receiver.on_news = self._hear
 
     def _hear(self) -> None:
-        """Look for news on the thread of the receiver."""
+        """Check for new values; runs on the thread of the receiver."""
         heard = self.heard
         self.news.hear(None if heard is None else heard.sample)
 
     @property
     def is_turning(self) -> bool:
-        """Return True while the ring is being turned."""
+        """True while the ring is being turned."""
         return self._clock() - self._turned_s < _TURNING_S
 
     @property
     def heard(self) -> Heard | None:
-        """What the source tells now; None where nothing is listened to."""
+        """The latest state of the source; None if there is no receiver."""
         return None if self.receiver is None else self.receiver.heard(self.source)
 
     @property
     def is_stream(self) -> bool:
-        """Return True where samples come all the time, as a camera sends them."""
+        """True if samples come all the time, as a camera sends them."""
         heard = self.heard
         return heard is not None and heard.silent_after_s < math.inf
 
     def since(self, version: int) -> tuple[Numbered, ...]:
-        """Return the samples of the source after a version of `heard`; none where it is let go."""
+        """Return the samples after a version of `heard`; none if the ring is not followed."""
         if self.receiver is None or not self.is_followed:
             return ()
         news = self.receiver.since(version, self.source)
         return tuple((number, self._from_pupil(sample)) for number, sample in news)
 
     def _from_pupil(self, sample: LensSample) -> LensSample:
-        """Return the sample with its focus from the entrance pupil, whichever the lens asks for."""
+        """Return the sample with its focus distance converted to one from the entrance pupil."""
         lens, focus_m = self._editing.lens, sample.focus_distance_m
         if focus_m is None or lens.measured_from is MeasuredFrom.PUPIL:
             return sample
@@ -103,7 +103,7 @@ class RingHand:
         return replace(sample, focus_distance_m=focus_m - 1e-3 * offset_mm)
 
     def _mapped(self, sample: LensSample) -> dict[str, float]:
-        """Return what mapped channels turn; the ends of a focus are told as the lens is read."""
+        """Return the sample with values of mapped channels; focus ends are as the lens is read."""
         found = mapped(sample, self.maps)
         if "focus_distance_m" in found:
             focus_m = found["focus_distance_m"]
@@ -111,27 +111,27 @@ class RingHand:
         return found
 
     def listen_to(self, source: str | None) -> None:
-        """Follow another source; all of its values count as new."""
+        """Follow another source; all its values count as changed."""
         self.source, self._known, self._was_silent = source, {}, False
 
     @property
     def maps(self) -> tuple[ChannelMap, ...]:
-        """The channels that were chosen for the rings."""
+        """The channel maps of the rings."""
         return self._preferences.now.ring_maps
 
     def map(self, ring: Ring, found: ChannelMap | None) -> None:
-        """Let a channel turn a ring, and remember it; None lets go."""
+        """Map a channel to a ring and remember it; None removes the map."""
         others = (one for one in self.maps if one.ring is not ring)
         chosen = tuple(others) if found is None else (*others, found)
         self._preferences.change(ring_maps=chosen)
 
     def learn(self, ring: Ring) -> None:
-        """Begin to learn which channel turns a ring; the lens waits so long."""
+        """Begin to learn which channel turns a ring; the lens does not follow meanwhile."""
         self.learning = Learning(ring)
         self._say(f"Turn the control for the {ring.words} from one end to the other.")
 
     def end_learning(self) -> None:
-        """Take what was learnt; where nothing was turned, that is said."""
+        """End learning and keep the map; report if no channel was turned."""
         learning, self.learning = self.learning, None
         if learning is None:
             return
@@ -143,7 +143,7 @@ class RingHand:
         self._say(f"{found.channel} turns the {learning.ring.words}.")
 
     def poll(self) -> None:
-        """Change the lens where the ring was turned; call this once a frame."""
+        """Change the lens if the ring was turned; call this once a frame."""
         self.news.take()
         heard = self.heard
         if heard is None or heard.sample is None:
@@ -163,14 +163,14 @@ class RingHand:
             self.on_turn()
 
     def seen(self, lens: Lens | None) -> None:
-        """Note through which lens the picture is that is on the screen from now on."""
+        """Note the lens of the picture that is on the screen from now on."""
         if self._heard_s is not None and lens is not None and lens == self._editing.lens:
             self._to_picture_s.append(self._clock() - self._heard_s)
             self._heard_s = None
 
     @property
     def to_picture_s(self) -> float | None:
-        """Return the median time from a turn of the ring to its picture; None before the first."""
+        """The median latency from a turn of the ring to its picture; None before the first."""
         return median(self._to_picture_s) if self._to_picture_s else None
 
     def _turn(self, changed: dict[str, Any]) -> None:
@@ -185,7 +185,7 @@ class RingHand:
         self._was_silent = heard.is_silent
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long the loop may sleep before the ring counts as silent; None: for ever."""
+        """Return the seconds until the ring counts as silent; None if that cannot happen."""
         due_s = None if self.receiver is None else self.receiver.seconds_until_due()
         heard = None if due_s is not None else self.heard
         if heard is None or heard.sample is None or heard.is_silent:

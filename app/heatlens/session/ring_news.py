@@ -1,7 +1,7 @@
-"""Whether the window has to look at the ring, decided on the thread that hears it.
+"""Decide, on the thread that receives samples, whether the window has to be drawn for them.
 
-A camera sends its lens all the time, turned or not. Only a turn is worth a frame of the window at
-once; that the ring rests is told often enough by a few frames a second.
+A camera sends its lens all the time. Only a changed value needs a frame of the window at once; the
+display of the sample rate is updated a few times a second.
 """
 
 import time
@@ -10,16 +10,16 @@ from dataclasses import replace
 
 from heatlens.ring.lens_sample import LensSample
 
-_RESTING_S = 0.25  # between frames that only tell how often samples come
+_RESTING_S = 0.25  # between window frames while no value changes
 
 
 class RingNews:
-    """Wakes the window for what is new; `is_due` until the window has looked."""
+    """Wakes the window for changed values; `is_due` is True until the window has handled them."""
 
     def __init__(
         self, wake: Callable[[], None] = lambda: None, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Begin with no news; `wake`, which is called within `hear`, makes the window draw."""
+        """Create it; `hear` calls `wake` to have the window drawn."""
         self.is_due = False
         self._wake = wake
         self._clock = clock
@@ -27,7 +27,7 @@ class RingNews:
         self._woken_s = -_RESTING_S
 
     def hear(self, sample: LensSample | None) -> None:
-        """Take note of the newest values of the source that is followed."""
+        """Note a new sample of the followed source."""
         lens = None if sample is None else replace(sample, timecode=None)
         now_s = self._clock()
         if self.is_due or (lens == self._known and now_s - self._woken_s < _RESTING_S):
@@ -37,5 +37,5 @@ class RingNews:
         self._wake()
 
     def take(self) -> None:
-        """Take note that the window looks now; call this before it asks what was heard."""
+        """Note that the window handles samples now; call this before it reads them."""
         self.is_due = False

@@ -1,4 +1,4 @@
-"""The lens at the playhead, sent as a camera sends its own: to an engine or another heatlens."""
+"""Send the lens at the playhead as a camera would, to a game engine or another heatlens."""
 
 import time
 from collections.abc import Callable
@@ -11,12 +11,12 @@ from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 
 _SOURCE = "heatlens"
-_RESTING_S = 0.5  # a camera that says nothing for a second counts as silent
-_SOON_S = 0.001  # a window that waits for no time at all works on, and draws no frame
+_RESTING_S = 0.5  # between samples of a resting lens; after one second it would count as silent
+_SOON_S = 0.001  # not 0, with which the loop would neither sleep nor draw
 
 
 class Sender(Protocol):
-    """What takes the samples, as `LensSender` does."""
+    """Something that sends samples, such as `LensSender`."""
 
     def send(self, sample: LensSample) -> None:
         """Send one sample. Raises InputError if the network refuses it."""
@@ -24,7 +24,7 @@ class Sender(Protocol):
 
 
 class RingOut:
-    """Sends the lens when it changes, and now and then while it rests."""
+    """Sends the lens when it changes, and at intervals while it rests."""
 
     def __init__(
         self,
@@ -42,7 +42,7 @@ class RingOut:
         self._sent_s = 0.0
 
     def poll(self) -> None:
-        """Send what has changed; call this once a frame. A network that refuses is said once."""
+        """Send a changed lens; call this once a frame. Report a network error once."""
         if self._sender is None:
             return
         sample = self._sample()
@@ -56,7 +56,7 @@ class RingOut:
             self._say(Problem(f"The lens is not sent any more: {error}"))
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long until the resting lens is sent again; None if nothing is sent."""
+        """Return the seconds until the resting lens is sent again; None if nothing is sent."""
         if self._sender is None:
             return None
         return max(_SOON_S, self._sent_s + _RESTING_S - self._clock())

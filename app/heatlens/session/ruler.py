@@ -1,4 +1,4 @@
-"""The ruler: the distance in the world between two points of the picture."""
+"""Measure the distance in space between two points of the picture."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ _ASSUMED = "The file tells no lens: the ruler goes by the one that is set."
 
 @dataclass(frozen=True)
 class Measured:
-    """What the ruler tells: the depths of both points, and how far they are from each other."""
+    """The result: the depths of both points, and the distance between them, in m."""
 
     depths_m: tuple[float, float]
     distance_m: float
 
 
 class Ruler:
-    """Holds the points that were clicked; what they measure follows the frame."""
+    """The clicked points; the measurement follows the current frame."""
 
     def __init__(
         self,
@@ -44,39 +44,39 @@ class Ruler:
         self.points: tuple[Pixel, ...] = ()
 
     def why_not(self) -> str:
-        """Return why nothing can be measured; "" where it can."""
+        """Return a sentence why nothing can be measured; "" if it can."""
         plate = self._source.plate
         if plate is None:
             return "Nothing is open."
         return "" if plate.has_distances else "The plate tells its blur and no distances."
 
     def toggle(self) -> None:
-        """Take the ruler, or put it away."""
+        """Switch the ruler on or off."""
         if self.leave():
             return
         self.is_on = True
-        if not self._told_mm:
+        if not self._camera_mm:
             self._say(_ASSUMED)
 
     def leave(self) -> bool:
-        """Put the ruler away; return whether it was out."""
+        """Switch the ruler off; return True if it was on."""
         was_on, self.is_on, self.points = self.is_on, False, ()
         return was_on
 
     def press(self, pixel: Pixel) -> None:
-        """Set the first point, or the second where there is a first; a third begins anew."""
+        """Set the first or the second point; a third press starts again with a first one."""
         if self._is_inside(pixel):
             self.points = (self.points[0], pixel) if len(self.points) == 1 else (pixel,)
 
     def drag(self, pixel: Pixel) -> None:
-        """Move the second point while the button is held."""
+        """Move the second point while the mouse button is held."""
         if self.points and pixel != self.points[0] and self._is_inside(pixel):
             self.points = (self.points[0], pixel)
 
     def measured(self, to: Pixel | None = None) -> Measured | None:
-        """Return the distance of the points, `to` in the place of a second that is missing.
+        """Return the measurement; `to` is used if there is no second point.
 
-        None where there are no two, or one is infinitely far away.
+        Return None without two points, or if one is at infinity.
         """
         ends = self.points if len(self.points) == 2 or to is None else (*self.points, to)
         plate = self._source.plate
@@ -105,8 +105,8 @@ class Ruler:
         return plate.data_window.contains(x + window.x0, y + window.y0)
 
     @property
-    def _told_mm(self) -> tuple[float, float] | None:
-        """Focal length and sensor width of the camera that made the plate; a scene's tells both."""
+    def _camera_mm(self) -> tuple[float, float] | None:
+        """Return focal length and sensor width of the camera of the plate in mm, where known."""
         plate = self._source.plate
         camera = None if plate is None else plate.camera
         if camera is None or camera.focal_length_mm is None or camera.sensor_width_mm is None:
@@ -114,7 +114,7 @@ class Ruler:
         return camera.focal_length_mm, camera.sensor_width_mm
 
     def _camera(self, plate: Plate) -> Intrinsics:
-        """Return the camera that made the picture; the lens that is set where none is told."""
-        lens, told_mm = self._editing.lens, self._told_mm
+        """Return the camera that made the picture; unknown values are those of the shot's lens."""
+        lens, told_mm = self._editing.lens, self._camera_mm
         shape = shown_shape(self._view.state, self._source.picture_shape(self._editing.shot))
         return Intrinsics(*(told_mm or (lens.focal_length_mm, lens.sensor_width_mm)), shape)

@@ -1,4 +1,4 @@
-"""The hand on the scene's camera: round what is in focus, aside, nearer, through its cameras."""
+"""The commands on the camera of a scene: orbit, truck, dolly, frame, keys, other cameras."""
 
 import math
 from collections.abc import Callable, Collection
@@ -29,13 +29,13 @@ from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.point_following import Following
 
-_TURN_RAD = math.pi  # for a drag over the height of the picture
-_DOLLY_SHARE = 0.12  # of the way, for a notch of the wheel
+_TURN_RAD = math.pi  # orbit angle for a drag over the height of the picture
+_DOLLY_SHARE = 0.12  # dolly of one wheel notch, as a share of the distance to the focus
 
 
 @dataclass(frozen=True, slots=True)
 class CameraDrag:
-    """What the mouse did: a share of the picture's height to the right and down, or notches."""
+    """A mouse movement, right and down as shares of the picture's height, or in notches."""
 
     kind: Literal["orbit", "truck", "dolly"]
     right: float = 0.0
@@ -43,34 +43,34 @@ class CameraDrag:
 
 
 class SceneCommands:
-    """What can be done with the camera of a scene; nothing where a plate is open."""
+    """The commands on the camera of a scene; they do nothing for a plate."""
 
     def __init__(self, source: OpenSource, editing: Editing, say: Callable[[str], None]) -> None:
         self._source = source
         self._renderer = source.renderer
         self._editing = editing
         self._say = say
-        self.selected: str | None = None  # name of an object
+        self.selected: str | None = None  # name of the selected object
 
     @property
     def scene(self) -> Scene | None:
-        """The scene that is open."""
+        """The open scene; None if there is none."""
         return self._source.scene
 
     @property
     def framing(self) -> Framing:
-        """How it is looked at."""
+        """The framing of the shot."""
         return self._editing.shot.framing or Framing()
 
     @property
     def pose(self) -> Pose:
-        """Where the camera stands at the frame."""
+        """The pose of the camera at the current frame; None without a scene."""
         pose = self._renderer.pose_at(self._editing.shot, self._editing.frame)
         assert pose is not None  # there is a scene
         return pose
 
     def move(self, drag: CameraDrag) -> None:
-        """Answer the mouse; one that is only held moves nothing."""
+        """Move the camera by a mouse movement."""
         if not (drag.right or drag.down):
             return
         pose, pivot = self.pose, self._pivot_m()
@@ -84,7 +84,7 @@ class SceneCommands:
         self._stand(moved)
 
     def frame(self, name: str | None) -> None:
-        """See the objects called `name`, or the whole scene, from the same side."""
+        """Frame the objects called `name`, or the whole scene if None, from the same direction."""
         scene = self.scene
         if scene is not None and name is not None and name not in object_names(scene):
             self._say(f"This scene has no object called {name}.")
@@ -94,20 +94,20 @@ class SceneCommands:
             self._editing.settle()
 
     def frame_selected(self) -> None:
-        """See the selected object, or without one everything."""
+        """Frame the selected object, or the whole scene if none is selected."""
         self.frame(self.selected)
 
     def object_m(self, name: str, frame: int | None = None) -> float | None:
-        """Return how far an object is; None where there is none such to be seen."""
+        """Return the distance of an object in m; None if there is no such object in front."""
         try:
             return self._depth_m(name, self._editing.frame if frame is None else frame)
         except InputError:
             return None
 
     def _depth_m(self, name: str, frame: int) -> float:
-        """Return how far an object is.
+        """Return the distance of an object in m.
 
-        Raises InputError where there is no such object, or it cannot be focused on.
+        Raise InputError if there is no such object, or it cannot be focused on.
         """
         scene, pose = self.scene, self._renderer.pose_at(self._editing.shot, frame)
         if scene is None or pose is None:
@@ -115,21 +115,21 @@ class SceneCommands:
         return object_depth_m(scene, name, pose, frame)
 
     def point_m(self, x_px: int, y_px: int, frame: int) -> float | None:
-        """Return how far what is seen at a pixel is at a frame; None beside the picture."""
+        """Return the distance at a pixel at a frame, in m; None outside the picture."""
         try:
             return self._renderer.scene_depth_m(self._editing.shot, frame, x_px, y_px)
         except InputError:
             return None
 
     def following(self, mark: PointMark, frames: FrameRange) -> Following | None:
-        """Begin to measure how far a point is at each of `frames`; None where no scene is open."""
+        """Begin to measure the distance of a point at each of `frames`; None without a scene."""
         scene = self._renderer.scene
         if scene is None:
             return None
         return Following(self._renderer, scene, self._editing.shot, mark, frames)
 
     def focus_on(self, name: str) -> None:
-        """Focus on the middle of an object. Raises InputError where that cannot be."""
+        """Focus on the middle of an object. Raise InputError if that is impossible."""
         depth_m = self._depth_m(name, self._editing.frame)
         self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=depth_m))
 
@@ -151,22 +151,22 @@ class SceneCommands:
             self._say(Problem(error))
 
     def look_through(self, name: str) -> None:
-        """Look through one of the scene's cameras, with its lens as far as the file tells it.
+        """Look through a camera of the scene, with the lens values that the file has for it.
 
-        The keys of the shot's own camera are removed, and those of what the file tells are replaced
-        by its own. All of it is one step of undo.
+        Keys of the shot's own camera are removed, and keys of lens values in the file are replaced
+        by those of the file. All of this is one undo step.
         """
         scene = self.scene
         if scene is None:
             return
         camera = scene.camera_named(name)
         self._editing.do(through_camera(self._editing.shot, camera))
-        self._say(_told(name, self._editing.lens, told_lens(camera)))
+        self._say(_message(name, self._editing.lens, told_lens(camera)))
 
     def place(self, up_axis: WorldAxis, meters_per_unit: float) -> None:
-        """Say which axis of the file is up and how long its unit is; the whole scene is seen again.
+        """Set the up axis and the unit of the file, and frame the whole scene again.
 
-        A focus without keys scales with the unit, and so stays on what it was on.
+        A focus without keys scales with the unit, and so stays on the same object.
         """
         framing, shot = self.framing, self._editing.shot
         if (framing.up_axis, framing.meters_per_unit) == (up_axis, meters_per_unit):
@@ -180,7 +180,7 @@ class SceneCommands:
         self._editing.do(replace(shot, framing=placed, lens=lens))
 
     def set_key(self) -> None:
-        """Key the camera where it stands at this frame."""
+        """Set a key for the camera at this frame."""
         if self.scene is None:
             return
         pose = self.pose
@@ -201,7 +201,7 @@ class SceneCommands:
 
     @property
     def key_frames(self) -> tuple[float, ...]:
-        """Where the shot's own camera has keys."""
+        """The frames with keys of the shot's own camera."""
         track = self.framing.track if self.scene is not None else None
         return () if track is None else tuple(key.frame for key in track.keys)
 
@@ -215,12 +215,12 @@ class SceneCommands:
         )
 
     def _height_m(self, distance_m: float) -> float:
-        """Return the height of what is seen at a distance."""
+        """Return the height of the field of view at a distance, in m."""
         lens = self._editing.lens
         return distance_m * lens.sensor_width_mm / (lens.focal_length_mm * self._aspect)
 
     def _pivot_m(self) -> Vector:
-        """Return what is in focus, straight ahead; focus far beyond the scene gives its middle."""
+        """Return the distance of the pivot of an orbit: the focus, or the scene's middle."""
         scene, pose = self.scene, self.pose
         assert scene is not None
         box = bounds_m(scene, self._editing.frame)
@@ -228,8 +228,8 @@ class SceneCommands:
         return pivot_of(pose, min(self._editing.lens.focus_distance_m, farthest))
 
 
-def _told(name: str, lens: Lens, told: Collection[str]) -> str:
-    """Return what of a lens came with a camera, and what stayed as it was."""
+def _message(name: str, lens: Lens, told: Collection[str]) -> str:
+    """Return a message about the lens values that came with a camera, and those that stayed."""
     parts = {
         "focal_length_mm": f"{lens.focal_length_mm:.4g} mm",
         "f_stop": f"f/{lens.f_stop:.3g}",

@@ -1,4 +1,4 @@
-"""How far marks of a scene are over its frames: drawn a few at a time while nothing moves."""
+"""Measure the distances of a scene's marks over its frames, a few at a time while idle."""
 
 import time
 from collections.abc import Callable
@@ -15,13 +15,13 @@ from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.timeline import Timeline
 
 _SLICE_S = 0.02
-_FRAMES_MOST = 240  # that a mark is measured at; a line between two of them is straight
+_FRAMES_MOST = 240  # largest number of measured frames per mark
 _Moving = PointMark | ObjectMark
-_Known = dict[int, float | None]  # dioptres by frame, None where there is no distance
+_Known = dict[int, float | None]  # dioptres by frame; None without a distance
 
 
 class SceneMarkTracks:
-    """How far marks of a scene are, kept while scene, camera and angle are the same."""
+    """The distances of a scene's marks, kept while scene and camera stay the same."""
 
     def __init__(
         self,
@@ -31,7 +31,7 @@ class SceneMarkTracks:
         scenes: SceneCommands,
         is_busy: Callable[[], bool],
     ) -> None:
-        """Take `is_busy`, which returns whether other work, as the visible picture, comes first."""
+        """Create it; `is_busy` returns True while more urgent work is waiting."""
         self._source = source
         self._editing = editing
         self._timeline = timeline
@@ -39,21 +39,21 @@ class SceneMarkTracks:
         self._is_busy = is_busy
         self._seen_by: object = None
         self._known: dict[object, _Known] = {}
-        self._is_asked = False  # since the last `poll`
+        self._is_asked = False  # whether `tracks` was called since the last `poll`
 
     def tracks(self) -> tuple[MarkTrack, ...]:
-        """Return the tracks of all marks that move, as far as they are known; ask for the rest."""
+        """Return the known parts of the tracks of all moving marks, and request the rest."""
         self._is_asked = True
         self._forget_what_changed()
         return tuple(self._track(mark) for mark in self._marks)
 
     @property
     def is_due(self) -> bool:
-        """Return True where something was asked for that is not known, and there is time for it."""
+        """Return True if a requested distance is unknown and there is time to measure."""
         return self._is_asked and self._is_idle and self._next() is not None
 
     def poll(self) -> None:
-        """Measure for a moment, if that was asked for; call this once a frame."""
+        """Measure for a moment if tracks were requested; call this once a frame."""
         self._forget_what_changed()
         end = time.perf_counter() + _SLICE_S
         while self.is_due and time.perf_counter() < end:
@@ -66,7 +66,7 @@ class SceneMarkTracks:
 
     @property
     def _frames(self) -> tuple[int, ...]:
-        """The frames of the shot, evenly where there are too many, and the last one."""
+        """The frames to measure: all, or evenly spaced ones and the last if there are too many."""
         frames = self._timeline.frames or FrameRange(0, 0)
         step = -(-frames.count // _FRAMES_MOST)
         return (*range(frames.first, frames.last, step), frames.last)
@@ -86,7 +86,7 @@ class SceneMarkTracks:
         return self._known.setdefault(_place(mark), {})
 
     def _next(self) -> tuple[_Moving, int] | None:
-        """Return a mark and a frame at which it is not known yet; all marks grow alike."""
+        """Return the next mark and frame to measure, so that all marks progress equally."""
         frames = self._frames
         missing = [
             (len(known), mark)
@@ -111,12 +111,12 @@ class SceneMarkTracks:
                 distance_m = self._scenes.object_m(mark.object_name, frame)
             else:
                 distance_m = self._scenes.point_m(int(mark.x_px), int(mark.y_px), frame)
-        except HeatlensError:  # beside the picture, or no lens at this frame
+        except HeatlensError:  # outside the picture, or an impossible lens at this frame
             return None
         return None if distance_m is None else 1.0 / distance_m
 
     def _track(self, mark: _Moving) -> MarkTrack:
-        """Return the line of a mark, with gaps where it has no distance."""
+        """Return the track of a mark, with gaps at frames without a distance."""
         known = self._known_of(mark)
         places = [(frame, known[frame]) for frame in self._frames if frame in known]
         parts = groupby(places, key=lambda place: place[1] is None)
@@ -131,14 +131,14 @@ class SceneMarkTracks:
 
 
 def _looked_at(shot: Shot) -> tuple[object, ...]:
-    """Return a key that is equal where a scene is seen alike at every frame, whatever the focus."""
+    """Return a key of everything that decides the view of the scene, independent of the focus."""
     lens = shot.lens
     focal_length = shot.curves.of(LensParameter.FOCAL_LENGTH)
     return shot.framing, lens.focal_length_mm, lens.sensor_width_mm, focal_length
 
 
 def _place(mark: _Moving) -> object:
-    """Return a key that is equal for marks that are equally far."""
+    """Return a key that is equal for marks at the same position."""
     if isinstance(mark, ObjectMark):
         return mark.object_name
     return int(mark.x_px), int(mark.y_px)

@@ -1,4 +1,4 @@
-"""The lens that a running renderer sends: the shot follows it where nobody has overruled it."""
+"""Follow the lens that a running renderer sends, except for values that the user has set."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -14,9 +14,10 @@ _FOLLOWED = ("focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm")
 
 
 class SentLens:
-    """Takes over what has changed in the lens of a stream since it was sent last.
+    """Applies changes of the lens of a stream to the shot.
 
-    A value set by hand stays until the renderer changes it; options of the command line always win.
+    A value set by the user stays until the renderer changes it; options of the command line always
+    win.
     """
 
     def __init__(
@@ -30,12 +31,12 @@ class SentLens:
         self._editing = editing
         self._given = given
         self._say = say
-        self._of: object = None  # the stream as it was opened
+        self._of: object = None  # the opened stream
         self._plate: Plate | None = None
         self._known: Mapping[str, float] = {}
 
     def poll(self) -> None:
-        """Change the lens where the renderer has changed its own."""
+        """Apply lens values that the renderer has changed; call this once a frame."""
         stream, opened, plate = self._source.stream, self._source.opened, self._source.plate
         if stream is None or opened is None or not stream.is_shown or plate is None:
             return
@@ -44,8 +45,8 @@ class SentLens:
         sent, is_first = _values(plate.camera), self._of is not opened
         changed = {name: v for name, v in sent.items() if self._known.get(name) != v}
         self._of, self._plate = opened, plate
-        self._known = {**self._known, **sent}  # a lens that is created again has no values yet
-        if not is_first:  # a shot begins with the lens of its first frame
+        self._known = {**self._known, **sent}  # a newly created camera sends no values at first
+        if not is_first:  # the shot already began with the lens of the first frame
             self._follow(changed, self._given.lens_of(opened.text))
 
     def _follow(self, changed: Mapping[str, float], given: Mapping[str, float]) -> None:

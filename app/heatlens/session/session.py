@@ -1,7 +1,6 @@
-"""What the program behind the window holds: the open document and all that can be done with it.
+"""The program behind the window: the open document and everything that can be done with it.
 
-It knows no window and draws nothing. Every picture comes from the renderer that `heatlens render`
-uses.
+A session needs no window. Its pictures come from the same renderer that `heatlens render` uses.
 """
 
 from collections.abc import Callable
@@ -60,12 +59,12 @@ from heatlens.session.timeline import Timeline
 from heatlens.session.view_commands import ViewCommands
 from heatlens.source.opened import Opened
 
-_SETTLING_S = 0.1  # until a gesture may have ended, or a shot is to be kept
-_NEXT_SLICE_S = 0.005  # until marks of a scene are measured on: the window answers in between
+_SETTLING_S = 0.1  # between checks whether a gesture has ended or an autosave is due
+_NEXT_SLICE_S = 0.005  # between slices of measuring marks, in which the window handles input
 
 
 class Session:
-    """Holds the open document; panels and loops read it and call its commands."""
+    """The open document and its commands; panels and the main loop use it."""
 
     def __init__(
         self,
@@ -76,10 +75,10 @@ class Session:
         frames_folder: Path | None = None,
         is_software: bool = False,
     ) -> None:
-        """Begin as `start` says.
+        """Begin with the values of the command line, `start`.
 
-        `wake`, called from threads, makes whoever draws draw again. Rendered frames are kept in
-        `frames_folder`, None: in memory alone. `is_software`: the processor draws the window.
+        Threads call `wake` to have the window drawn. Rendered frames are kept in `frames_folder`,
+        or in memory only if None. `is_software` says that a software rasteriser draws the window.
         """
         self.messages = Messages()
         say = self.messages.say
@@ -111,7 +110,7 @@ class Session:
     def _add_time_commands(
         self, say: Callable[[str], None], wake: Callable[[], None], frames_folder: Path | None
     ) -> None:
-        """Add the timeline, keys, marks and the scene's camera, and the frames that are played."""
+        """Create timeline, keys, marks, the scene's camera, playback and rendering."""
         source, editing, view = self.source, self.editing, self.picture_view
         now = self.preferences.now
         self.timeline = timeline = Timeline(source, editing, say)
@@ -137,7 +136,7 @@ class Session:
             lambda: self.scene_tracks.is_due,
             wake,
         )
-        self.ring.on_turn = self.pull.touched  # nothing is rendered ahead while it turns
+        self.ring.on_turn = self.pull.touched  # do not render ahead while it turns
         self.player = FramePlayer(timeline, source, editing, self.pull, say)
         self.recording = PullRecording(
             editing, timeline, rows, RingTake(self.ring, source, editing), say
@@ -147,7 +146,7 @@ class Session:
         )
 
     def _add_file_commands(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
-        """Add documents, files and exports; open what the command line named."""
+        """Create documents, files and exports; open the file that the command line named."""
         source, editing, view = self.source, self.editing, self.picture_view
         preferences, stream = self.preferences, self.given.start.stream
         self.documents = ShotDocuments(
@@ -173,11 +172,11 @@ class Session:
         )
         self.files.open_first()
 
-    # What is in hand
+    # State
 
     @property
     def renderer(self) -> FrameRenderer:
-        """What renders every picture."""
+        """The renderer of all pictures."""
         return self.source.renderer
 
     @property
@@ -187,7 +186,7 @@ class Session:
 
     @property
     def view(self) -> ViewState:
-        """How the picture is looked at."""
+        """The view state: exposure, zoom, overlay, comparison."""
         return self.picture_view.state
 
     @view.setter
@@ -196,17 +195,17 @@ class Session:
 
     @property
     def is_plain(self) -> bool:
-        """Return True where nothing is seen but the picture through the lens."""
+        """True while only the live picture through the lens is shown."""
         return self.picture_view.is_lens_alone and not self.pull.is_alone
 
     @property
     def message(self) -> str:
-        """What was said last, for as long as it is shown."""
+        """The message in the status bar, or ""."""
         return self.messages.text
 
     @property
     def shot(self) -> Shot:
-        """The shot as it is seen."""
+        """The current shot."""
         return self.editing.shot
 
     @property
@@ -216,22 +215,22 @@ class Session:
 
     @property
     def frame(self) -> int:
-        """The frame of the playhead."""
+        """The frame at the playhead."""
         return self.editing.frame
 
     @property
     def has_scene(self) -> bool:
-        """Return True where a 3D scene is open, which can be seen from more points than one."""
+        """True if a 3D scene is open."""
         return self.source.has_scene
 
     @property
     def histogram(self) -> DepthHistogram | None:
-        """The plate's distances; None where it has none."""
+        """The histogram of the plate's distances; None if it has none."""
         return self.source.histogram
 
     @property
     def reference(self) -> Reference | None:
-        """The EXR loaded as B."""
+        """The reference picture, to be shown as B; None if none is loaded."""
         return self.references.current
 
     @property
@@ -241,13 +240,13 @@ class Session:
 
     @property
     def seen(self) -> Shown | None:
-        """The picture through the lens that is to be on the screen."""
+        """The picture through the lens to show."""
         return self.scheduler.seen
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
-        """Return how far marked things are over the frames.
+        """Return the distances of the marks over the frames.
 
-        Marks on files are known at the frames in memory, marks in scenes once they were measured.
+        For plates they are known at the frames in memory, for scenes at the frames measured so far.
         """
         if self.has_scene:
             return self.scene_tracks.tracks()
@@ -256,25 +255,25 @@ class Session:
 
     @property
     def _is_measuring_late(self) -> bool:
-        """Return True while there is work that comes before measuring how far marks are."""
+        """True while there is more urgent work than measuring marks."""
         return self.scheduler.is_rendering or self.marks.is_reading
 
-    # What can be done
+    # Messages
 
     def say(self, sentence: str) -> None:
         """Show a sentence in the status bar for a while."""
         self.messages.say(sentence)
 
     def say_error(self, error: HeatlensError) -> None:
-        """Show what went wrong; after a fault of the program the work in hand is kept first."""
+        """Show an error in the status bar; after a fault of the program, autosave first."""
         if isinstance(error, FaultError):
             self.documents.keep_now()
         self.say(Problem(error))
 
-    # What happens by itself
+    # Called by the main loop
 
     def poll(self) -> None:
-        """Take what threads have read; errors are said, and the last good picture stays."""
+        """Take over what threads have read; report errors, and keep the last good picture."""
         try:
             with faults_told("What was read could not be shown"):
                 self._take_news()
@@ -283,19 +282,19 @@ class Session:
             self.start_choices.refused()
         self._lost_surfaces.look(self.source.plate)
         if self.source.plate is None:
-            self.sides.restart()  # what was under way read from the plate that left the GPU
-        # Why a file was refused is all that the start screen has to tell: it stays until the user
-        # opens something else or goes back.
+            self.sides.restart()  # work in progress used a plate that is no longer on the GPU
+        # An error about a file stays on the start screen until the user opens something else or
+        # goes back.
         self.messages.fade(keeps_problem=self.start_choices.is_wanted)
         self.speed.is_for_ring = self.ring.is_turning
 
     def drawn(self) -> None:
-        """Take note that what was drawn is on the screen now."""
+        """Note that the frame of the window is on the screen now."""
         seen = self.seen
         self.ring.seen(None if seen is None else seen.shot.lens_at(seen.frame))
 
     def _reload_shaders(self) -> None:
-        """Draw with shaders whose files have changed; a mistake in them is only said."""
+        """Use shaders whose files have changed; only report a mistake in them."""
         news = self._shaders.poll() if self._shaders is not None else None
         if news is not None:
             self.say(news.sentence)
@@ -320,7 +319,7 @@ class Session:
             poll()
 
     def _begin(self, opened: Opened) -> None:
-        """Begin a shot of another file or renderer; the same file read anew keeps its shot."""
+        """Begin with a newly opened source; a source that was only read again keeps its shot."""
         self.pull.begin()
         self.recording.keep()
         self.sides.restart()
@@ -337,7 +336,7 @@ class Session:
             self.editing.begin(coming)
         elif not is_same:
             self._begin_shot(opened, start_lens.lens)
-        elif opened.cache is not None:  # its files were read again, perhaps in another way
+        elif opened.cache is not None:  # files were read again, perhaps with other options
             self.editing.edit(replace(self.shot, plate_options=opened.options))
         else:
             self.clips.arrived()
@@ -358,7 +357,7 @@ class Session:
         self.view = replace(self.view, zoom=None, center_px=None)
 
     def _color_note(self, opened: Opened) -> str:
-        """Take the colours as the header tells them, alike for all frames; a scene has none."""
+        """Apply the colour space of the header; return a note about it, or ""."""
         self.view = self.color.of_plate(self.view, opened.attributes)
         return self.color.input_of(self.view.input_space).note
 
@@ -368,16 +367,16 @@ class Session:
             self.say(said)
 
     def work(self) -> None:
-        """Go on for a moment with the whole picture, else with the frames of the pull."""
+        """Render for one time slice: visible pictures first, then frames ahead."""
         self.scheduler.work()
 
     @property
     def wants_frames(self) -> bool:
-        """Return True while a gesture waits to become a step, or a shot to be kept."""
+        """True while a gesture waits to become an undo step, or changes to be autosaved."""
         return self.editing.is_unsettled or self.documents.is_behind
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long the loop may sleep without an event; None: until there is one."""
+        """Return how many seconds the loop may sleep; None to sleep until an event."""
         waits = (
             _SETTLING_S if self.wants_frames else None,
             _NEXT_SLICE_S if self.scene_tracks.is_due else None,
@@ -391,13 +390,13 @@ class Session:
         return min((wait for wait in waits if wait is not None), default=None)
 
     def remember(self, **window: object) -> None:
-        """Keep what may have changed; `window` are further fields of Remembered."""
+        """Save the preferences; `window` has further fields of Remembered."""
         view, playback = self.view, self.timeline.playback
         self.preferences.change(
             display=view.display,
             view=self.color.chosen_view(view),
             unit=view.unit,
-            guides=replace(view.guides, desqueeze=None),  # which is of what is open
+            guides=replace(view.guides, desqueeze=None),  # which belongs to the open source
             peaking=view.peaking,
             ending=playback.ending,
             every_frame=playback.is_every_frame,
@@ -409,7 +408,7 @@ class Session:
             self.say(Problem(error))
 
     def close(self) -> None:
-        """End all threads; a picture that is being written is finished, an export stopped."""
+        """Finish writing, stop an export, and end all threads."""
         self.pictures.saver.close()
         self.exports.close()
         self.documents.close()

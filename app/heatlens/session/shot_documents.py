@@ -1,4 +1,4 @@
-"""The shot as a document: begun with a plate, opened, saved, and kept while it is not saved."""
+"""Open, save and autosave the shot, and offer to recover unsaved changes after a crash."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, wait
@@ -20,20 +20,20 @@ from heatlens.session.start_shot import shot_with_camera
 from heatlens.session.timeline import Timeline
 from heatlens.source.opened import Opened
 
-_DISK_S = 5.0  # waited for the disk in `keep_now`
+_DISK_S = 5.0  # longest wait for the disk in `keep_now`
 
 
 @dataclass(frozen=True)
 class Document:
-    """A shot and the file it is of; None: it has none yet."""
+    """A shot and its file; None if it has no file yet."""
 
     path: Path | None
     shot: Shot
-    saved: Shot | None = None  # as the file has it
+    saved: Shot | None = None  # the shot in the file
 
 
 class ShotDocuments:
-    """Opens, saves and keeps the shot, and offers what was not saved before a crash."""
+    """Opens, saves and autosaves the shot, and offers unsaved changes after a crash."""
 
     def __init__(
         self,
@@ -61,60 +61,60 @@ class ShotDocuments:
         self._coming: Document | None = None  # waits for its plate
         self._complained = ""  # why nothing can be kept, as it was said
 
-    # By hand
+    # Commands
 
     def open(self, path: Path) -> None:
-        """Begin to read a shot file; what is open stays until its plate has a picture."""
+        """Begin to read a shot file; the open source stays until the new plate has a picture."""
         self._reading = self.store.read(path.expanduser().absolute())
 
     def opens(self, text: str) -> bool:
-        """Open it, if it is a shot; a shot that was coming is not waited for any more."""
+        """Open `text` if it is a shot file and return True; stop waiting for an earlier shot."""
         self._coming = self._reading = self.offer = None
         if is_shot_file(text):
             self.open(Path(text))
         return is_shot_file(text)
 
     def save(self) -> bool:
-        """Write the shot to its file; False where it has none yet, and needs a name."""
+        """Save the shot to its file; return False if it has no file yet."""
         if self.path is not None:
             self.save_as(self.path)
         return self.path is not None
 
     def save_as(self, path: Path) -> None:
-        """Write it to this file, whose shot it is from now on."""
+        """Save the shot to this file, which is its file from now on."""
         self._editing.settle()
         frames = self._timeline.frames if self._timeline.is_sequence else None
         shot = replace(self._editing.shot, frames=frames)
         if shot != self._editing.shot:
             self._editing.do(shot)
         unnamed = self._unnamed_path()
-        if unnamed is not None:  # it has a file now, and is not offered with its plate again
+        if unnamed is not None:  # it has a file now, so the autosave without file is not needed
             self._track(self.store.drop(unnamed))
         self.path, self._saved, self._kept = path, shot, shot
         self._writing.append((self.store.save(path, shot), f"Saved {path}."))
         self._preferences.opened(str(path))
 
     def proposed_name(self) -> str:
-        """Return a name for the file to save."""
+        """Return a suggested name for the shot's file."""
         if self.path is not None:
             return self.path.name
         cache, plate = self._timeline.cache, self._source.plate
-        assert plate is not None  # there is nothing to save before
+        assert plate is not None  # saving is possible only after something was opened
         is_sequence = cache is not None and not cache.sequence.is_single
         return proposed_name(plate.path, is_sequence)
 
     @property
     def is_saved(self) -> bool:
-        """Return True where the file says what is seen."""
+        """True if the file has the current shot."""
         return self._saved is not None and self._saved == self._editing.shot
 
     @property
     def title(self) -> str:
-        """The name of the shot's file, with a star while it is not saved; "" without one."""
+        """The name of the shot's file, with a star for unsaved changes; "" without a file."""
         return "" if self.path is None else f"{self.path.name}{'' if self.is_saved else ' *'}"
 
     def answer(self, goes_on: bool) -> None:
-        """Answer the offer: go on with what was not saved, or throw it away."""
+        """Answer the offer: recover the unsaved changes, or discard them."""
         found, self.offer = self.offer, None
         if found is None:
             return
@@ -129,10 +129,10 @@ class ShotDocuments:
         if found.saved is not None:
             self._come(Document(found.path, found.saved, found.saved))
 
-    # What happens by itself
+    # Called by the session
 
     def taken(self, opened: Opened) -> Shot | None:
-        """Return the shot whose plate has arrived; None where a plate arrived for itself."""
+        """Return the shot whose plate has been opened; None for a plate without a shot."""
         coming, self._coming = self._coming, None
         is_it = coming is not None and coming.shot.source == opened.text
         if is_it or opened.text != self._editing.shot.source:
@@ -144,14 +144,14 @@ class ShotDocuments:
         return coming.shot
 
     def begun(self) -> None:
-        """Begin a shot without a file; what was kept of an earlier one is offered."""
+        """Begin a shot without a file; offer the unsaved changes of an earlier one."""
         self.path, self._saved, self._kept = None, None, self._editing.shot
         path = self._unnamed_path()
         if path is not None:
             self._reading = self.store.read(path, is_asked=False)
 
     def poll(self) -> None:
-        """Take what was read and written, and keep what was changed; call this once a frame."""
+        """Handle finished reads and writes, and autosave changes; call this once a frame."""
         self._take_read()
         self._take_written()
         shot, target = self._editing.shot, self._target
@@ -161,9 +161,9 @@ class ShotDocuments:
             self._track(self.store.drop(target) if is_saved else self.store.keep(target, shot))
 
     def keep_now(self) -> None:
-        """Keep at once what is not saved, even in the middle of a gesture, and wait for the disk.
+        """Autosave at once, even during a gesture, and wait for the disk.
 
-        For a moment after which nothing may come: a fault of the program, or a signal to end it.
+        Called after a fault of the program or a signal to end it.
         """
         target, shot = self._target, self._editing.shot
         if target is None or self.offer is not None or shot == self._kept or self.is_saved:
@@ -175,12 +175,12 @@ class ShotDocuments:
 
     @property
     def _target(self) -> Path | None:
-        """The file beside which is kept what is not saved."""
+        """The file beside which unsaved changes are kept."""
         return self.path or self._unnamed_path()
 
     @property
     def is_behind(self) -> bool:
-        """Return True where something was changed that is not kept yet."""
+        """True if there are changes that are not autosaved yet."""
         is_open = self._source.plate is not None and self.offer is None
         return is_open and self._target is not None and self._editing.shot != self._kept
 
@@ -200,7 +200,7 @@ class ShotDocuments:
             self._come(Document(found.path, found.saved, found.saved))
 
     def _come(self, document: Document) -> None:
-        """Open the plate of a shot."""
+        """Open the plate of a shot that has been read."""
         shot = document.shot
         if shot.source is None:
             self._say(f"{document.path} names no plate.")
@@ -238,20 +238,20 @@ class ShotDocuments:
         return unnamed_path(preferences.parent, source)
 
     def _drop_unnamed(self) -> None:
-        """Forget what was only looked at; keys and marks are work, and are kept."""
+        """Delete the autosave of a shot without keys and marks, which is not worth recovering."""
         path, shot = self._unnamed_path(), self._editing.shot
         if path is not None and not (shot.key_frames or shot.marks):
             self._track(self.store.drop(path))
 
     def close(self) -> None:
-        """Keep what is not saved, and finish what is being written."""
+        """Autosave, and finish writing."""
         self.keep_now()
         self._drop_unnamed()
         self.store.close()
 
 
 def _on_its_frames(camera: CameraSamples | None, shot: Shot) -> CameraSamples | None:
-    """Return the camera with the rows of a table on the frames that have their timecode."""
+    """Return the camera with the rows of a table placed on the frames of their timecode."""
     if camera is None or shot.span is None:
         return camera
     first = shot.span.first

@@ -1,4 +1,4 @@
-"""Shot files on threads: read, written, and kept beside while they are not saved."""
+"""Read, write and autosave shot files on a thread."""
 
 import hashlib
 import re
@@ -28,37 +28,37 @@ _FRAME_NUMBER = re.compile(r"[._-]?\d+$")
 
 @dataclass(frozen=True)
 class Found:
-    """What lies at a shot file: as it was saved, and what was not saved before a crash."""
+    """What was read of a shot file: the saved shot, and unsaved changes from before a crash."""
 
     path: Path
-    saved: Shot | None  # None: there is no such file, only what was kept of it
+    saved: Shot | None  # None if there is no file, only unsaved changes
     unsaved: Shot | None
 
 
 class ShotStore:
-    """Reads and writes on one thread, so that what is written last is what stays."""
+    """Reads and writes on a single thread, so that the latest write wins."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="shot-files")
         self._wake = wake
 
     def read(self, path: Path, is_asked: bool = True) -> Future[Found]:
-        """Begin to read; the future raises InputError for what is no shot.
+        """Begin to read; the future raises InputError if the file is not a shot.
 
-        Where nobody asked for it, nothing may be there.
+        With `is_asked` False, a missing file is not an error.
         """
         return self._begin(lambda: _found(path, is_asked))
 
     def save(self, path: Path, shot: Shot) -> Future[None]:
-        """Begin to write the file."""
+        """Begin to save the file."""
         return self._begin(lambda: write_shot(path, shot))
 
     def keep(self, path: Path, shot: Shot) -> Future[None]:
-        """Begin to write beside the file what is not saved."""
+        """Begin to write unsaved changes beside the file."""
         return self._begin(lambda: _kept(path, shot))
 
     def drop(self, path: Path) -> Future[None]:
-        """Begin to remove what was kept beside the file."""
+        """Begin to remove the unsaved changes beside the file."""
         return self._begin(lambda: autosave_path(path).unlink(missing_ok=True))
 
     def _begin(self, job: Callable[[], Result]) -> Future[Result]:
@@ -67,18 +67,18 @@ class ShotStore:
         return future
 
     def close(self) -> None:
-        """Finish what is being written."""
+        """Finish writing and end the thread."""
         self._thread.shutdown(wait=True)
 
 
 def proposed_name(plate: Path, is_numbered: bool) -> str:
-    """Return what a shot of this plate is called, unless somebody knows better."""
+    """Return the default file name for a shot of this plate."""
     stem = _FRAME_NUMBER.sub("", plate.stem) if is_numbered else plate.stem
     return f"{stem or plate.stem}{SHOT_SUFFIX}"
 
 
 def unnamed_path(folder: Path, source: str) -> Path:
-    """Return where a shot without a file is kept: by its plate, in the preferences' folder."""
+    """Return the autosave path of a shot without a file: named after its source, in `folder`."""
     digest = hashlib.sha256(source.encode("utf-8", "surrogateescape")).hexdigest()[:16]
     return folder / _UNSAVED_FOLDER / f"{digest}{SHOT_SUFFIX}"
 
@@ -92,7 +92,7 @@ def _found(path: Path, is_asked: bool) -> Found:
     except InputError:
         if saved is None:
             raise
-        unsaved = None  # what the crash cut off in writing is worth nothing
+        unsaved = None  # the crash interrupted the writing of it
     return Found(path, saved, unsaved)
 
 

@@ -1,4 +1,4 @@
-"""How the program begins, and what the options of the command line are for."""
+"""Keep what the command line gave, and decide which file its options apply to."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,19 +19,19 @@ from heatlens.source.stream_source import StreamSource
 
 @dataclass(frozen=True)
 class Start:
-    """What the command line gave.
+    """The values of the command line.
 
-    source         a file, pattern, folder, scene or shot, or the name of `stream`; "" lets the
-                   user choose in the window
-    plate_options  how the plate is read
-    lens           fields of Lens that were given
+    source         a file, pattern, folder, scene or shot, or the name of `stream`; "" shows the
+                   start screen
+    plate_options  how to read the plate
+    lens           the given fields of Lens
     stream         a renderer that sends frames; closed with the program
-    camera         tells what `lens` does not tell of the lens
-    timing         puts the seconds of a scene into frames
-    lens_in        a camera or a controller that the lens follows; closed with the program
-    lens_out       what the lens at the playhead is sent to; closed with the program
-    placing        tells of a scene's file what it does not say
-    kit            bounds the lens of what is named, else of what opens first
+    camera         a camera file with lens values that `lens` does not give
+    timing         the frame rate and clip of a scene
+    lens_in        a camera or controller that the lens follows; closed with the program
+    lens_out       where the lens at the playhead is sent; closed with the program
+    placing        up axis and unit of a scene whose file does not say them
+    kit            a lens kit that limits the lens
     """
 
     source: str
@@ -50,19 +50,19 @@ class Start:
 
 
 class GivenOptions:
-    """The options of the command line: they are for what it named, else for what opens first."""
+    """The options of the command line; they apply to the file it named, or to the first opened."""
 
     def __init__(self, start: Start) -> None:
         self.start = start
         self._source = start.source
-        self.has_opened = False  # anything, since the program began
+        self.has_opened = False  # whether anything has been opened yet
 
     def opened(self, text: str) -> None:
         """Note that `text` was opened."""
         self._source, self.has_opened = self._source or text, True
 
     def are_for(self, text: str) -> bool:
-        """Return True where the options count for what is called `text`."""
+        """Return True if the options apply to the source `text`."""
         return self._source in (text, "")
 
     def timing_of(self, text: str) -> SceneTiming | None:
@@ -70,11 +70,11 @@ class GivenOptions:
         return self.start.timing if self.start.source == text else None
 
     def placing_of(self, text: str) -> Placing:
-        """Return what was said of the unit and the direction of the scene called `text`."""
+        """Return the given up axis and unit for the scene `text`."""
         return self.start.placing if self.are_for(text) else Placing()
 
     def lens_of(self, text: str) -> Mapping[str, Any]:
-        """Return the fields of Lens given for `text`, those of a camera as they are first."""
+        """Return the fields of Lens given for `text`, and those of a camera at its first frame."""
         if not self.are_for(text):
             return {}
         camera, kept = self.start.camera, self.start.lens

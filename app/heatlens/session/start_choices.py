@@ -1,4 +1,4 @@
-"""What can be opened from the start screen, and whether that is seen."""
+"""The choices of the start screen, and whether it is shown."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,19 +15,19 @@ from heatlens.session.start import GivenOptions
 from heatlens.source.kind import SourceKind
 from heatlens.source.kind import kind_of as source_kind
 
-_RECENT_MAX = 6  # with what comes before them there are digits for all
+_RECENT_MAX = 6  # so that all cards together have digit keys
 _PATTERN_MARKS = "#%@$"
 
 
 @dataclass(frozen=True)
 class Card:
-    """One thing to choose.
+    """A choice on the start screen.
 
     title    its name
-    words    the line under it
-    text     what it opens, as FileCommands.open takes it; None: a file is asked for
-    kind     of a recent file, in a word; "" for what is always there
-    picture  a file in assets/ that shows it, or None
+    words    the line under the name
+    text     the source to open, see FileCommands.open; None opens the file dialog
+    kind     the kind of a recent file, in a word; "" for permanent choices
+    picture  the name of a picture in assets/, or None
     """
 
     title: str
@@ -38,7 +38,7 @@ class Card:
 
 
 class StartChoices:
-    """Whether the start screen is seen, and what it offers."""
+    """The start screen: whether it is shown, and its choices."""
 
     def __init__(
         self,
@@ -58,38 +58,38 @@ class StartChoices:
             self.show()
 
     def show(self) -> None:
-        """Show the start screen in the place of the picture; what is open stays."""
+        """Show the start screen instead of the picture; the open source stays open."""
         self.is_wanted = True
         self._playback.stop()
         self._recent.look()
 
     def opened(self) -> None:
-        """Leave the start screen: something was opened and is seen from now on."""
+        """Leave the start screen, because a source has been opened."""
         self.is_wanted = False
 
     def leave(self) -> None:
-        """Go back to the picture, where there is one."""
+        """Go back to the picture, if there is one."""
         if self._source.plate is not None:
             self.is_wanted = False
 
     def refused(self) -> None:
-        """Show the start screen where what the program began with cannot be opened."""
+        """Show the start screen if the source of the command line cannot be opened."""
         is_idle = self._source.opener.opening is None and not self._source.is_waiting
         if is_idle and not self._given.has_opened and not self.is_wanted:
             self.show()
 
     @property
     def has_nothing(self) -> bool:
-        """Return True where nothing was opened yet that panels could tell of."""
+        """True if nothing has been opened yet, so that panels have nothing to show."""
         return self.is_wanted and self._source.plate is None
 
     @property
     def most_recent(self) -> int:
-        """As many recent files as there may be once they were looked for."""
+        """The largest number of recent files once the check of them has ended."""
         return min(self._recent.most, _RECENT_MAX)
 
     def cards(self) -> tuple[Card, ...]:
-        """Return what is there always, then the recent files that are there."""
+        """Return the permanent choices, then the recent files that still exist."""
         stream = self._source.stream
         still = str(data_dir("assets") / "still_life.exr")
         listen = () if stream is None else (_listen(stream.text, stream.address),)
@@ -99,16 +99,16 @@ class StartChoices:
         return (*fixed, *map(_recent, recent[:_RECENT_MAX]))
 
     def take(self, card: Card) -> bool:
-        """Open it; False where a file is to be asked for.
+        """Open a choice; return False if the file dialog is needed.
 
-        The start screen stays until it is there.
+        The start screen stays until the source is open.
         """
         if card.text is None:
             return False
         self._files.open(card.text)
         stream = self._source.stream
         if stream is not None and card.text == stream.text:
-            self.is_wanted = False  # the wait for a renderer has words of its own
+            self.is_wanted = False  # the viewport has its own notice while it waits for a stream
         return True
 
 
@@ -133,7 +133,7 @@ def _recent(text: str) -> Card:
 
 
 def kind_of(text: str) -> str:
-    """Return what a recent file is, in a word, as far as its name tells."""
+    """Return the kind of a recent file in a word, judged by its name."""
     if is_shot_file(text):
         return "Shot"
     if source_kind(text) is SourceKind.SCENE:

@@ -1,4 +1,4 @@
-"""The shot that begins when a plate, a scene or a stream has been opened."""
+"""Make the first shot of a plate, scene or stream that has been opened."""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -15,10 +15,10 @@ from heatlens.source.opened import Opened
 
 
 def first_lens(opened: Opened, given: GivenOptions) -> tuple[StartLens, str]:
-    """Return the lens that what was opened begins with, and what is wrong with the given one.
+    """Return the first lens for a source, and a sentence about an unusable given lens, or "".
 
-    The lens of the command line counts for what it came with; one that cannot be is left out, and
-    the sentence says why.
+    The lens of the command line is used if it is for this source; if it is impossible it is left
+    out, and the sentence says why.
     """
     try:
         return opened.lens(given.lens_of(opened.text)), ""
@@ -29,9 +29,9 @@ def first_lens(opened: Opened, given: GivenOptions) -> tuple[StartLens, str]:
 def with_given_camera(
     shot: Shot, given: GivenOptions, first: tuple[int, Timecode] | None = None
 ) -> tuple[Shot, str]:
-    """Return the shot with the command line's camera, where that is for it; and what is to be said.
+    """Return the shot with the command line's camera, if that is for it, and a message or "".
 
-    A lens kit of the command line bounds the lens first. `first` is a frame with its timecode, on
+    A lens kit of the command line limits the lens first. `first` is a frame and its timecode, by
     which the rows of a table are placed.
     """
     camera, source = given.start.camera, shot.source or ""
@@ -41,7 +41,7 @@ def with_given_camera(
     if camera is None or not given.are_for(source):
         return shot, ""
     if any(getattr(shot.lens, name) != value for name, value in given.lens_of(source).items()):
-        return shot, ""  # they make no lens, which was said
+        return shot, ""  # the lens is impossible, which `first_lens` has reported
     placed = at_timecode(camera, first, camera.frames_per_second, shot.frames)
     try:
         filmed = shot_with_camera(shot, placed, given.start.lens)
@@ -51,9 +51,9 @@ def with_given_camera(
 
 
 def shot_with_camera(shot: Shot, camera: CameraSamples | None, kept: Collection[str]) -> Shot:
-    """Return the shot with lens, keys and rate of `camera`, and its frames where it has none.
+    """Return the shot with lens, keys and rate of `camera`, and its frames if the shot has none.
 
-    Fields of Lens in `kept` stay. Raises LensError where what stays makes no lens with the rest.
+    Fields of Lens in `kept` stay. Raise LensError if they are impossible with the camera's values.
     """
     if camera is None:
         return shot

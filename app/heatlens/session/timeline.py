@@ -1,4 +1,4 @@
-"""The playhead over the frames: which frames there are, where it is and where it goes."""
+"""Keep the frames of the open source and move the playhead over them."""
 
 import math
 from collections.abc import Callable
@@ -17,12 +17,12 @@ from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.playback import Playback
 
-_STILL_REACH = 100_000  # frames: as far as time can be gone along on a still
-_FRAMES_MOST = 1_000_000  # of a shot
+_STILL_REACH = 100_000  # largest frame number that the playhead can reach on a still
+_FRAMES_MOST = 1_000_000  # largest number of frames of a shot
 
 
 class Timeline:
-    """The frames of what is open, and the commands that move the playhead over them."""
+    """The frames of the open source, and the commands that move the playhead."""
 
     def __init__(self, source: OpenSource, editing: Editing, say: Callable[[str], None]) -> None:
         self._source = source
@@ -30,32 +30,32 @@ class Timeline:
         self._say = say
         self.playback = Playback()
         self.missing: MissingPolicy = "hold"
-        self.direction: Literal[1, -1] = 1  # in which it moved last
+        self.direction: Literal[1, -1] = 1  # of the latest movement
         self._states = FrameStates()
 
-    # What there is
+    # State
 
     @property
     def cache(self) -> FrameCache | None:
-        """The frames of the sequence that is open; None for a scene or a stream."""
+        """The frame cache of an open sequence; None for a scene or a stream."""
         opened = self._source.opened
         return None if opened is None else opened.cache
 
     @property
     def is_sequence(self) -> bool:
-        """Return True where more than one frame is open."""
+        """True if the source has more than one frame."""
         frames = self._opened_frames
         return frames is not None and frames.count > 1
 
     @property
     def _opened_frames(self) -> FrameRange | None:
-        """The frames of the source as they are now; None for a still."""
+        """The frames of the source; None for a still."""
         opened = self._source.opened
         return None if opened is None else opened.frames
 
     @property
     def has_time(self) -> bool:
-        """Return True where there are frames, or keys at frames."""
+        """True if there are several frames, or keys."""
         return self.is_sequence or bool(self._keyed)
 
     @property
@@ -66,7 +66,7 @@ class Timeline:
 
     @property
     def frames(self) -> FrameRange | None:
-        """The frames of the source as they are now; for a still, those that its keys span."""
+        """The frames of the source; for a still, the range of its keys."""
         if self._opened_frames is not None:
             return self._opened_frames
         keyed = self._keyed
@@ -74,7 +74,7 @@ class Timeline:
 
     @property
     def timed_shot(self) -> Shot:
-        """The shot with the frames as they are now."""
+        """The shot with the present range of frames."""
         return replace(self._editing.shot, frames=self.frames)
 
     @property
@@ -85,19 +85,19 @@ class Timeline:
 
     @property
     def reach(self) -> FrameRange:
-        """All that a ruler should show: frames, keys and the playhead."""
+        """The range that the timeline shows: all frames, keys and the playhead."""
         frame = self._editing.frame
         keyed, frames = self._keyed, self.frames or FrameRange(frame, frame)
         ends = [frames.first, frames.last, frame, *keyed[:1], *keyed[-1:]]
         return _range(min(ends), max(ends))
 
     def runs(self) -> tuple[Run, ...]:
-        """Return which frames are read, waited for or damaged, as runs of equal ones."""
+        """Return the states of the frames (read, waiting, damaged) as runs of equal ones."""
         return () if self.cache is None else self._states.runs(self.cache, self._news)
 
     @property
     def is_behind(self) -> bool:
-        """Return True while there is news of the frames that `runs` has not told yet."""
+        """True while there are changes that `runs` has not returned yet."""
         return self.cache is not None and self._states.is_behind(self.cache, self._news)
 
     @property
@@ -105,10 +105,10 @@ class Timeline:
         opened = self._source.opened
         return (opened.news if opened else 0, self._source.wanted)
 
-    # Going somewhere
+    # Commands
 
     def go(self, frame: int) -> None:
-        """Put the playhead on a frame and stop what plays."""
+        """Move the playhead to a frame and stop playback."""
         self.playback.stop()
         low, high = -_STILL_REACH, _STILL_REACH
         if self.is_sequence:
@@ -116,22 +116,22 @@ class Timeline:
         self.put(min(max(frame, low), high))
 
     def put(self, frame: int) -> None:
-        """Put the playhead on a frame while it goes on playing."""
+        """Move the playhead to a frame without stopping playback."""
         before = self._editing.frame
         if frame != before:
             self._editing.frame = frame
             self.direction = 1 if frame > before else -1
 
     def step(self, frames: int) -> None:
-        """Go on by so many frames, back where they are negative."""
+        """Move the playhead by a number of frames, which may be negative."""
         self.go(self._editing.frame + frames)
 
     def go_to_end(self, direction: int) -> None:
-        """Go to the first (-1) or the last frame that is played."""
+        """Go to the first (-1) or the last (1) played frame."""
         self.go(self.played.last if direction > 0 else self.played.first)
 
     def go_to_key(self, direction: int) -> None:
-        """Go to the next key of any parameter, or to the one before."""
+        """Go to the next (1) or previous (-1) key of any parameter."""
         frame, keyed = self._editing.frame, self._keyed
         later = [math.ceil(k) for k in keyed if k > frame + SAME_FRAME]
         earlier = [math.floor(k) for k in keyed if k < frame - SAME_FRAME]
@@ -141,14 +141,14 @@ class Timeline:
             self.go(earlier[-1])
 
     def play(self, direction: int) -> None:
-        """Play, or stop what plays in this direction."""
+        """Play in a direction, or stop if it plays in that direction."""
         if self.playback.direction == direction or self.played.count == 1:
             self.playback.stop()
         else:
             self.put(self.playback.play(direction, self._editing.frame, self.played))
 
     def may_play(self, frame: int) -> bool:
-        """Return True where `frame` can be played; at a gap that stops playing, say so and stop."""
+        """Return True if `frame` can be played; at a gap that ends playback, stop and report it."""
         try:
             if self.cache is not None:
                 self.cache.sequence.shown_frame(frame, self.missing)
@@ -159,12 +159,12 @@ class Timeline:
         return True
 
     def set_in(self) -> None:
-        """Let playing and exporting begin at the playhead."""
+        """Set the in point, the first played and exported frame, at the playhead."""
         frame = self._editing.frame
         self._set_in_out(frame, max(frame, self.played.last))
 
     def set_out(self) -> None:
-        """Let playing and exporting end at the playhead."""
+        """Set the out point, the last played and exported frame, at the playhead."""
         frame = self._editing.frame
         self._set_in_out(min(frame, self.played.first), frame)
 
@@ -174,11 +174,11 @@ class Timeline:
         self._editing.do(replace(self._editing.shot, in_out=None if whole else frames))
 
     def clear_in_out(self) -> None:
-        """Play and export all frames."""
+        """Clear in and out point, so that all frames are played and exported."""
         self._editing.do(replace(self._editing.shot, in_out=None))
 
 
 def _range(first: float, last: float) -> FrameRange:
-    """Return the frames of a span, at most as many as a shot can have: keys may lie anywhere."""
+    """Return a frame range, limited to the largest length of a shot, since keys can be anywhere."""
     low = math.floor(first)
     return FrameRange(low, min(math.ceil(last), low + _FRAMES_MOST - 1))

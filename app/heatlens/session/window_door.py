@@ -1,10 +1,9 @@
-"""A running window opens what is named on a later command line.
+"""Let a running window open files that are named on a later command line.
 
-The window listens on a port of this machine. Where, and a secret, it writes into a file that the
-user alone may read, in the folder that the system keeps for running programs; whoever can read it
-could open files as the same user anyway. A request is one line of JSON with the secret and names;
-the answer is a line. Windows on different displays, or with other preferences, do not know of each
-other.
+The window listens on a port of this machine. It writes the port and a secret into a file that only
+the user can read, in the runtime folder of the system; whoever can read that file could open files
+as the same user anyway. A request is one line of JSON with the secret and the names; the answer is
+one line. Windows on different displays, or with other preferences, are independent.
 """
 
 import hashlib
@@ -78,9 +77,9 @@ class WindowDoor:
     """Listens for names while it is open; `take` returns those that have arrived."""
 
     def __init__(self, wake: Callable[[], None], path: Path | None = None) -> None:
-        """Listen at once. `wake` is called on a thread when names have come.
+        """Begin to listen. `wake` is called on a thread when names have come.
 
-        Where nothing can be listened to or written, no names come, and nothing else is worse.
+        If listening or writing the file fails, no names will come, and the window works without.
         """
         self._wake = wake
         self._path = path or door_path()
@@ -108,7 +107,7 @@ class WindowDoor:
             with suppress(OSError):
                 self._path.unlink()
         if self._socket is not None:
-            with suppress(OSError):  # wakes the thread that waits in `accept`
+            with suppress(OSError):  # wake the thread that waits in `accept`
                 self._socket.shutdown(socket.SHUT_RDWR)
             self._socket.close()
 
@@ -116,7 +115,7 @@ class WindowDoor:
         while True:
             try:
                 line, _ = listening.accept()
-            except OSError:  # it was closed
+            except OSError:  # the socket was closed
                 return
             with suppress(OSError, ValueError), line:
                 line.settimeout(_PATIENCE_S)
