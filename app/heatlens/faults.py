@@ -32,7 +32,7 @@ _written: dict[
 
 
 @contextmanager
-def faults_told(what: str = "This could not be done") -> Iterator[None]:
+def faults_reported(what: str = "This could not be done") -> Iterator[None]:
     """Raise only HeatlensErrors from the block; `what` begins the sentence of a fault.
 
     This is also a decorator. Errors of memory and of the system become InputErrors; any other

@@ -18,7 +18,7 @@ from heatlens.commands.main import main
 from heatlens.documents.shot_file import autosave_path, read_shot, write_shot
 from heatlens.errors import FaultError, InputError
 from heatlens.faults import (
-    faults_told,
+    faults_reported,
     report_from_threads,
     told_error,
     write_report,
@@ -51,7 +51,7 @@ def report_in(folder: Path) -> str:
 
 
 def test_a_fault_is_a_sentence_that_names_its_report(reports, expects_faults):
-    with pytest.raises(FaultError) as told, faults_told("It could not be read"):
+    with pytest.raises(FaultError) as told, faults_reported("It could not be read"):
         broken()
     (path,) = reports.iterdir()
     assert str(told.value).startswith("It could not be read; this is a fault of heatlens (Index")
@@ -74,7 +74,7 @@ def test_what_the_user_can_mend_is_no_fault(reports):
 
 def test_one_fault_is_written_once_and_old_reports_go(reports, expects_faults):
     for _ in range(3):
-        with pytest.raises(FaultError), faults_told():
+        with pytest.raises(FaultError), faults_reported():
             broken()
     assert len(list(reports.iterdir())) == 1
     for number in range(30):
@@ -88,7 +88,7 @@ def test_without_a_place_for_reports_the_sentence_says_so(monkeypatch, tmp_path,
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("HEATLENS_LOG_DIR", str(tmp_path / "file" / "below"))
     monkeypatch.setattr(faults.tempfile, "gettempdir", lambda: str(tmp_path / "file"))
-    with pytest.raises(FaultError, match="No report could be written"), faults_told():
+    with pytest.raises(FaultError, match="No report could be written"), faults_reported():
         broken()
 
 

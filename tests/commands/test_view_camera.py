@@ -48,7 +48,7 @@ def test_the_window_begins_with_lens_keys_frames_and_rate_of_the_camera(ctx, tmp
         gui.session.lens_commands.reset()
         assert (
             gui.session.lens
-            == gui.session.lens_commands.begun_with.lens
+            == gui.session.lens_commands.start_lens.lens
             == shot.lens_at(FRAMES.first)
         )
 

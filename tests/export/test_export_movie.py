@@ -266,6 +266,6 @@ def test_an_error_of_this_kind_is_ours():
     """`replacing` and the encoder's own words meet: one sentence, of a class that is caught."""
     with (
         pytest.raises(InputError, match=r"m\.mov could not be written: Generic error"),
-        movies._failures_told(movies.Path("m.mov"), av),
+        movies._failures_reported(movies.Path("m.mov"), av),
     ):
         raise av.error.ExternalError(542398533, "Generic error")

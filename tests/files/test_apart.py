@@ -13,7 +13,7 @@ from heatlens.camera.usd_read import read_usd_camera, usd_camera
 from heatlens.camera.usd_write import units_per_mm
 from heatlens.errors import FaultError, HeatlensError, InputError
 from heatlens.files import apart
-from heatlens.files.usd_library import usd_failures_told
+from heatlens.files.usd_library import usd_failures_reported
 from heatlens.model.plate_options import PlateOptions
 from heatlens.source.opened import Opened
 from heatlens.source.opener import SourceOpener
@@ -154,9 +154,9 @@ def test_a_stage_that_names_a_pipe_is_refused(usd_path):
 
 
 def test_our_own_mistakes_are_no_damage():
-    with pytest.raises(TypeError), usd_failures_told("a.usda"):
+    with pytest.raises(TypeError), usd_failures_reported("a.usda"):
         float(None)
-    with pytest.raises(ZeroDivisionError), usd_failures_told("a.usda"):
+    with pytest.raises(ZeroDivisionError), usd_failures_reported("a.usda"):
         print(1 // 0)
 
 

@@ -124,7 +124,7 @@ def test_options_of_the_command_line_are_for_one_source(source, first):
 
 def test_an_export_that_cannot_be_made_is_said(session, tmp_path: Path):
     (tmp_path / "file").write_text("")
-    wish = session.exports.wish.__class__(str(tmp_path / "file" / "folder"), "name")
-    session.exports.wish = wish
+    wish = session.exports.settings.__class__(str(tmp_path / "file" / "folder"), "name")
+    session.exports.settings = wish
     session.exports.write_camera()
     assert "cannot be made" in session.message and session.exports.run.state is None

@@ -102,14 +102,14 @@ def test_every_change_is_answered_at_once(full_seconds, wished):
     _, live = machine_and_picture(full_seconds)
     for shot in shots(12, wished):
         before = live.shown
-        live.wish(shot, 7, BUDGET_S)
+        live.request(shot, 7, BUDGET_S)
         assert (live.shown.shot, live.shown.frame) == (shot, 7) and live.shown is not before
 
 
 @given(SPEEDS)
 def test_the_first_picture_of_a_machine_is_the_quickest(full_seconds):
     machine, live = machine_and_picture(full_seconds)
-    live.wish(shots(1)[0], 0, BUDGET_S)
+    live.request(shots(1)[0], 0, BUDGET_S)
     assert machine.made == [possible(FILM)[-1]]
 
 
@@ -118,7 +118,7 @@ def test_a_small_plate_is_not_made_so_small_that_nothing_can_be_told(full_second
     """A scene may be drawn small already while it moves."""
     machine, live = machine_and_picture(full_seconds)
     machine.loaded.color.size = width, width
-    live.wish(shots(1)[0], 0, BUDGET_S)
+    live.request(shots(1)[0], 0, BUDGET_S)
     assert proxy_size((width, width), machine.made[0].proxy)[0] >= min(width, 160)
 
 
@@ -126,7 +126,7 @@ def test_a_small_plate_is_not_made_so_small_that_nothing_can_be_told(full_second
 def test_the_best_picture_that_fits_the_time_is_made(full_seconds, wished):
     machine, live = taught(full_seconds, wished)
     assume(all(abs(machine.seconds(rung) / BUDGET_S - 1) > 1e-3 for rung in possible(wished)))
-    live.wish(shots(1, wished)[0], 0, BUDGET_S)
+    live.request(shots(1, wished)[0], 0, BUDGET_S)
     fitting = [rung for rung in possible(wished) if machine.seconds(rung) <= BUDGET_S]
     assert machine.made == [fitting[0] if fitting else possible(wished)[-1]]
 
@@ -135,7 +135,7 @@ def test_the_best_picture_that_fits_the_time_is_made(full_seconds, wished):
 def test_an_untaught_machine_comes_to_pictures_that_fit(full_seconds, wished):
     machine, live = machine_and_picture(full_seconds)
     for shot in shots(40, wished):
-        live.wish(shot, 0, BUDGET_S)
+        live.request(shot, 0, BUDGET_S)
     rungs, last = possible(wished), machine.made[-1]
     assert machine.seconds(last) <= 1.3 * BUDGET_S or last == rungs[-1]
     assert machine.made[-5:] == [last] * 5
@@ -147,7 +147,7 @@ def test_a_pace_that_wavers_does_not_change_the_picture(paces):
     usual = machine.full_seconds
     for shot, pace in zip(shots(len(paces)), paces, strict=True):
         machine.full_seconds = usual * pace
-        live.wish(shot, 0, 1.02 * usual_seconds_of_second_rung(usual))
+        live.request(shot, 0, 1.02 * usual_seconds_of_second_rung(usual))
     assert len(set(machine.made)) == 1
 
 
@@ -161,7 +161,7 @@ def test_a_machine_that_slows_down_gets_quicker_pictures_and_comes_back():
     for made, pace in ((before, 1.0), (slow, 20.0), (after, 1.0)):
         machine.full_seconds, machine.made = 0.002 * pace, made
         for shot in shots(80):
-            live.wish(replace(shot, frames_per_second=24.0 + pace), 0, BUDGET_S)
+            live.request(replace(shot, frames_per_second=24.0 + pace), 0, BUDGET_S)
     rank = cheaper(FILM).index
     assert rank(slow[-1]) > rank(before[-1])
     machine.full_seconds = 0.04
@@ -173,7 +173,7 @@ def test_a_machine_that_slows_down_gets_quicker_pictures_and_comes_back():
 def test_rest_brings_the_whole_picture(full_seconds, wished):
     machine, live = taught(full_seconds, wished)
     shot = shots(1, wished)[0]
-    live.wish(shot, 3, BUDGET_S)
+    live.request(shot, 3, BUDGET_S)
     settle(machine, live)
     assert live.shown.is_whole and live.shown.settings == wished
     assert (live.shown.shot, live.shown.frame) == (shot, 3)
@@ -186,7 +186,7 @@ def test_rest_brings_the_whole_picture(full_seconds, wished):
 def test_a_slice_of_work_is_no_longer_than_it_may_be(full_seconds):
     """But for the step that it ends with."""
     machine, live = taught(full_seconds)
-    live.wish(shots(1)[0], 0, BUDGET_S)
+    live.request(shots(1)[0], 0, BUDGET_S)
     machine.now += 1.0
     longest_step = machine.seconds(FILM) / STEPS
     while live.is_working:
@@ -197,7 +197,7 @@ def test_a_slice_of_work_is_no_longer_than_it_may_be(full_seconds):
 
 def test_nothing_is_worked_on_while_the_hand_moves():
     machine, live = taught(0.1)
-    live.wish(shots(1)[0], 0, BUDGET_S)
+    live.request(shots(1)[0], 0, BUDGET_S)
     shown, now = live.shown, machine.now
     assert live.is_working and live.seconds_to_rest() > 0
     live.work(SLICE_S)
@@ -210,10 +210,10 @@ def test_nothing_is_worked_on_while_the_hand_moves():
 def test_a_change_drops_what_was_coming_about():
     machine, live = taught(0.3)
     first, second = shots(2)
-    live.wish(first, 0, BUDGET_S)
+    live.request(first, 0, BUDGET_S)
     machine.now += 1.0
     live.work(SLICE_S)
-    live.wish(second, 0, BUDGET_S)
+    live.request(second, 0, BUDGET_S)
     assert live.shown.shot == second
     settle(machine, live)
     assert live.shown.shot == second and live.shown.is_whole
@@ -223,11 +223,11 @@ def test_a_change_drops_what_was_coming_about():
 def test_the_same_wish_again_costs_nothing():
     machine, live = taught(0.1)
     shot = shots(1)[0]
-    live.wish(shot, 0, BUDGET_S)
+    live.request(shot, 0, BUDGET_S)
     settle(machine, live)
     made = list(machine.made)
     for _ in range(5):
-        live.wish(replace(shot), 0, BUDGET_S)
+        live.request(replace(shot), 0, BUDGET_S)
         live.work(SLICE_S)
     assert machine.made == made and not live.is_working
 
@@ -235,10 +235,10 @@ def test_the_same_wish_again_costs_nothing():
 def test_another_plate_is_another_picture_of_the_same_shot():
     machine, live = taught(0.001)
     shot = shots(1)[0]
-    live.wish(shot, 0, BUDGET_S)
+    live.request(shot, 0, BUDGET_S)
     live.restart()
     assert live.shown is None and not live.is_working
-    live.wish(shot, 0, BUDGET_S)
+    live.request(shot, 0, BUDGET_S)
     assert live.shown.shot == shot and len(machine.made) == 2
 
 
@@ -246,20 +246,20 @@ def test_another_plate_is_another_picture_of_the_same_shot():
 def test_the_picture_of_a_plate_that_became_finer_stays_until_the_next_is_whole(full_seconds):
     machine, live = taught(full_seconds)
     shot = shots(1)[0]
-    live.wish(shot, 0, BUDGET_S, PlateVersion(1))
+    live.request(shot, 0, BUDGET_S, PlateVersion(1))
     settle(machine, live)
     before, count = live.shown, len(machine.made)
-    assert not live.wish(shot, 0, BUDGET_S, PlateVersion(2, is_finer=True))
+    assert not live.request(shot, 0, BUDGET_S, PlateVersion(2, is_finer=True))
     assert live.shown is before and live.is_working
     settle(machine, live)
     assert machine.made[count:] == [FILM] and live.shown.plate == 2
-    assert live.wish(shot, 0, BUDGET_S, PlateVersion(3)) and live.shown.plate == 3
+    assert live.request(shot, 0, BUDGET_S, PlateVersion(3)) and live.shown.plate == 3
 
 
 @given(SPEEDS)
 def test_of_a_plate_that_will_be_finer_only_what_comes_soon_is_made(full_seconds):
     machine, live = taught(full_seconds)
-    live.wish(shots(1)[0], 0, BUDGET_S)
+    live.request(shots(1)[0], 0, BUDGET_S)
     machine.now += 1.0
     count = len(machine.made)
     for _ in range(10_000):
@@ -282,7 +282,7 @@ def test_a_picture_that_is_looked_at_is_not_drawn_over():
     machine, live = taught(0.3)
     for shot in shots(6):
         before = None if live.shown is None else live.shown.texture[2]
-        live.wish(shot, 0, BUDGET_S)
+        live.request(shot, 0, BUDGET_S)
         assert live.shown.texture[2] != before
         machine.now += 1.0
         while live.is_working:

@@ -37,12 +37,12 @@ def test_the_whole_picture_is_the_renderers_bit_for_bit(ctx, loaded, defocus):
     live = LivePicture(loaded)
     for focus_m in (1.0, 1.5, 2.5):
         shot = Shot(replace(LENS, f_stop=0.5, focus_distance_m=focus_m), defocus)
-        live.wish(shot, 0, 1e-4)
+        live.request(shot, 0, 1e-4)
         quick = live.shown
         np.testing.assert_array_equal(
             download(quick.texture), loaded.pixels(replace(shot, defocus=quick.settings))
         )
-        live.wish(shot, 0, 1e-4)
+        live.request(shot, 0, 1e-4)
     while live.is_working:
         live.work(1e-4)
     assert live.shown.settings == defocus

@@ -154,7 +154,7 @@ def _save(session: Session, folder: Path) -> Path:
 def _export(session: Session, folder: Path) -> None:
     """Write the lens as a camera, in a process of its own."""
     session.exports.propose()
-    session.exports.wish = session.exports.wish.__class__(str(folder / "out"), "walls")
+    session.exports.settings = session.exports.settings.__class__(str(folder / "out"), "walls")
     session.exports.write_camera()
     until(session, lambda: not session.exports.run.is_busy, "the camera")
     until(session, lambda: "Done" in session.message, "a word of it")

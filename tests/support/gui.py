@@ -198,7 +198,7 @@ class Gui:
         session.editing.begin(
             replace(
                 session.shot,
-                lens=session.lens_commands.begun_with.lens,
+                lens=session.lens_commands.start_lens.lens,
                 defocus=session.given.start.defocus,
             )
         )

@@ -28,8 +28,8 @@ def ready(session: Session, *keyed: LensParameter, **lens: Any) -> Session:
     session.timeline.playback.stop()
     session.timeline.playback.ending = Ending.LOOP
     session.editing.frame = FIRST
-    begun_with = session.lens_commands.begun_with.lens
-    session.editing.begin(replace(session.shot, lens=replace(begun_with, **lens)))
+    start_lens = session.lens_commands.start_lens.lens
+    session.editing.begin(replace(session.shot, lens=replace(start_lens, **lens)))
     for parameter in keyed:
         session.editing.begin(session.shot.without_keys(FIRST, parameter))
     session.recording.poll()

@@ -74,7 +74,7 @@ def fresh(film: Gui) -> Gui:
     session.messages.clear()
     session.editing.frame = FIRST
     session.editing.begin(
-        session.source.opened.shot(session.lens_commands.begun_with.lens, session.shot.defocus)
+        session.source.opened.shot(session.lens_commands.start_lens.lens, session.shot.defocus)
     )
     session.editing.auto_key = True
     film.frame(2)

@@ -23,7 +23,7 @@ from heatlens.paths import data_dir
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_write import write_exr
 from heatlens.session.export_process import ExportState, _take
-from heatlens.session.export_wish import FRAME_KINDS, ExportWish, wish_for
+from heatlens.session.export_settings import FRAME_KINDS, ExportSettings, proposed_settings
 from heatlens.session.messages import window_words
 from support.gui import Gui, gui_of
 from support.plates import room
@@ -70,7 +70,9 @@ def pixels(path: Path) -> np.ndarray:
 
 def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) -> None:
     exporter = gui.session.exports
-    assert exporter.wish.folder == str(tmp_path / "room_dof") and exporter.wish.name == "room"
+    assert (
+        exporter.settings.folder == str(tmp_path / "room_dof") and exporter.settings.name == "room"
+    )
     gui.click(gui.middle("Export"))
     state = ended(gui)
     assert (state.code, state.done, state.frames) == (0, 3, 3)
@@ -88,7 +90,7 @@ def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) 
 
 def test_the_lens_goes_out_as_a_camera(gui: Gui, tmp_path: Path) -> None:
     exporter = gui.session.exports
-    exporter.wish = ExportWish(str(tmp_path), "cam", camera_kind="JSON")
+    exporter.settings = ExportSettings(str(tmp_path), "cam", camera_kind="JSON")
     gui.frame(2)
     gui.click(gui.middle("Write camera"))
     assert ended(gui).code == 0, gui.session.message
@@ -101,7 +103,7 @@ def test_the_lens_goes_out_as_a_camera(gui: Gui, tmp_path: Path) -> None:
 
 def test_what_cannot_be_exported_is_said_in_red(gui: Gui, tmp_path: Path) -> None:
     exporter = gui.session.exports
-    exporter.wish = ExportWish(str(tmp_path / "out"), "x", frames="2001-2010")
+    exporter.settings = ExportSettings(str(tmp_path / "out"), "x", frames="2001-2010")
     gui.frame(2)
     gui.click(gui.middle("Export"))
     state = ended(gui)
@@ -116,7 +118,7 @@ def test_a_shot_that_tells_no_frames_is_exported_with_those_on_disk(
     session.editing.begin(replace(session.shot, frames=None).with_key(1002, FOCUS, 2.0))
     gui.frame(2)
     assert session.exports.played == FrameRange(FRAMES[0], FRAMES[-1])
-    assert session.exports.wish.output.endswith("room.####.exr")
+    assert session.exports.settings.output.endswith("room.####.exr")
     monkeypatch.setattr(session.exports.run, "export", lambda shot, *_: sent.append(shot))
     gui.click(gui.middle("Export"))
     assert sent[0].played == session.exports.played  # and not only the frames with keys
@@ -126,11 +128,11 @@ def test_a_still_needs_a_number_once_it_has_keys(gui: Gui, tmp_path: Path) -> No
     still = tmp_path / "room_alone.exr"
     still.write_bytes((tmp_path / f"room.{FRAMES[0]}.exr").read_bytes())
     gui.open(still)
-    assert gui.session.exports.wish.output.endswith("room_alone.exr")
+    assert gui.session.exports.settings.output.endswith("room_alone.exr")
     keyed = gui.session.shot.with_key(1, FOCUS, 2.0).with_key(5, FOCUS, 3.0)
     gui.session.editing.begin(keyed)
     gui.frame(2)
-    assert gui.session.exports.wish.output.endswith("room_alone.####.exr")
+    assert gui.session.exports.settings.output.endswith("room_alone.####.exr")
 
 
 def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
@@ -146,7 +148,7 @@ def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_made_is_said(gui: Gui, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     exporter = gui.session.exports
-    exporter.wish = ExportWish(str(tmp_path / "file" / "below"), "x")
+    exporter.settings = ExportSettings(str(tmp_path / "file" / "below"), "x")
     gui.frame(2)
     gui.click(gui.middle("Export"))
     assert "cannot be made" in gui.session.message
@@ -158,7 +160,9 @@ def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, loo
     gui.session.view = replace(gui.session.view, **look)
     gui.settled()
     exporter = gui.session.exports
-    exporter.wish = ExportWish(str(tmp_path / "out"), "x", "PNG, as it looks", frames="1001")
+    exporter.settings = ExportSettings(
+        str(tmp_path / "out"), "x", "PNG, as it looks", frames="1001"
+    )
     gui.frame(2)
     gui.click(gui.middle("Export"))
     assert ended(gui).code == 0, gui.session.message
@@ -170,18 +174,18 @@ def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, loo
 
 
 def test_a_wish_is_words_for_the_command(tmp_path) -> None:
-    wish = wish_for(tmp_path / "bar.v2.1001.exr")
+    wish = proposed_settings(tmp_path / "bar.v2.1001.exr")
     seen = LookOptions(display="sRGB", view="ACES", exposure_stops=0.5)
     assert wish.output == str(tmp_path / "bar_dof" / "bar.####.exr")
     assert wish.words(seen) == []
-    single = replace(wish_for(tmp_path / "still.exr"), is_single=True)
+    single = replace(proposed_settings(tmp_path / "still.exr"), is_single=True)
     assert single.output == str(tmp_path / "still_dof" / "still.exr")
     several = replace(single, frames="1-3")
     assert several.output == str(tmp_path / "still_dof" / "still.####.exr")
     for kind, suffix in FRAME_KINDS.items():
-        assert ExportWish("/a", "b", kind).output.endswith(suffix)
-    assert "--view" not in ExportWish("/a", "b", "ProRes movie").words(LookOptions())
-    look = ExportWish("/a", "b", "ProRes movie", "1-5", "film", burn_in=True)
+        assert ExportSettings("/a", "b", kind).output.endswith(suffix)
+    assert "--view" not in ExportSettings("/a", "b", "ProRes movie").words(LookOptions())
+    look = ExportSettings("/a", "b", "ProRes movie", "1-5", "film", burn_in=True)
     assert look.output == "/a/b.mov"
     assert look.words(seen) == [
         *("--frames", "1-5", "--quality", "film", "--display=sRGB", "--view=ACES"),
@@ -198,7 +202,7 @@ def test_a_wish_is_words_for_the_command(tmp_path) -> None:
         "--centre-cross",
         "--burn-in",
     ]
-    linear = ExportWish("/a", "b", with_guides=True)
+    linear = ExportSettings("/a", "b", with_guides=True)
     assert linear.words(seen, guides) == []
 
 
@@ -215,7 +219,7 @@ def test_news_of_the_process_are_taken_and_other_lines_left() -> None:
 
 def test_what_comes_with_the_program_is_exported_to_the_users_pictures(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_PICTURES_DIR", str(tmp_path))
-    own = wish_for(data_dir("assets") / "still_life.exr")
+    own = proposed_settings(data_dir("assets") / "still_life.exr")
     assert Path(own.folder) == tmp_path / "still_life_dof"
-    beside = wish_for(tmp_path / "room.exr")
+    beside = proposed_settings(tmp_path / "room.exr")
     assert Path(beside.folder) == tmp_path / "room_dof"

@@ -20,7 +20,7 @@ from heatlens.model.value_bins import bins_of
 from heatlens.model.view import Against, ViewState
 from heatlens.plate.read import read_plate
 from heatlens.session.color_choice import ColorChoice
-from heatlens.session.export_wish import ExportWish
+from heatlens.session.export_settings import ExportSettings
 from heatlens.ui.panels.export_panel import export_panel
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel
@@ -119,7 +119,7 @@ def test_the_view(screen):
 
 @pytest.mark.parametrize("kind", ["EXR, scene-linear", "PNG, as it looks"])
 def test_the_export(screen, kind):
-    wish = ExportWish("/folder", "name", kind)
+    wish = ExportSettings("/folder", "name", kind)
     names = {"kind": "H.264 movie", "camera_kind": "Nuke", "quality": "draft"}
     kept_fields(lambda value: export_panel(value, None, None)[0], wish, names)
 

@@ -96,7 +96,7 @@ def test_a_unit_by_name_and_in_metres(gui):
     np.testing.assert_allclose(depths(gui), 0.5 * 8 * RAMP, rtol=1e-6)
     enter(gui, "in metres", "none")
     assert "'none' is not a number" in gui.session.message
-    assert gui.session.files.reading.wished == PlateOptions(scene_unit_m=0.5)
+    assert gui.session.files.reading.options == PlateOptions(scene_unit_m=0.5)
 
 
 def test_along_the_ray_is_turned_into_along_the_axis(gui):
@@ -180,7 +180,7 @@ def test_undo_reads_the_plate_as_before(gui, plate):
     gui.do("Undo")
     gui.until(lambda: gui.session.source.opened.options == PlateOptions(), "the plate as before")
     gui.frame(2)
-    assert gui.session.files.reading.wished == PlateOptions()
+    assert gui.session.files.reading.options == PlateOptions()
     gui.do("Redo")
     gui.until(lambda: gui.session.source.opened.options.scene_unit_m == 0.01, "the plate again")
 

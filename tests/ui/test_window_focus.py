@@ -103,7 +103,7 @@ def test_the_wheel_zooms_about_the_pointer(gui):
         assert gui.session.picture_view.zoom == pytest.approx(zoom * 1.25**notches)
         there = gui.session.picture_view.geometry.window_at_picture((31.5, 20.5))
         assert there == pytest.approx(at, abs=3.0)  # half a pixel for each of the roundings
-    assert gui.session.shot.lens == gui.session.lens_commands.begun_with.lens
+    assert gui.session.shot.lens == gui.session.lens_commands.start_lens.lens
 
 
 # Keys and the wheel over the panel
@@ -172,16 +172,16 @@ def test_shift_and_the_wheel_over_the_picture_focus_and_zoom_nothing(gui):
 
 def test_the_lens_as_it_began_comes_back_whole_from_any_other(gui):
     """Focus and focal length together: neither value goes with the other one's old."""
-    begun = gui.session.lens_commands.begun_with.lens
+    begun = gui.session.lens_commands.start_lens.lens
     far = replace(begun, focal_length_mm=1200.0, focus_distance_m=50.0, f_stop=8.0, squeeze=1.5)
-    gui.session.lens_commands.begun_with = replace(
-        gui.session.lens_commands.begun_with, lens=replace(begun, focus_distance_m=0.5)
+    gui.session.lens_commands.start_lens = replace(
+        gui.session.lens_commands.start_lens, lens=replace(begun, focus_distance_m=0.5)
     )
     gui.session.editing.edit_lens(far)
     assert gui.session.lens == far
     gui.do("Reset lens")
-    assert gui.session.lens == gui.session.lens_commands.begun_with.lens
-    gui.session.lens_commands.begun_with = replace(gui.session.lens_commands.begun_with, lens=begun)
+    assert gui.session.lens == gui.session.lens_commands.start_lens.lens
+    gui.session.lens_commands.start_lens = replace(gui.session.lens_commands.start_lens, lens=begun)
 
 
 def test_undo_and_redo_go_through_every_gesture(gui):

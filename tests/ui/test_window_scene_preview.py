@@ -115,7 +115,7 @@ def test_a_slow_picture_refines_step_by_step_for_little_more_work(method):
     machine = Machine(0.2)
     live = LivePicture(machine, lambda: machine.now)
     wished = DefocusSettings(method=method, views=1000)
-    live.wish(Shot(LENS, wished), 0, 0.03)
+    live.request(Shot(LENS, wished), 0, 0.03)
     seen = settle(machine, live)
     assert seen[0] == cheaper(wished)[-1] and seen[-1] == wished
     views = [settings.views for settings in seen if settings.proxy == 1.0]
@@ -127,16 +127,16 @@ def test_further_views_are_added_to_the_picture_that_is_there():
     machine = Machine(0.01)
     live = LivePicture(machine, lambda: machine.now)
     few = DefocusSettings(method=Method.ACCUMULATION, views=64)
-    live.wish(Shot(LENS, few), 0, 0.03)
+    live.request(Shot(LENS, few), 0, 0.03)
     settle(machine, live)
     more = replace(few, views=100)
     before, made = machine.views_drawn(), len(machine.made)
-    assert not live.wish(Shot(LENS, more), 0, 0.03)
+    assert not live.request(Shot(LENS, more), 0, 0.03)
     assert live.shown.settings == few and live.is_working and len(machine.made) == made
     assert settle(machine, live)[-1] == more
     assert machine.views_drawn() - before == pytest.approx(36 + 8)  # and a rest of 0.08 s
     assert live.cost.predicted(more, SIZE[0] * SIZE[1]) == pytest.approx(1.0, rel=0.1)
-    live.wish(Shot(LENS, replace(few, views=8)), 0, 0.03)  # fewer: another picture
+    live.request(Shot(LENS, replace(few, views=8)), 0, 0.03)  # fewer: another picture
     assert live.shown.settings.views <= 8
 
 

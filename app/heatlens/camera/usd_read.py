@@ -23,7 +23,7 @@ from heatlens.camera.usd_write import (
 )
 from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
-from heatlens.files.usd_library import open_usd, read_usd_apart, usd_failures_told, usd_module
+from heatlens.files.usd_library import open_usd, read_usd_apart, usd_failures_reported, usd_module
 from heatlens.model.frames import FrameRange, check_frame
 from heatlens.model.lens_model import LensModel
 from heatlens.model.opening_image import OpeningImage
@@ -76,7 +76,7 @@ def usd_camera(text: str) -> CameraSamples:
     several and none is named.
     """
     path, prim_path = split_prim(text)
-    with quiet_library(), usd_failures_told(path):
+    with quiet_library(), usd_failures_reported(path):
         opened = _opened(path, prim_path)
         try:
             _check_projection(opened)

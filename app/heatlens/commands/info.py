@@ -151,14 +151,14 @@ def _camera_lines(camera: dict[str, Any]) -> list[Line]:
     for label, name, unit in _CAMERA_LINES:
         if camera[name] is not None:
             value = f"{_number(camera[name])} {unit}".rstrip()
-            lines.append((label, f"{value} ({_told_by(camera['sources'][name])})"))
+            lines.append((label, f"{value} ({_source_words(camera['sources'][name])})"))
     if camera["model"] is None:
         lines = lines or [("camera", "nothing in the header")]
         lines.append(("lens model", f"{LensModel.PHOTOGRAPHIC} (the header names no CG renderer)"))
     return lines
 
 
-def _told_by(source: str) -> str:
+def _source_words(source: str) -> str:
     return source if source.startswith("header, ") else f"header: {source}"
 
 

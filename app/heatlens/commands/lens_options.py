@@ -11,8 +11,8 @@ from heatlens.errors import InputError
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.filmback import filmback_named
 from heatlens.model.lens import Lens
+from heatlens.model.measured_distance import measured_text
 from heatlens.model.measured_from import MeasuredFrom
-from heatlens.model.told_distance import told_text
 from heatlens.plate.focus_pick import depth_at_m, no_distances
 from heatlens.plate.header_lens import MissingLensError, plate_lens
 from heatlens.plate.opening_picture import read_opening_image
@@ -146,7 +146,7 @@ def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
 
 def _focus_words(lens: Lens) -> str:
     """Return the focus as text, and from where it is measured if that is not the pupil."""
-    told = told_text(lens, lens.focus_distance_m)
+    told = measured_text(lens, lens.focus_distance_m)
     is_usual = lens.measured_from is MeasuredFrom.PUPIL
     return f"focus {told}" if is_usual else f"focus {told} from the {lens.measured_from.words}"
 

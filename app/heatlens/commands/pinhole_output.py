@@ -62,8 +62,8 @@ def check_pinhole_options(
         raise InputError(f"{' and '.join(wrong)}: {args.output} is not an EXR file.")
     if args.deep and args.compression != usual:
         raise InputError("--deep: a deep file is always compressed as zips; leave --compression.")
-    is_told = has_lens or None not in (args.f_stop, args.focus_distance)
-    if args.overscan == AUTO and not is_told:
+    is_known = has_lens or None not in (args.f_stop, args.focus_distance)
+    if args.overscan == AUTO and not is_known:
         raise InputError(
             "--overscan auto depends on the lens. Give --f-stop and --focus-distance, or "
             "--overscan with a number of pixels."

@@ -33,10 +33,10 @@ from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_ran
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark
+from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.timecode import Timecode, parse_timecode
-from heatlens.model.told_distance import from_pupil_m, parse_told_m
 from heatlens.model.units import format_distance
 from heatlens.plate.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header_read import read_headers
@@ -234,7 +234,7 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
     if args.close_focus is not None:
         shot = replace(
             shot,
-            lens=replace(shot.lens, close_focus_m=parse_told_m(shot.lens, args.close_focus)),
+            lens=replace(shot.lens, close_focus_m=parse_measured_m(shot.lens, args.close_focus)),
         )
     made = replace(
         shot_with_kit(args, shot),
@@ -259,14 +259,14 @@ def _with_keys(shot: Shot, keys: Keys) -> Shot:
 
 def _from_pupil(camera: CameraSamples, lens: Lens) -> CameraSamples:
     """Return the camera with its focus distances converted to distances from the entrance pupil."""
-    if camera.focus_distance_m is None or not lens.told_from_m:
+    if camera.focus_distance_m is None or not lens.measuring_offset_m:
         return camera
     focus_m = tuple(from_pupil_m(lens, distance_m) for distance_m in camera.focus_distance_m)
     return replace(camera, focus_distance_m=focus_m)
 
 
 def _mark_from_pupil(mark: Mark, lens: Lens) -> Mark:
-    if not isinstance(mark, DistanceMark) or not lens.told_from_m:
+    if not isinstance(mark, DistanceMark) or not lens.measuring_offset_m:
         return mark
     return replace(mark, distance_m=from_pupil_m(lens, mark.distance_m))
 

@@ -14,10 +14,10 @@ from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark, ObjectMark
+from heatlens.model.measured_distance import as_measured_m, measured_text
 from heatlens.model.pull import frames_too_close
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.model.told_distance import told_m, told_text
 from heatlens.model.units import format_distance
 from heatlens.printable import printable
 from heatlens.sequence.names import frames_text
@@ -131,12 +131,12 @@ def _about(shot: Shot, unit: str) -> str:
         lines.insert(2, ("in to out", str(shot.in_out)))
     if shot.start_timecode is not None:
         lines.append(("timecode", f"{shot.start_timecode} at the first frame"))
-    if lens.told_from_m:
+    if lens.measuring_offset_m:
         lines.append(("distances", f"from the {lens.measured_from.words}"))
     if lens.close_focus_m is not None:
         close = frames_too_close(shot)
         nearer = f"; nearer at frames {frames_text(close)}" if close else ""
-        lines.append(("close focus", told_text(lens, lens.close_focus_m, unit) + nearer))
+        lines.append(("close focus", measured_text(lens, lens.close_focus_m, unit) + nearer))
     return "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
 
 
@@ -155,7 +155,7 @@ def _key_rows(shot: Shot, unit: str) -> list[Row]:
 
 def _mark_row(mark: Mark, lens: Lens, unit: str) -> Row:
     if isinstance(mark, DistanceMark):
-        return mark.name, told_text(lens, mark.distance_m, unit)
+        return mark.name, measured_text(lens, mark.distance_m, unit)
     if isinstance(mark, ObjectMark):
         return mark.name, f"object {mark.object_name}"
     mean = f", mean of {mark.smooth_frames} frames" if mark.smooth_frames > 1 else ""
@@ -168,12 +168,12 @@ _LENS_HEAD = ("frame", "focus", "f-stop", "focal length", "squeeze", "sharp from
 def _lens_row(frame: int | None, lens: Lens, unit: str) -> Row:
     return (
         "any" if frame is None else str(frame),
-        _distance(told_m(lens, lens.focus_distance_m), unit),
+        _distance(as_measured_m(lens, lens.focus_distance_m), unit),
         f"f/{lens.f_stop:.4g}",
         f"{lens.focal_length_mm:.4g} mm",
         f"{lens.squeeze:.4g}",
-        _distance(told_m(lens, near_limit_m(lens)), unit),
-        _distance(told_m(lens, far_limit_m(lens)), unit),
+        _distance(as_measured_m(lens, near_limit_m(lens)), unit),
+        _distance(as_measured_m(lens, far_limit_m(lens)), unit),
     )
 
 
@@ -187,7 +187,7 @@ def _distance(distance_m: float, unit: str) -> str:
 def _shown(lens: Lens, parameter: LensParameter, value: float, unit: str) -> str:
     """Format the value of a key with its unit."""
     if parameter is LensParameter.FOCUS_DISTANCE:
-        return told_text(lens, value, unit)
+        return measured_text(lens, value, unit)
     signs = {LensParameter.F_STOP: "f/{:.4g}", LensParameter.FOCAL_LENGTH: "{:.4g} mm"}
     return signs.get(parameter, "{:.4g}").format(value)
 

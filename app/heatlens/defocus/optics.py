@@ -28,13 +28,13 @@ class Optics:
     line          signed coc over dioptres; None: the plate brings its coc itself
     occupied_px   the signed coc there are in the plate, ascending (ends of narrow bins)
     disc          shape of the discs in the pixels of the plate
-    told_shift_px what is to be added to the coc that a plate brings itself
+    plate_shift_px what is to be added to the coc that a plate brings itself
     """
 
     line: CocLine | None
     occupied_px: npt.NDArray[np.float64]
     disc: DiscShape = field(default_factory=DiscShape)
-    told_shift_px: float = 0.0
+    plate_shift_px: float = 0.0
 
     @property
     def nearest_px(self) -> float:
@@ -73,7 +73,7 @@ class Optics:
             line=line,
             occupied_px=self.occupied_px + shift_px,
             disc=replace(self.disc, aperture=aperture, axial_px=0.0),
-            told_shift_px=shift_px if line is None else 0.0,
+            plate_shift_px=shift_px if line is None else 0.0,
         )
 
     def scaled(self, proxy: float) -> "Optics":

@@ -170,9 +170,9 @@ class DefocusPipeline:
     ) -> Steps[moderngl.Texture]:
         """Blur a picture at the size that is worked on, with one focus for all colours."""
         coc = depth
-        if optics.line is not None or optics.told_shift_px:
+        if optics.line is not None or optics.plate_shift_px:
             coc = self.scratch.texture("coc", depth.size, 1)
-            self._passes.coc.run(depth, optics.line, coc, optics.told_shift_px)
+            self._passes.coc.run(depth, optics.line, coc, optics.plate_shift_px)
             yield self._passed("coc")
         if layers_for(settings) == 1:
             blurred = yield from self._in_one_layer(color, coc, optics, settings)

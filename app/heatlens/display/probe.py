@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px, far_limit_m, near_limit_m
 from heatlens.model.lens import Lens
-from heatlens.model.told_distance import told_text
+from heatlens.model.measured_distance import measured_text
 from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown
 
@@ -153,7 +153,7 @@ def probe_text(probe: Probe, unit: str, lens: Lens) -> str:
 
 
 def _depth(lens: Lens, depth_m: float, unit: str) -> str:
-    return "infinite" if math.isinf(depth_m) else told_text(lens, depth_m, unit)
+    return "infinite" if math.isinf(depth_m) else measured_text(lens, depth_m, unit)
 
 
 def _rgb(value: Rgba) -> str:

@@ -137,11 +137,11 @@ class ScreenPictures:
             return None
         proxy, lens = shown.settings.proxy, shown.shot.lens_at(shown.frame)
         optics = optics_of(plate.plate, plate.occupied, lens)
-        wished = shown.shot.defocus.proxy
-        if wished == 1.0:
+        final_proxy = shown.shot.defocus.proxy
+        if final_proxy == 1.0:
             fine = self.b(plate.color, plate, view)
         else:
-            fine = self._small_plate(self._fine, plate, wished, view, is_enlarged=False)
+            fine = self._small_plate(self._fine, plate, final_proxy, view, is_enlarged=False)
         coarse = self._small_plate(self._coarse, plate, proxy, view, is_enlarged=True)
         return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
 

@@ -4,8 +4,8 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from heatlens.model.lens import Lens
+from heatlens.model.measured_distance import measured_text
 from heatlens.model.timecode import Timecode
-from heatlens.model.told_distance import told_text
 from heatlens.plate.plate import FloatImage, Plate
 
 _TEXT_SHARE = 1 / 24  # text height, as a part of the picture's: legible on a phone
@@ -23,7 +23,7 @@ def burn_in_text(
     counted = str(frame) if timecode is None else f"{frame}   {timecode}"
     if plate.coc_px is not None:
         return counted
-    focus = told_text(lens, lens.focus_distance_m, unit)
+    focus = measured_text(lens, lens.focus_distance_m, unit)
     return f"{counted}   focus {focus}   f/{lens.f_stop:.3g}"
 
 

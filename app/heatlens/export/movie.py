@@ -74,7 +74,7 @@ def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"
     library = av()
     _check_display(job)
     rate, codec = exact_rate(job.shot.frames_per_second), _CODECS[job.output.suffix]
-    with replacing(path) as beside, _failures_told(path, library):
+    with replacing(path) as beside, _failures_reported(path, library):
         options = {"movie_timescale": str(rate.numerator), "movflags": "+faststart"}
         options["write_tmcd"] = "1"  # MPEG-4 files have no timecode track by default
         with library.open(str(beside), "w", format=codec.container, options=options) as container:
@@ -193,7 +193,7 @@ def _check_display(job: ExportJob) -> None:
 
 
 @contextmanager
-def _failures_told(path: Path, library: Any) -> Iterator[None]:
+def _failures_reported(path: Path, library: Any) -> Iterator[None]:
     try:
         yield
     except library.error.FFmpegError as error:

@@ -32,7 +32,7 @@ def usd_module(name: str) -> Any:
 
 
 @contextmanager
-def usd_failures_told(path: Path | str) -> Iterator[None]:
+def usd_failures_reported(path: Path | str) -> Iterator[None]:
     """Turn the errors that OpenUSD raises for a damaged file into InputErrors.
 
     Other errors pass, because they are faults of heatlens. `usd_values` refuses attributes whose

@@ -64,9 +64,9 @@ class _Survey:
         doubtful = [doubt.sentence for doubt in span_doubts(span)]
         for report in plate.behind:
             self._behind.setdefault(report.name, []).append(report)
-        told_apart = {report.sentence for report in plate.behind}
+        reported_already = {report.sentence for report in plate.behind}
         for note in (*plate.notes, *doubtful):
-            if note in told_apart:
+            if note in reported_already:
                 continue
             self._notes.setdefault(_without_path(note, plate.path), []).append(frame)
         if span.has_surfaces:

@@ -154,7 +154,7 @@ class Lens:
         return self.focal_length_mm / self.f_stop
 
     @property
-    def told_from_m(self) -> float:
+    def measuring_offset_m(self) -> float:
         """By how much the distances that people read are longer than those from the pupil."""
         return self.measured_from.offset_m(self.pupil_offset_mm)
 

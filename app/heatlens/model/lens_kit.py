@@ -10,8 +10,8 @@ from typing import Any
 
 from heatlens.errors import InputError, LensError
 from heatlens.model.lens import Lens
+from heatlens.model.measured_distance import as_measured_m, from_pupil_m
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.told_distance import from_pupil_m, told_m
 
 _LENGTHS_MM = (1.0, 5000.0)
 _STOPS = (0.5, 64.0)
@@ -184,7 +184,7 @@ class LensKit:
         if asked.f_stop < kit_lens.f_stop:
             return f"{of} opens to f/{kit_lens.f_stop:g}, not to f/{asked.f_stop:.3g}."
         if asked.focus_distance_m < _close_focus_m(asked, kit_lens):
-            asked_m = told_m(asked, asked.focus_distance_m)
+            asked_m = as_measured_m(asked, asked.focus_distance_m)
             near = f"{kit_lens.close_focus_m:g} m, not from {asked_m:.3g} m"
             return f"{of} focuses from {near}."
         return ""

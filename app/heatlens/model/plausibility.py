@@ -126,8 +126,10 @@ def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
         yield Doubt("lens", f"No sensor is {sensor_mm:g} mm wide. --sensor-width is in mm.")
     if focal_mm > _FOCAL_MOST_MM:
         yield Doubt("lens", f"No lens has a focal length of {focal_mm:g} mm. It is given in mm.")
-    is_told = focal_mm < _LEAST_HARDWARE_MM or not _SENSOR_LEAST_MM <= sensor_mm <= _SENSOR_MOST_MM
-    if not is_told and not _VIEW_LEAST_DEGREES <= degrees <= _VIEW_MOST_DEGREES:
+    is_reported = (
+        focal_mm < _LEAST_HARDWARE_MM or not _SENSOR_LEAST_MM <= sensor_mm <= _SENSOR_MOST_MM
+    )
+    if not is_reported and not _VIEW_LEAST_DEGREES <= degrees <= _VIEW_MOST_DEGREES:
         yield Doubt(
             "lens",
             f"A focal length of {focal_mm:g} mm on a sensor {sensor_mm:g} mm wide sees "

@@ -23,12 +23,12 @@ _SOON_S = 0.25
 _FAST_ENOUGH = 3.0
 
 
-def recognisable(wished: DefocusSettings, size: tuple[int, int]) -> list[DefocusSettings]:
+def recognisable(requested: DefocusSettings, size: tuple[int, int]) -> list[DefocusSettings]:
     """Return the preview levels that are large enough to be useful for a plate of this size.
 
     For a plate that is small itself, return the levels of the largest size.
     """
-    levels = cheaper(wished)
+    levels = cheaper(requested)
     large = [it for it in levels if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX]
     return large or [it for it in levels if it.proxy == levels[0].proxy]
 
@@ -54,7 +54,7 @@ def level_while_moving(
 
 
 def level_at_rest(
-    wished: DefocusSettings,
+    requested: DefocusSettings,
     shown: DefocusSettings | None,
     is_plate_whole: bool,
     predict: Predict,
@@ -63,12 +63,12 @@ def level_at_rest(
 
     If the plate will soon be refined, return only settings that are fast to render, or None.
     """
-    whole_s = predict(wished)
+    whole_s = predict(requested)
     patience_s = _PATIENCE_S if is_plate_whole else _SOON_S
-    if whole_s <= patience_s and not wished.method.needs_scene:
-        return wished
-    for level in on_the_way(wished):
-        is_step_up = shown is None or is_better(level, shown, wished)
+    if whole_s <= patience_s and not requested.method.needs_scene:
+        return requested
+    for level in on_the_way(requested):
+        is_step_up = shown is None or is_better(level, shown, requested)
         if is_step_up and predict(level) * _FAST_ENOUGH < whole_s:
             return level
-    return wished if is_plate_whole or wished.method.needs_scene else None
+    return requested if is_plate_whole or requested.method.needs_scene else None

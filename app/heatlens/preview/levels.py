@@ -29,65 +29,65 @@ _FULL_VIEWS = (16384, 4096, 1024, 256, 66, 16)
 _FEW_VIEWS = ((16, 1 / 2), (16, 1 / 4), (4, 1 / 4), (4, 1 / 8))  # number of views, and scale
 
 
-def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
+def cheaper(requested: DefocusSettings) -> list[DefocusSettings]:
     """Return the requested settings, then faster and faster ones with the same amount of blur."""
-    if wished.method.needs_scene:
-        return _fewer_views(wished)
-    levels = [wished]
+    if requested.method.needs_scene:
+        return _fewer_views(requested)
+    levels = [requested]
     for quality, scale in _CHEAPER:
-        level = _level(wished, quality, scale)
+        level = _level(requested, quality, scale)
         if level not in levels:
             levels.append(level)
     return levels
 
 
-def _fewer_views(wished: DefocusSettings) -> list[DefocusSettings]:
-    levels = [wished]
+def _fewer_views(requested: DefocusSettings) -> list[DefocusSettings]:
+    levels = [requested]
     for views, scale in (*((n, 1.0) for n in _FULL_VIEWS), *_FEW_VIEWS):
         level = replace(
-            wished,
-            views=min(views, wished.views),
-            proxy=max(PROXY_MIN, wished.proxy * scale),
+            requested,
+            views=min(views, requested.views),
+            proxy=max(PROXY_MIN, requested.proxy * scale),
         )
         if level not in levels:
             levels.append(level)
     return levels
 
 
-def quickest(wished: DefocusSettings) -> DefocusSettings:
+def quickest(requested: DefocusSettings) -> DefocusSettings:
     """Return the blur of a whole picture that is there at once, for one that is small already."""
-    method = Method.DIFFUSION if wished.method.needs_scene else wished.method
-    return replace(cheaper(replace(wished, method=method))[-1], proxy=1.0)
+    method = Method.DIFFUSION if requested.method.needs_scene else requested.method
+    return replace(cheaper(replace(requested, method=method))[-1], proxy=1.0)
 
 
-def on_the_way(wished: DefocusSettings) -> list[DefocusSettings]:
+def on_the_way(requested: DefocusSettings) -> list[DefocusSettings]:
     """Return the settings to show before the whole picture at rest, the fastest first."""
-    return _fewer_views(wished)[:0:-1] if wished.method.needs_scene else [between(wished)]
+    return _fewer_views(requested)[:0:-1] if requested.method.needs_scene else [between(requested)]
 
 
-def is_better(one: DefocusSettings, other: DefocusSettings, wished: DefocusSettings) -> bool:
+def is_better(one: DefocusSettings, other: DefocusSettings, requested: DefocusSettings) -> bool:
     """Return whether level `one` is closer to the requested picture than `other`."""
-    if wished.method.needs_scene:  # any number of views may have been rendered already
+    if requested.method.needs_scene:  # any number of views may have been rendered already
         return (one.proxy, one.views) > (other.proxy, other.views)
-    levels = cheaper(wished)
+    levels = cheaper(requested)
     ranks = [levels.index(it) if it in levels else len(levels) for it in (one, other)]
     return ranks[0] < ranks[1]
 
 
-def between(wished: DefocusSettings) -> DefocusSettings:
+def between(requested: DefocusSettings) -> DefocusSettings:
     """Return the settings of a smaller picture that is ready sooner."""
-    return _level(wished, *_BETWEEN)
+    return _level(requested, *_BETWEEN)
 
 
-def _level(wished: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
+def _level(requested: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
     """Return the settings scaled down, with at most the quality `best` and the same layers."""
-    quality = min(best, wished.quality, key=list(Quality).index)
-    method = wished.method if wished.method is Method.HEAT else Method.DIFFUSION
-    layers = layers_for(replace(wished, method=method))
+    quality = min(best, requested.quality, key=list(Quality).index)
+    method = requested.method if requested.method is Method.HEAT else Method.DIFFUSION
+    layers = layers_for(replace(requested, method=method))
     return replace(
-        wished,
+        requested,
         method=method,
         quality=quality,
-        layers=wished.layers if quality is wished.quality else layers,
-        proxy=max(PROXY_MIN, wished.proxy * scale),
+        layers=requested.layers if quality is requested.quality else layers,
+        proxy=max(PROXY_MIN, requested.proxy * scale),
     )

@@ -47,11 +47,11 @@ def sample_of(text: bytes, encoding: Encoding) -> LensSample:
 def text_of(sample: LensSample, encoding: Encoding, frames_per_second: float) -> bytes:
     """Write a sample that other programs read, with the values that it has."""
     lens: dict[str, Any] = {
-        key: getattr(sample, name) for name, key in _POSITIVE.items() if _is_told(sample, name)
+        key: getattr(sample, name) for name, key in _POSITIVE.items() if _is_known(sample, name)
     }
-    if _is_told(sample, "pupil_offset_mm"):
+    if _is_known(sample, "pupil_offset_mm"):
         lens["entrancePupilOffset"] = 1e-3 * float(sample.pupil_offset_mm or 0.0)
-    turns = {key: getattr(sample, name) for name, key in _TURNS.items() if _is_told(sample, name)}
+    turns = {key: getattr(sample, name) for name, key in _TURNS.items() if _is_known(sample, name)}
     root: dict[str, Any] = {"protocol": {"name": "OpenTrackIO", "version": _VERSION}}
     root |= {"sourceId": sample.source} if sample.source else {}
     root["lens"] = lens | ({"encoders": turns} if turns else {})
@@ -62,7 +62,7 @@ def text_of(sample: LensSample, encoding: Encoding, frames_per_second: float) ->
     return _encoded(root, encoding)
 
 
-def _is_told(sample: LensSample, name: str) -> bool:
+def _is_known(sample: LensSample, name: str) -> bool:
     """Return True for a finite value: JSON has no infinity."""
     value = getattr(sample, name)
     return value is not None and math.isfinite(value)

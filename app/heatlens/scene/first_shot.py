@@ -18,7 +18,7 @@ from heatlens.scene.placing import Placing, placed_first
 from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, started_framing, subject_m, track_of
 from heatlens.scene.scene_name import is_demo, open_scene
-from heatlens.scene.through_camera import ANGLE, OPENING, through_camera, told_lens
+from heatlens.scene.through_camera import ANGLE, OPENING, lens_values, through_camera
 
 _ASSUMED = Lens(
     focal_length_mm=SceneCamera.focal_length_mm,
@@ -110,16 +110,16 @@ def _of_file(scene: Scene, text: str, framing: Framing) -> FirstShot:
 def _through(begun: FirstShot, name: str) -> FirstShot:
     """Return the shot with the lens of the scene's camera `name`, as far as the file has it."""
     camera, shot = begun.scene.camera_named(name), begun.shot
-    values = told_lens(camera)
+    values = lens_values(camera)
     return replace(
         begun,
         shot=through_camera(shot, camera),
-        sources={**begun.sources, **_told_by(camera, values)},
+        sources={**begun.sources, **_source_notes(camera, values)},
         assumed=begun.assumed.difference(values),
     )
 
 
-def _told_by(camera: SceneCamera, fields: Iterable[str]) -> dict[str, str]:
+def _source_notes(camera: SceneCamera, fields: Iterable[str]) -> dict[str, str]:
     """Return the origins of the fields of a camera."""
     found = dict.fromkeys(fields, f"camera {camera.name} of the scene")
     if camera.is_width_assumed:

@@ -39,7 +39,7 @@ class Placing:
     meters_per_unit: float | None = None
 
 
-def is_untold(scene: Scene) -> bool:
+def lacks_placing(scene: Scene) -> bool:
     """Return True for a scene whose file defines neither a unit nor an up axis."""
     return scene.path.suffix.lower() in UNTOLD_SUFFIXES
 
@@ -49,7 +49,7 @@ def placed_first(scene: Scene, framing: Framing, told: Placing) -> tuple[Scene, 
 
     Raises InputError if values are given for a file that defines them itself.
     """
-    if not is_untold(scene):
+    if not lacks_placing(scene):
         if told != Placing():
             raise InputError(
                 f"{scene.path} defines its own unit and up axis: leave --up-axis and "
@@ -68,7 +68,7 @@ def placed(scene: Scene, framing: Framing | None) -> Scene:
     """Return the scene turned to the framing's up axis, and scaled to metres by its unit."""
     wanted = framing or Framing()
     now = (scene.up_axis, scene.meters_per_unit)
-    if not is_untold(scene) or now == (wanted.up_axis, wanted.meters_per_unit):
+    if not lacks_placing(scene) or now == (wanted.up_axis, wanted.meters_per_unit):
         return scene
     change = _matrix(wanted.up_axis, wanted.meters_per_unit) @ np.linalg.inv(_matrix(*now))
     return replace(

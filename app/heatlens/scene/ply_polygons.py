@@ -95,10 +95,10 @@ def _elements(head: bytes) -> list[_Element]:
             found.append(_Element(line, int(words[2]), []))
         if words[:1] == [b"property"] and found:
             kinds = [word.decode("latin-1") for word in words[1:-1] if word != b"list"]
-            is_told = len(words) > 2 and len(kinds) == (2 if words[1] == b"list" else 1)
+            is_valid = len(words) > 2 and len(kinds) == (2 if words[1] == b"list" else 1)
             name = words[-1].decode("latin-1")
             is_twice = name in dict(found[-1].properties)
-            if not is_told or is_twice or not set(kinds) <= set(_TYPES):
+            if not is_valid or is_twice or not set(kinds) <= set(_TYPES):
                 return []
             found[-1].properties.append((name, [order + _TYPES[kind] for kind in kinds]))
     return found if order else []

@@ -17,7 +17,7 @@ _FLAT = 1e-6
 _SIDES = np.array([(1, 2), (2, 0), (0, 1)])  # the two other corners of each corner
 
 
-def told_tangents(values: NDArray[np.float32]) -> NDArray[np.float32]:
+def unit_tangents(values: NDArray[np.float32]) -> NDArray[np.float32]:
     """Normalise tangents (V, 4) of a file: length 1 or 0, and a sign of 1 or -1."""
     along = _unit(values[:, :3].astype(np.float64))
     signs = np.where(values[:, 3:] < 0, -1.0, 1.0)

@@ -19,7 +19,7 @@ def through_camera(shot: Shot, camera: SceneCamera) -> Shot:
     known keeps it on the sensor of the shot.
     """
     framing = replace(shot.framing or Framing(), camera=camera.name, track=None)
-    values, tracks = told_lens(camera), dict(camera.lens_tracks)
+    values, tracks = lens_values(camera), dict(camera.lens_tracks)
     if camera.is_width_assumed:
         scale = shot.lens.sensor_width_mm / camera.sensor_width_mm
         values["sensor_width_mm"] = shot.lens.sensor_width_mm
@@ -34,7 +34,7 @@ def through_camera(shot: Shot, camera: SceneCamera) -> Shot:
     return shot
 
 
-def told_lens(camera: SceneCamera) -> dict[str, Any]:
+def lens_values(camera: SceneCamera) -> dict[str, Any]:
     """Return the fields of Lens that the file has for a camera, at its first frame."""
     told = {field: getattr(camera, field) for field in (*ANGLE, *OPENING)}
     return {field: value for field, value in told.items() if value is not None}

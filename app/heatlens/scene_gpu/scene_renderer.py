@@ -55,7 +55,7 @@ class Look:
 
 
 @dataclass(frozen=True)
-class _Wish:
+class _Request:
     """What is drawn next; `bank` of textures holds it."""
 
     shot: Shot
@@ -127,39 +127,39 @@ class SceneRenderer:
             return
         views, bank = views or PINHOLE_VIEWS, 1 - self._bank
         drawn = self._hurried if views < _OVERSCAN_FROM_VIEWS else self._whole
-        look = yield from drawn(_Wish(shot, frame, views, bank, is_for_file), key)
+        look = yield from drawn(_Request(shot, frame, views, bank, is_for_file), key)
         self._let_go()
         self._bank, self._views = bank, views
         self._held = key, look
 
-    def _hurried(self, wish: "_Wish", key: object) -> Generator[str, None, Look]:
+    def _hurried(self, request: "_Request", key: object) -> Generator[str, None, Look]:
         """Draw the frame alone, by few samples a pixel; a single one is at its middle."""
-        view = self._view(wish.shot, wish.frame, wish.size)
-        color, depth = self._textures("pinhole", wish.bank, wish.size)
-        yield from self._colored(view, math.isqrt(wish.views), 1, key, color, wish.frame)
-        yield from self._deep(view, wish.frame, depth)
-        return self._looked(wish, color, depth)
+        view = self._view(request.shot, request.frame, request.size)
+        color, depth = self._textures("pinhole", request.bank, request.size)
+        yield from self._colored(view, math.isqrt(request.views), 1, key, color, request.frame)
+        yield from self._deep(view, request.frame, depth)
+        return self._looked(request, color, depth)
 
-    def _whole(self, wish: "_Wish", key: object) -> Generator[str, None, Look]:
+    def _whole(self, request: "_Request", key: object) -> Generator[str, None, Look]:
         """Draw the picture with a margin on every side, and of many samples what is behind it."""
-        fine = 1 if wish.is_for_file else fineness(self._ctx, wish.size)
-        margin = margin_px(self._ctx, wish.size)
-        view = finer(self._view(wish.shot, wish.frame, wish.size, margin), fine)
-        color, depth = self._textures("wide", wish.bank, view.size)
-        is_peeled = wish.views >= PINHOLE_VIEWS
+        fine = 1 if request.is_for_file else fineness(self._ctx, request.size)
+        margin = margin_px(self._ctx, request.size)
+        view = finer(self._view(request.shot, request.frame, request.size, margin), fine)
+        color, depth = self._textures("wide", request.bank, view.size)
+        is_peeled = request.views >= PINHOLE_VIEWS
         across = _FEW_ACROSS if is_peeled else _GOOD_ACROSS
-        yield from self._colored(view, across // fine, fine, key, color, wish.frame)
-        yield from self._deep(view, wish.frame, depth)
+        yield from self._colored(view, across // fine, fine, key, color, request.frame)
+        yield from self._deep(view, request.frame, depth)
         rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
         overscan, peeled = Overscan(color, depth, margin, rings_m, bins, fine), None
         if is_peeled:
             done = self._pinhole.picture(view.size).done
             peeled = yield from self._peel.steps(
-                view, overscan, done, lambda: self._raster.place(wish.frame), wish.bank
+                view, overscan, done, lambda: self._raster.place(request.frame), request.bank
             )
-        overscan = yield from self._in_own_pixels(wish, overscan)
-        color, depth = self._framed(wish, overscan)
-        return self._looked(wish, color, depth, overscan, peeled)
+        overscan = yield from self._in_own_pixels(request, overscan)
+        color, depth = self._framed(request, overscan)
+        return self._looked(request, color, depth, overscan, peeled)
 
     def _textures(self, name: str, bank: int, size: tuple[int, int]) -> Drawn:
         """Return textures for colour and depth."""
@@ -168,14 +168,18 @@ class SceneRenderer:
 
     def _looked(
         self,
-        wish: "_Wish",
+        request: "_Request",
         color: moderngl.Texture,
         depth: moderngl.Texture,
         overscan: Overscan | None = None,
         peeled: Peeled | None = None,
     ) -> Look:
         surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
-        seen = self.pose_at(wish.shot, wish.frame), wish.shot.lens_at(wish.frame), wish.size
+        seen = (
+            self.pose_at(request.shot, request.frame),
+            request.shot.lens_at(request.frame),
+            request.size,
+        )
         plate = plate_of_scene(self.scene.path, pixels, surveyed, seen)
         notes = () if peeled is None else peeled.notes
         plate = replace(plate, notes=notes, surfaces_lost=" ".join(notes))
@@ -211,20 +215,22 @@ class SceneRenderer:
             yield "pinhole"
             self._raster.place(frame)
 
-    def _in_own_pixels(self, wish: "_Wish", overscan: Overscan) -> Generator[str, None, Overscan]:
+    def _in_own_pixels(
+        self, request: "_Request", overscan: Overscan
+    ) -> Generator[str, None, Overscan]:
         """Return the overscan with colour and depth in the pixels of the frame too."""
         if overscan.fine == 1:
             return overscan
-        view = self._view(wish.shot, wish.frame, wish.size, overscan.margin_px)
-        own = color, depth = self._textures("own", wish.bank, view.size)
+        view = self._view(request.shot, request.frame, request.size, overscan.margin_px)
+        own = color, depth = self._textures("own", request.bank, view.size)
         self._crop.run(overscan.color, (0, 0), color, overscan.fine)
         # A mean of depths would be a surface that is not there.
-        yield from self._deep(view, wish.frame, depth)
+        yield from self._deep(view, request.frame, depth)
         return replace(overscan, own=own)
 
-    def _framed(self, wish: "_Wish", overscan: Overscan) -> Drawn:
+    def _framed(self, request: "_Request", overscan: Overscan) -> Drawn:
         """Return colour and depth of the frame alone."""
-        framed = self._textures("pinhole", wish.bank, wish.size)
+        framed = self._textures("pinhole", request.bank, request.size)
         own = overscan.in_own_pixels
         for whole, out in zip((own.color, own.depth), framed, strict=True):
             self._crop.run(whole, (overscan.margin_px,) * 2, out)

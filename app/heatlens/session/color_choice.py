@@ -86,10 +86,10 @@ class ColorChoice:
     def apply(self, view: ViewState, screen: ScreenPictures) -> None:
         """Set the transform that `view` names on `screen`; report one that cannot be built."""
         light = self.input_of(view.input_space)
-        wished = (view.display, view.view, light)
-        if wished == self._current:
+        requested = (view.display, view.view, light)
+        if requested == self._current:
             return
-        self._current = wished
+        self._current = requested
         try:
             if self.config is None:
                 transform = srgb_transform(light.name, light.turned_from)

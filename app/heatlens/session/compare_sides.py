@@ -53,7 +53,7 @@ class CompareSides:
         self.a = LivePicture(renderer)
         self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
         self.looks = LookPictures(renderer, self.b)
-        self._b_wish: Shot | None = None  # B's, while it is rendered
+        self._b_request: Shot | None = None  # B's, while it is rendered
         self._has_looks = False  # several looks are rendered
         self._is_turn_of_b = False
         self._alike: frozenset[str] = frozenset()  # names of the looks that A shows
@@ -66,14 +66,14 @@ class CompareSides:
     @property
     def plate(self) -> int | None:
         """The number of the plate that A was last requested for; None before the first request."""
-        return self.a.wished_plate
+        return self.a.requested_plate
 
     @property
     def rendered(self) -> tuple[Side, ...]:
         """The sides that are rendered: A, and B or the looks while they are visible."""
         if self._has_looks:
             return self.a, self.looks
-        return (self.a,) if self._b_wish is None else (self.a, self.b)
+        return (self.a,) if self._b_request is None else (self.a, self.b)
 
     @property
     def turn(self) -> int:
@@ -85,7 +85,7 @@ class CompareSides:
         self.a.restart()
         self.looks.restart()
 
-    def wish(
+    def request(
         self,
         view: ViewState,
         shot: Shot,
@@ -101,29 +101,29 @@ class CompareSides:
         looks, now = looks_beside(view, shot), without_notes(shot)
         alike = (look.name for look in looks if without_notes(shot.through(look)) == now)
         self._alike = frozenset(alike)
-        wishes = {
+        requests = {
             look.name: _through(shot, look, view, zoom)
             for look in looks
             if look.name not in self._alike
         }
         other = self._b_of(view, shot)
-        self._b_wish = None if other == shot else other
-        self._has_looks, spent_s = bool(wishes), 0.0
-        if self.a.wish(shot, frame, budget_s, plate):
+        self._b_request = None if other == shot else other
+        self._has_looks, spent_s = bool(requests), 0.0
+        if self.a.request(shot, frame, budget_s, plate):
             self.b.pause()
             self._is_turn_of_b = False
             spent_s = 0.0 if self.a.shown is None else self.a.shown.seconds
         left_s = max(budget_s - spent_s, _LEAST * budget_s)
-        if self._wish_beside(wishes, frame, left_s, plate):
+        if self._request_beside(requests, frame, left_s, plate):
             self.a.pause()
 
-    def _wish_beside(
+    def _request_beside(
         self, looks: Mapping[str, Shot], frame: int, budget_s: float, plate: PlateVersion
     ) -> bool:
         """Request what A is compared with. Return True if anything was rendered."""
-        has_rendered = self.looks.wish(looks, frame, budget_s, plate)
-        if self._b_wish is not None:
-            has_rendered = self.b.wish(self._b_wish, frame, budget_s, plate)
+        has_rendered = self.looks.request(looks, frame, budget_s, plate)
+        if self._b_request is not None:
+            has_rendered = self.b.request(self._b_request, frame, budget_s, plate)
         return has_rendered
 
     def _b_of(self, view: ViewState, shot: Shot) -> Shot | None:

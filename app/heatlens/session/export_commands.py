@@ -11,7 +11,7 @@ from heatlens.model.option import words_of
 from heatlens.session.color_choice import ColorChoice
 from heatlens.session.editing import Editing
 from heatlens.session.export_process import ExportRun, ExportState
-from heatlens.session.export_wish import ExportWish, wish_for
+from heatlens.session.export_settings import ExportSettings, proposed_settings
 from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_view import PictureView
@@ -39,7 +39,7 @@ class ExportCommands:
         self._color = color
         self._say = say
         self.run = ExportRun(wake)
-        self.wish = ExportWish()
+        self.settings = ExportSettings()
         self._of: str | None = None  # the source that folder and name were proposed for
         self._told: ExportState | None = None
 
@@ -60,18 +60,18 @@ class ExportCommands:
         """Propose folder and name if another plate has been opened since the last proposal."""
         plate, source = self._source.plate, self._editing.shot.source
         if plate is not None and source != self._of:
-            self.wish, self._of = wish_for(plate.path), source
+            self.settings, self._of = proposed_settings(plate.path), source
         is_single = self.played is None or self.played.count == 1
-        self.wish = replace(self.wish, is_single=is_single)
+        self.settings = replace(self.settings, is_single=is_single)
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""
-        words = self.wish.words(self._look(), self._view.state.guides)
-        self._begin(lambda: self.run.export(self._timeline.timed_shot, self.wish.output, words))
+        words = self.settings.words(self._look(), self._view.state.guides)
+        self._begin(lambda: self.run.export(self._timeline.timed_shot, self.settings.output, words))
 
     def write_camera(self) -> None:
         """Start to write the lens as a camera file."""
-        self._begin(lambda: self.run.camera(self._timeline.timed_shot, self.wish.camera_output))
+        self._begin(lambda: self.run.camera(self._timeline.timed_shot, self.settings.camera_output))
 
     def write_sheet(self, path: Path, title: str) -> None:
         """Start to write the focus pull as a page to print for the set, with a table beside it."""
@@ -86,10 +86,10 @@ class ExportCommands:
 
     def _begin(self, run: Callable[[], None]) -> None:
         try:
-            Path(self.wish.folder).expanduser().mkdir(parents=True, exist_ok=True)
+            Path(self.settings.folder).expanduser().mkdir(parents=True, exist_ok=True)
             run()
         except OSError as error:
-            self._say(f"{self.wish.folder} cannot be made: {error.strerror or error}.")
+            self._say(f"{self.settings.folder} cannot be made: {error.strerror or error}.")
         except HeatlensError as error:
             self._say(Problem(error))
 

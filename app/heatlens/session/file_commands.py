@@ -252,9 +252,9 @@ class FileCommands:
         stream, reading, now = self._source.stream, self.reading, self._editing.shot
         if stream is None or not stream.is_shown:
             return
-        if reading.wished == stream.options:
-            reading.wished = now.plate_options
-        stream.options = reading.wished
+        if reading.options == stream.options:
+            reading.options = now.plate_options
+        stream.options = reading.options
         shot = replace(now, source=stream.text, plate_options=stream.options)
         if shot != now:
             self._editing.edit(shot)

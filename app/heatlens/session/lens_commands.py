@@ -32,7 +32,7 @@ class LensCommands:
         self._editing = editing
         self._say = say
         self.kits = KitCommands(editing, say)
-        self.begun_with: StartLens | None = None  # the lens of the open source, and its origin
+        self.start_lens: StartLens | None = None  # the lens of the open source, and its origin
 
     def focus_at(self, pixel: tuple[int, int]) -> None:
         """Focus on the object at a pixel of the display window; do nothing outside the picture."""
@@ -67,8 +67,8 @@ class LensCommands:
 
     def reset(self) -> None:
         """Reset the lens to that of the plate's header or of the command line."""
-        if self.begun_with is not None:
-            self._editing.edit_lens(self.begun_with.lens)
+        if self.start_lens is not None:
+            self._editing.edit_lens(self.start_lens.lens)
 
     def next_quality(self) -> None:
         """Switch to the next quality tier; the first follows the last."""

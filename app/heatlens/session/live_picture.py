@@ -65,7 +65,7 @@ class LivePicture:
         self._clock = clock
         self.cost = cost or CostModel()
         self.shown: Shown | None = None
-        self._wish: PictureKey | None = None
+        self._request: PictureKey | None = None
         self._changed_at = 0.0
         self._level: DefocusSettings | None = None
         self._work: _Work | None = None
@@ -74,13 +74,13 @@ class LivePicture:
 
     def restart(self) -> None:
         """Start again, because another plate is on the GPU."""
-        self._wish = self._work = self.shown = None
+        self._request = self._work = self.shown = None
 
     def pause(self) -> None:
         """Give up the picture in progress, because others use the renderer now."""
         self._work = None
 
-    def wish(
+    def request(
         self, shot: Shot, frame: int, budget_s: float, plate: PlateVersion = FIRST_PLATE
     ) -> bool:
         """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`.
@@ -88,21 +88,21 @@ class LivePicture:
         If the plate has only become less noisy, its picture stays until the whole new one is
         finished. Return True if anything was rendered. A request that raised is not tried again.
         """
-        wish, before = whole_picture(shot, frame, plate.number), self._wish
-        if wish == before:
+        request, before = whole_picture(shot, frame, plate.number), self._request
+        if request == before:
             return False
-        if before is not None and _bare(wish) == _bare(before):
-            self._note(wish)
+        if before is not None and _bare(request) == _bare(before):
+            self._note(request)
             return False
-        is_same_but_plate = before is not None and replace(wish, plate=before.plate) == before
+        is_same_but_plate = before is not None and replace(request, plate=before.plate) == before
         if is_same_but_plate and plate.is_finer and self.shown is not None:
-            self._wish, self._work = wish, None
+            self._request, self._work = request, None
             return False
-        is_same_plate = before is not None and before.plate == wish.plate
+        is_same_plate = before is not None and before.plate == request.plate
         begun = self._begun_picture(shot, frame) if is_same_plate else None
-        if before is None or before.settings != wish.settings:
+        if before is None or before.settings != request.settings:
             self._level = None
-        self._wish, self._changed_at, self._work = wish, self._clock(), None
+        self._request, self._changed_at, self._work = request, self._clock(), None
         self._is_refused = False
         if begun is not None:
             self.shown = begun
@@ -113,22 +113,24 @@ class LivePicture:
             self._advance(float("inf"))
         return True
 
-    def _note(self, wish: PictureKey) -> None:
+    def _note(self, request: PictureKey) -> None:
         """Take a request for the same picture of a shot with other marks or looks."""
-        if self.shown is not None and self._is_of_wish(self.shown):
-            self.shown = replace(self.shown, shot=wish.shot)
-        self._wish = wish
+        if self.shown is not None and self._is_of_request(self.shown):
+            self.shown = replace(self.shown, shot=request.shot)
+        self._request = request
 
     def _begun_picture(self, shot: Shot, frame: int) -> Shown | None:
         """Return the shown picture if it only lacks further points of the lens.
 
         More points refine it, so that no coarser preview is needed first.
         """
-        shown, wished = self.shown, shot.defocus
-        if shown is None or shown.frame != frame or not wished.method.needs_scene:
+        shown, requested = self.shown, shot.defocus
+        if shown is None or shown.frame != frame or not requested.method.needs_scene:
             return None
-        is_same = shown.shot == replace(shot, defocus=replace(wished, views=_views_of(shown.shot)))
-        is_part = shown.settings.views <= wished.views
+        is_same = shown.shot == replace(
+            shot, defocus=replace(requested, views=_views_of(shown.shot))
+        )
+        is_part = shown.settings.views <= requested.views
         return replace(shown, shot=shot) if is_same and is_part else None
 
     @contextmanager
@@ -143,14 +145,14 @@ class LivePicture:
     @property
     def is_working(self) -> bool:
         """Return True while the whole picture is not finished."""
-        if self._wish is None or self._is_refused:
+        if self._request is None or self._is_refused:
             return False
-        return self.shown is None or self.shown.picture_key != self._wish
+        return self.shown is None or self.shown.picture_key != self._request
 
     @property
-    def wished_plate(self) -> int | None:
+    def requested_plate(self) -> int | None:
         """The number of the plate of the requested picture; None without a request."""
-        return None if self._wish is None else self._wish.plate
+        return None if self._request is None else self._request.plate
 
     def seconds_to_rest(self) -> float:
         """Return the seconds until the whole picture may be started; 0 if it may start now."""
@@ -176,23 +178,23 @@ class LivePicture:
                 self._start(level)
             self._advance(slice_s)
 
-    def _is_of_wish(self, shown: Shown) -> bool:
+    def _is_of_request(self, shown: Shown) -> bool:
         """Return True for a picture of the requested shot and plate at any quality."""
-        key, wish = shown.picture_key, self._wish
-        return wish is not None and replace(key, settings=wish.settings) == wish
+        key, request = shown.picture_key, self._request
+        return request is not None and replace(key, settings=request.settings) == request
 
-    def _best_level(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
+    def _best_level(self, requested: DefocusSettings, budget_s: float) -> DefocusSettings:
         """Return the best preview level that fits the time budget, see `level_while_moving`."""
-        levels = recognisable(wished, self._renderer.loaded.color.size)
+        levels = recognisable(requested, self._renderer.loaded.color.size)
         if not self.cost.seconds_per_px:
             return levels[-1]  # nothing has been measured on this machine yet
         return level_while_moving(levels, self._level, budget_s, self._predicted)
 
     def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
         """Return what to render at rest, see `level_at_rest`."""
-        assert self._wish is not None
+        assert self._request is not None
         shown = None if self.shown is None else self.shown.settings
-        return level_at_rest(self._wish.settings, shown, is_plate_whole, self._predicted)
+        return level_at_rest(self._request.settings, shown, is_plate_whole, self._predicted)
 
     def _predicted(self, settings: DefocusSettings) -> float:
         return self.cost.predicted(settings, self._pixels(settings))
@@ -202,22 +204,22 @@ class LivePicture:
         return width * height
 
     def _start(self, settings: DefocusSettings) -> None:
-        assert self._wish is not None
-        shot, slot = replace(self._wish.shot, defocus=settings), self._slots[1]
-        steps = self._renderer.steps(shot, self._wish.frame, slot)
+        assert self._request is not None
+        shot, slot = replace(self._request.shot, defocus=settings), self._slots[1]
+        steps = self._renderer.steps(shot, self._request.frame, slot)
         self._work = _Work(steps, settings, slot, self._views_before(settings))
 
     def _views_before(self, settings: DefocusSettings) -> int:
         """Return how many points of the lens the renderer continues from; 0: it starts again."""
         shown = self.shown
-        if shown is None or not self._is_of_wish(shown) or not settings.method.needs_scene:
+        if shown is None or not self._is_of_request(shown) or not settings.method.needs_scene:
             return 0
         is_more = replace(settings, views=shown.settings.views) == shown.settings
         return shown.settings.views if is_more and shown.settings.views < settings.views else 0
 
     def _advance(self, slice_s: float) -> None:
         """Render in steps until the time is over or the picture is finished."""
-        assert self._work is not None and self._wish is not None
+        assert self._work is not None and self._request is not None
         work, start = self._work, self._clock()
         try:
             while self._clock() - start < slice_s:
@@ -228,7 +230,7 @@ class LivePicture:
             work.seconds += self._clock() - start
             made = replace(work.settings, views=work.settings.views - work.views_before)
             self.cost.learn(made, self._pixels(made), work.seconds)
-            shot, frame, plate = self._wish.shot, self._wish.frame, self._wish.plate
+            shot, frame, plate = self._request.shot, self._request.frame, self._request.plate
             self.shown = Shown(end.value, shot, frame, work.settings, work.seconds, plate)
             self._slots, self._work = self._slots[::-1], None
 

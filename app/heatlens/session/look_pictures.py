@@ -97,7 +97,7 @@ class LookPictures:
         for tile in self._tiles.values():
             tile.key = replace(tile.key, plate=_GONE)
 
-    def wish(
+    def request(
         self,
         shots: Mapping[str, Shot],
         frame: int,
@@ -138,7 +138,7 @@ class LookPictures:
     def _begin(self, tile: _Tile) -> None:
         """Start the renderer on a look, and keep the quick picture that it begins with."""
         try:
-            self._live.wish(tile.key.shot, tile.key.frame, self._budget_s, self._plate)
+            self._live.request(tile.key.shot, tile.key.frame, self._budget_s, self._plate)
         except HeatlensError:
             tile.is_refused = True
             raise
@@ -199,7 +199,7 @@ class LookPictures:
 
     def _blur(self, tile: _Tile, slice_s: float) -> None:
         """Continue a look of a plate."""
-        self._live.wish(tile.key.shot, tile.key.frame, self._budget_s, self._plate)
+        self._live.request(tile.key.shot, tile.key.frame, self._budget_s, self._plate)
         before = self._live.shown
         self._live.work(slice_s)
         if self._live.shown is not before or not self._live.is_working:

@@ -12,17 +12,17 @@ class LostSurfaces:
         """Create it; `say` shows a sentence in the status bar."""
         self._say = say
         self._noted: tuple[str, ...] = ()
-        self._is_told = False
+        self._is_reported = False
 
     def begin(self, notes: tuple[str, ...]) -> None:
         """Begin with another source; `notes` have been reported already."""
         self._noted = notes
-        self._is_told = False
+        self._is_reported = False
 
     def look(self, plate: Plate | None) -> None:
         """Report the note of the first picture that has one."""
-        if self._is_told or plate is None or not plate.surfaces_lost:
+        if self._is_reported or plate is None or not plate.surfaces_lost:
             return
-        self._is_told = True
+        self._is_reported = True
         if plate.surfaces_lost not in self._noted:
             self._say(plate.surfaces_lost)

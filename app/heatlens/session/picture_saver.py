@@ -32,7 +32,7 @@ class Snapshot:
 
 
 @dataclass(frozen=True)
-class _Wish:
+class _Request:
     """The requested picture and its destination: a file, or None for the clipboard."""
 
     source: str | None
@@ -49,21 +49,21 @@ class PictureSaver:
 
     def __init__(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
         self._say = say
-        self._wish: _Wish | None = None
+        self._request: _Request | None = None
         self._writer: Background[str] = Background(wake)
 
     @property
     def is_busy(self) -> bool:
         """Return True while a picture is awaited or written."""
-        return self._wish is not None or self._writer.is_busy
+        return self._request is not None or self._writer.is_busy
 
     def ask(self, source: str | None, frame: int, path: Path | None) -> None:
         """Save the picture of `frame` to `path`, or copy it, as soon as it is complete."""
         if self._writer.is_busy:
             self._say("The picture before is still being written: try again in a moment.")
             return
-        self._wish = _Wish(source, frame, path)
-        self._say(f"Waiting for the whole picture before {self._wish.words} ...")
+        self._request = _Request(source, frame, path)
+        self._say(f"Waiting for the whole picture before {self._request.words} ...")
 
     def poll(
         self, shown: Shown | None, source: str | None, frame: int, snap: Callable[[], Snapshot]
@@ -72,14 +72,14 @@ class PictureSaver:
 
         `source` and `frame` are the current ones; `shown` is None while the picture is not whole.
         """
-        wish = self._wish
-        if wish is not None and (wish.source, wish.frame) != (source, frame):
-            self._wish = None
-            self._say(f"The frame was left before its picture was complete: not {wish.words}.")
-        elif wish is not None and shown is not None:
-            self._wish = None
-            self._say(f"{wish.words.capitalize()} ...")
-            self._writer.start(partial(_done, snap(), wish.path))
+        request = self._request
+        if request is not None and (request.source, request.frame) != (source, frame):
+            self._request = None
+            self._say(f"The frame was left before its picture was complete: not {request.words}.")
+        elif request is not None and shown is not None:
+            self._request = None
+            self._say(f"{request.words.capitalize()} ...")
+            self._writer.start(partial(_done, snap(), request.path))
         try:
             said = self._writer.poll()
         except HeatlensError as error:

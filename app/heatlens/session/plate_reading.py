@@ -18,7 +18,7 @@ class PlateReading:
         self._source = source
         self._editing = editing
         self._preferences = preferences
-        self.wished = PlateOptions()
+        self.options = PlateOptions()
         self._chosen: PlateOptions | None = None  # chosen by the user and not loaded yet
         self._seen: PlateOptions | None = None  # those of the shot at the last `follow`
 
@@ -37,27 +37,27 @@ class PlateReading:
     def read(self) -> PlateOptions:
         """The options of the plate in the window; other options may have been requested since."""
         opened = self._plates
-        return self.wished if opened is None else opened.options
+        return self.options if opened is None else opened.options
 
     @property
     def problem(self) -> str:
         """The reason why the requested options failed; "" if they work or are being tried."""
         opened = self._plates
-        if opened is None or opened.options == self.wished:
+        if opened is None or opened.options == self.options:
             return ""
-        if _lacks_ends(self.wished):
+        if _lacks_ends(self.options):
             return "Give near and far: the distances of the two ends of this depth."
         refused = self._source.opener.refused
         is_it = refused is not None and (refused.text, refused.options) == (
             opened.text,
-            self.wished,
+            self.options,
         )
         return refused.sentence if refused is not None and is_it else ""
 
     def change(self, options: PlateOptions) -> None:
         """Read the plate with these options and keep the shot."""
-        if options != self.wished:
-            self.wished = options
+        if options != self.options:
+            self.options = options
             if not _lacks_ends(options):
                 self._open(options)
 
@@ -70,13 +70,13 @@ class PlateReading:
         if entry is not None and opened is not None and opened.frames is None:
             path = entry.file_at(self._editing.frame)
         text = str(path)
-        if text not in self.wished.behind:
-            self.change(replace(self.wished, behind=(*self.wished.behind, text)))
+        if text not in self.options.behind:
+            self.change(replace(self.options, behind=(*self.options.behind, text)))
 
     def _open(self, options: PlateOptions) -> None:
         opened = self._plates
         if opened is not None:
-            self.wished = self._chosen = options
+            self.options = self._chosen = options
             self._source.open(opened.text, options, self._editing.frame)
 
     def arrived(self, opened: Opened) -> None:
@@ -84,7 +84,7 @@ class PlateReading:
         if opened.cache is not None and opened.options == self._chosen:
             self._preferences.read_so(opened.cache.sequence.folder.absolute(), opened.options)
         self._chosen = None
-        self.wished = self._seen = opened.options
+        self.options = self._seen = opened.options
 
     def follow(self) -> None:
         """Read the plate with the options of the shot after an undo or redo."""

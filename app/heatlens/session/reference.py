@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 
 from heatlens.background import Background
-from heatlens.faults import faults_told
+from heatlens.faults import faults_reported
 from heatlens.gpu.context import check_plate_fits
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.plate_options import PlateOptions
@@ -27,7 +27,7 @@ class Reference:
     texture: moderngl.Texture
 
 
-@faults_told("The reference could not be read")
+@faults_reported("The reference could not be read")
 def read_reference(path: Path) -> tuple[Path, FloatImage]:
     """Return the path and the colours, (H, W, 4), of a picture file. Raise HeatlensError."""
     parts = color_file_parts(path, PlateOptions())

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from heatlens.errors import HeatlensError
-from heatlens.faults import faults_told
+from heatlens.faults import faults_reported
 from heatlens.preview.shown import Shown
 from heatlens.session.compare_sides import CompareSides, Side
 from heatlens.session.editing import Editing
@@ -93,7 +93,7 @@ class RenderScheduler:
         if source.plate is not None and source.is_settled_at(frame):
             plate = PlateVersion(source.version, source.is_finer)
             view, budget_s = self._view.state, self._speed.budget_s
-            self._sides.wish(view, source.seen(shot), frame, budget_s, plate, self._view.zoom)
+            self._sides.request(view, source.seen(shot), frame, budget_s, plate, self._view.zoom)
 
     def work(self) -> None:
         """Continue the next piece of work for one slice; report errors."""
@@ -110,7 +110,7 @@ class RenderScheduler:
 
     def _try(self, act: Callable[[], None]) -> None:
         try:
-            with faults_told("The picture could not be made"):
+            with faults_reported("The picture could not be made"):
                 act()
         except HeatlensError as error:
             self._say_error(error)

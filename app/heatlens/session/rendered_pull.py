@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from heatlens.errors import HeatlensError
-from heatlens.faults import faults_told
+from heatlens.faults import faults_reported
 from heatlens.model.frames import FrameRange
 from heatlens.preview.shown import Shown
 from heatlens.rendered_frames.disk_store import DiskStore
@@ -257,7 +257,7 @@ class RenderedPull:
 
     def _work(self, job: FrameJob) -> None:
         try:
-            with faults_told("A frame could not be rendered ahead"):
+            with faults_reported("A frame could not be rendered ahead"):
                 picture = self._ready_filler().work(job, self._next(1), _SLICE_S)
         except HeatlensError:
             self._refused.add(job.key)

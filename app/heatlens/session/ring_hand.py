@@ -10,8 +10,8 @@ from typing import Any
 
 from heatlens.errors import LensError
 from heatlens.model.lens import Lens
+from heatlens.model.measured_distance import from_pupil_m
 from heatlens.model.measured_from import MeasuredFrom
-from heatlens.model.told_distance import from_pupil_m
 from heatlens.ring.channel_map import ChannelMap, Learning, Ring, channels_of, mapped
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.ring_input import RingInput

@@ -23,7 +23,7 @@ from heatlens.scene.scene_bounds import (
     object_depth_m,
     object_names,
 )
-from heatlens.scene.through_camera import through_camera, told_lens
+from heatlens.scene.through_camera import lens_values, through_camera
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
@@ -161,7 +161,7 @@ class SceneCommands:
             return
         camera = scene.camera_named(name)
         self._editing.do(through_camera(self._editing.shot, camera))
-        self._say(_message(name, self._editing.lens, told_lens(camera)))
+        self._say(_message(name, self._editing.lens, lens_values(camera)))
 
     def place(self, up_axis: WorldAxis, meters_per_unit: float) -> None:
         """Set the up axis and the unit of the file, and frame the whole scene again.

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.errors import FaultError, HeatlensError, InputError
-from heatlens.faults import faults_told
+from heatlens.faults import faults_reported
 from heatlens.gpu import shader_reload
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
@@ -275,7 +275,7 @@ class Session:
     def poll(self) -> None:
         """Take over what threads have read; report errors, and keep the last good picture."""
         try:
-            with faults_told("What was read could not be shown"):
+            with faults_reported("What was read could not be shown"):
                 self._take_news()
         except HeatlensError as error:
             self.say_error(error)
@@ -330,7 +330,7 @@ class Session:
         self.given.opened(opened.text)
         self.start_choices.opened()
         start_lens, problem = first_lens(opened, self.given)
-        self.lens_commands.begun_with = start_lens
+        self.lens_commands.start_lens = start_lens
         self._say_all(problem)
         if coming is not None:
             self.editing.begin(coming)

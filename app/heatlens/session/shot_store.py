@@ -17,7 +17,7 @@ from heatlens.documents.shot_file import (
     write_shot,
 )
 from heatlens.errors import InputError
-from heatlens.faults import faults_told
+from heatlens.faults import faults_reported
 from heatlens.model.shot import Shot
 
 Result = TypeVar("Result")
@@ -62,7 +62,7 @@ class ShotStore:
         return self._begin(lambda: autosave_path(path).unlink(missing_ok=True))
 
     def _begin(self, job: Callable[[], Result]) -> Future[Result]:
-        future = self._thread.submit(faults_told("The shot could not be kept or read")(job))
+        future = self._thread.submit(faults_reported("The shot could not be kept or read")(job))
         future.add_done_callback(lambda _: self._wake())
         return future
 

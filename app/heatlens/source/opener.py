@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import HeatlensError, InputError
-from heatlens.faults import faults_told
+from heatlens.faults import faults_reported
 from heatlens.files.apart import Stop
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.reader import SequenceReader
@@ -105,7 +105,7 @@ class SourceOpener:
         self._thread.shutdown(wait=True, cancel_futures=True)
 
 
-@faults_told("The file could not be opened")
+@faults_reported("The file could not be opened")
 def _opened(
     text: str,
     options: PlateOptions,
@@ -121,7 +121,7 @@ def _opened(
     source = PlateSource(text, sequence_of_one_size(text), options)
     first, news = _first_frame(source.sequence, text, frame), News(wake)
     # A fault of the program in one frame makes that frame damaged; the others are still shown.
-    read = faults_told("A frame could not be read")(SequenceReader(options))
+    read = faults_reported("A frame could not be read")(SequenceReader(options))
     cache = FrameCache(
         source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.files_of
     )

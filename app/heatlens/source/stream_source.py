@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from heatlens.background import Background
 from heatlens.errors import HeatlensError, InputError
-from heatlens.faults import faults_told
+from heatlens.faults import faults_reported
 from heatlens.model.frames import FrameRange
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
@@ -83,7 +83,7 @@ class StreamSource:
         time.sleep(max(0.0, due_s - time.monotonic()))
         of = self._server.version, options
         try:
-            with faults_told("The frame that was sent could not be read"):
+            with faults_reported("The frame that was sent could not be read"):
                 plate = self._server.snapshot(options=options)
         except HeatlensError as error:
             return _Made(of, None, str(error))

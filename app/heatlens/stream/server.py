@@ -82,7 +82,7 @@ class TevServer(Closing):
         self._snapshot_problem: str | None = None
         self._clients: list[_Client] = []
         self._changed = self._has_news = False
-        self._told_s = -1.0
+        self._reported_s = -1.0
         self._wake, self._waker = socket.socketpair()
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
@@ -261,14 +261,14 @@ class TevServer(Closing):
         """Return the seconds until a delayed notification is due; None if there is none."""
         if not (self._changed or self._has_news):
             return None
-        return max(0.0, self._told_s + 1 / NEWS_A_SECOND - time.monotonic())
+        return max(0.0, self._reported_s + 1 / NEWS_A_SECOND - time.monotonic())
 
     def _tell_news(self) -> None:
         if self._pause_s() != 0.0:
             return
         self.version += self._changed
         self._changed = self._has_news = False
-        self._told_s = time.monotonic()
+        self._reported_s = time.monotonic()
         if self._on_news is not None:
             self._on_news()
 

@@ -78,7 +78,7 @@ class DockedPanels:
     def _lens(self) -> None:
         session = self._session
         if self._begin("Lens") and not session.source.is_waiting:
-            begun = session.lens_commands.begun_with
+            begun = session.lens_commands.start_lens
             sources = {} if begun is None else begun.sources
             tried, doubtful = session.editing.tried, self._doubts()
             kits = session.lens_commands.kits
@@ -159,7 +159,7 @@ class DockedPanels:
                 read=reading.read,
             )
             ask = partial(self._ui.dialogs.ask, "behind")
-            reading.change(plate_panel(reading.wished, facts, session.say, ask))
+            reading.change(plate_panel(reading.options, facts, session.say, ask))
         imgui.end()
 
     def _scene(self) -> None:

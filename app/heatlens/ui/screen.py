@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.errors import HeatlensError
-from heatlens.faults import faults_told
+from heatlens.faults import faults_reported
 from heatlens.session.kept_screen import KeptScreen
 from heatlens.session.pull_recording import RecordingState
 from heatlens.session.session import Session
@@ -58,7 +58,7 @@ class Screen:
         state = imgui.internal.ErrorRecoveryState()
         imgui.internal.error_recovery_store_state(state)
         try:
-            with faults_told("The window could not be drawn"):
+            with faults_reported("The window could not be drawn"):
                 self._draw()
                 topmost.note_frame()
         except HeatlensError as error:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
+from heatlens.model.measured_distance import measured_text
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode
-from heatlens.model.told_distance import told_text
 
 _NEAR_SHARE = 0.01  # a key within this part of a mark's distance belongs to the mark
 Distances = Sequence[tuple[str, float]]  # names and distances of marks
@@ -59,10 +59,10 @@ def sheet_row(
         timecode="" if timecode is None else str(timecode),
         seconds=f"{(frame - first) / shot.frames_per_second:.2f}",
         mark=_mark_at(lens.focus_distance_m, marks),
-        focus=told_text(lens, lens.focus_distance_m),
-        feet=told_text(lens, lens.focus_distance_m, "ft"),
-        near=told_text(lens, near_limit_m(lens)),
-        far=told_text(lens, far_limit_m(lens)),
+        focus=measured_text(lens, lens.focus_distance_m),
+        feet=measured_text(lens, lens.focus_distance_m, "ft"),
+        near=measured_text(lens, near_limit_m(lens)),
+        far=measured_text(lens, far_limit_m(lens)),
         f_stop=f"f/{lens.f_stop:.3g}",
     )
 

@@ -37,14 +37,14 @@ class ValueTrack:
     times_s  (K,) in ascending order
     values   (K, n); (K, 3, n) for a cubic: tangent in, value, tangent out
     kind     LINEAR, STEP or CUBICSPLINE
-    is_told  True if an animation has it; False for the default track of a node at rest
+    is_animated  True if an animation has it; False for the default track of a node at rest
     """
 
     times_s: Array
     values: Array
     kind: str = "LINEAR"
     is_rotation: bool = False
-    is_told: bool = True
+    is_animated: bool = True
 
     def at(self, times_s: Array) -> Array:
         """Return (T, n) values at T times, constant before the first and after the last key."""
@@ -130,7 +130,7 @@ class Animation:
     @cached_property
     def _span_s(self) -> tuple[float, float] | None:
         """Return the times of the first and the last key, None if nothing moves."""
-        moving = [t for node in self.tracks.values() for t in node.values() if t.is_told]
+        moving = [t for node in self.tracks.values() for t in node.values() if t.is_animated]
         moving += [*self.weights.values(), *self.angles.values()]
         if not moving:
             return None
@@ -145,8 +145,8 @@ class Animation:
     @property
     def _start_s(self) -> float:
         """The time of the first frame in seconds."""
-        is_told = self.timing.first_frame is not None and self._span_s is not None
-        return self._span_s[0] if is_told and self._span_s is not None else 0.0
+        has_start = self.timing.first_frame is not None and self._span_s is not None
+        return self._span_s[0] if has_start and self._span_s is not None else 0.0
 
     @property
     def frames(self) -> FrameRange | None:
@@ -240,7 +240,7 @@ def _chosen(gltf: GltfFile, names: tuple[str, ...], clip: str | None) -> list[in
 
 
 def _still(value: tuple[float, ...]) -> ValueTrack:
-    return ValueTrack(np.zeros(1), np.array([value], float), is_told=False)
+    return ValueTrack(np.zeros(1), np.array([value], float), is_animated=False)
 
 
 def _add(

@@ -18,7 +18,7 @@ from heatlens.scene.gltf.vertices import Vertices
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.point_cloud import drawn_points
 from heatlens.scene.scene import Deform, MapPlace, Material, Mesh
-from heatlens.scene.tangents import told_tangents, with_tangents
+from heatlens.scene.tangents import unit_tangents, with_tangents
 from heatlens.scene.tubes import tubes
 
 _POINTS, _LINES, _LOOP, _TRIANGLES, _STRIP, _FAN = 0, 1, 2, 4, 5, 6
@@ -142,7 +142,7 @@ class GltfMeshes:
         """Return the mesh with the file's tangents if it has normals, else derived ones."""
         told = vertices.floats("TANGENT", 4) if vertices.has("NORMAL") else None
         if told is not None:
-            return replace(mesh, tangents=told_tangents(told))
+            return replace(mesh, tangents=unit_tangents(told))
         places = self.materials.materials[mesh.material].map_places
         return with_tangents(mesh) if places is None else _along_map(mesh, places[_NORMALS])
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.files.quiet import quiet_library
-from heatlens.files.usd_library import read_usd_apart, usd_failures_told, usd_module
+from heatlens.files.usd_library import read_usd_apart, usd_failures_reported, usd_module
 from heatlens.paths import unreadable
 
 
@@ -22,7 +22,7 @@ def files_of_usd(path: Path) -> tuple[Path, ...]:
 def named_by_usd(text: str) -> tuple[Path, ...]:
     """Return what `files_of_usd` does, in this process."""
     own = Path(text).resolve()
-    with quiet_library(), usd_failures_told(text):
+    with quiet_library(), usd_failures_reported(text):
         layers, pictures, missing = usd_module("UsdUtils").ComputeAllDependencies(str(own))
     listed = (*(layer.realPath for layer in layers), *pictures, *missing)
     found = (Path(_file_of(name)) for name in listed)

@@ -8,7 +8,7 @@ import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
-from heatlens.files.usd_library import read_usd_apart, usd_failures_told
+from heatlens.files.usd_library import read_usd_apart, usd_failures_reported
 from heatlens.model.frames import FrameRange
 from heatlens.scene.scene import Array, Instance, Scene, check_instances
 from heatlens.scene.usd.cameras import changing_lens, is_camera, read_cameras
@@ -69,7 +69,7 @@ def read_usd(path: Path) -> Scene:
 def usd_scene(text: str) -> Scene:
     """Read a scene; raise InputError where it is damaged or has nothing visible."""
     path = Path(text)
-    with quiet_library(), usd_failures_told(path):
+    with quiet_library(), usd_failures_reported(path):
         return _scene(open_stage(path))
 
 

@@ -50,7 +50,7 @@ def _varies(attribute: Any) -> bool:
     return bool(attribute.ValueMightBeTimeVarying())
 
 
-def _is_told(attribute: Any) -> bool:
+def _has_value(attribute: Any) -> bool:
     """Return True if the file has a value, and not only zeros or ones."""
     told = attribute.Get() if attribute.HasAuthoredValue() else None
     return told is not None and told not in (0, 1) and any(v != 1 for v in _flat(told))
@@ -72,10 +72,10 @@ _SHIFTED = "The film offset of cameras is ignored"
 _EDGES = "Subdivision surfaces with special edge rules are smoothed with the default rules"
 _LOSSES = (
     *(_Loss("Gprim", name, _CHANGES, _varies) for name in _SHAPES),
-    _Loss("Gprim", "primvars:displayOpacity", "The opacity of objects is ignored", _is_told),
+    _Loss("Gprim", "primvars:displayOpacity", "The opacity of objects is ignored", _has_value),
     _Loss("Camera", "horizontalApertureOffset", _SHIFTED, lambda a: bool(a.Get())),
     _Loss("Camera", "verticalApertureOffset", _SHIFTED, lambda a: bool(a.Get())),
-    _Loss("Camera", "clippingPlanes", "The clipping planes of cameras are ignored", _is_told),
+    _Loss("Camera", "clippingPlanes", "The clipping planes of cameras are ignored", _has_value),
     _Loss("Mesh", "interpolateBoundary", _EDGES, lambda a: a.Get() == "none"),
     _Loss(
         "Imageable",

@@ -11,7 +11,7 @@ from heatlens.model.settings import Quality
 from heatlens.printable import printable
 from heatlens.session.export_commands import ExportCommands
 from heatlens.session.export_process import ExportState
-from heatlens.session.export_wish import CAMERA_KINDS, FRAME_KINDS, ExportWish
+from heatlens.session.export_settings import CAMERA_KINDS, FRAME_KINDS, ExportSettings
 from heatlens.ui import probe, theme, widgets
 
 
@@ -27,7 +27,7 @@ class Pressed(StrEnum):
 def draw_exports(exports: ExportCommands) -> None:
     """Draw the panel in the current window and do what its buttons ask for."""
     exports.propose()
-    exports.wish, pressed = export_panel(exports.wish, exports.played, exports.run.state)
+    exports.settings, pressed = export_panel(exports.settings, exports.played, exports.run.state)
     if pressed is Pressed.CANCEL:
         exports.run.cancel()
     elif pressed is Pressed.EXPORT:
@@ -37,55 +37,59 @@ def draw_exports(exports: ExportCommands) -> None:
 
 
 def export_panel(
-    wish: ExportWish, played: FrameRange | None, state: ExportState | None
-) -> tuple[ExportWish, Pressed]:
+    settings: ExportSettings, played: FrameRange | None, state: ExportState | None
+) -> tuple[ExportSettings, Pressed]:
     """Draw the panel; return the settings as the user left them, and the button pressed."""
     imgui.separator_text("Frames")
-    wish = _where(wish)
-    wish = replace(wish, kind=widgets.choice("as", wish.kind, list(FRAME_KINDS)))
-    wish = _options(wish, played)
+    settings = _where(settings)
+    settings = replace(settings, kind=widgets.choice("as", settings.kind, list(FRAME_KINDS)))
+    settings = _options(settings, played)
     is_busy = state is not None and state.code is None
     pressed = Pressed.NOTHING
-    with widgets.disabled(is_busy or not wish.name or not wish.folder):
+    with widgets.disabled(is_busy or not settings.name or not settings.folder):
         if _button("Export"):
             pressed = Pressed.EXPORT
     imgui.same_line()
-    imgui.text_disabled(printable(Path(wish.output).name))
+    imgui.text_disabled(printable(Path(settings.output).name))
     imgui.separator_text("Lens as a camera")
-    wish = replace(wish, camera_kind=widgets.choice("for", wish.camera_kind, list(CAMERA_KINDS)))
-    with widgets.disabled(is_busy or not wish.name or not wish.folder):
+    settings = replace(
+        settings, camera_kind=widgets.choice("for", settings.camera_kind, list(CAMERA_KINDS))
+    )
+    with widgets.disabled(is_busy or not settings.name or not settings.folder):
         if _button("Write camera"):
             pressed = Pressed.CAMERA
     imgui.same_line()
-    imgui.text_disabled(printable(Path(wish.camera_output).name))
+    imgui.text_disabled(printable(Path(settings.camera_output).name))
     if state is not None and _progress(state):
         pressed = Pressed.CANCEL
-    return wish, pressed
+    return settings, pressed
 
 
-def _where(wish: ExportWish) -> ExportWish:
+def _where(settings: ExportSettings) -> ExportSettings:
     widgets.label("folder", "Created if it does not exist.")
-    folder = _text("export folder", wish.folder)
+    folder = _text("export folder", settings.folder)
     widgets.label("name", "Followed by the frame number and the extension.")
-    return replace(wish, folder=folder, name=_text("export name", wish.name))
+    return replace(settings, folder=folder, name=_text("export name", settings.name))
 
 
-def _options(wish: ExportWish, played: FrameRange | None) -> ExportWish:
+def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSettings:
     span = "one frame" if played is None or played.count == 1 else f"{played}, from in to out"
     widgets.label("frames", "1001-1100, 1001-1100x2 or 1001,1005; empty: from in to out.")
-    _, frames = imgui.input_text_with_hint("##export frames", span, wish.frames)
+    _, frames = imgui.input_text_with_hint("##export frames", span, settings.frames)
     probe.note("export frames")
     as_shot = "as the shot"
-    shown = wish.quality or as_shot
+    shown = settings.quality or as_shot
     picked = widgets.choice("at quality", shown, [as_shot, *(str(q) for q in Quality)])
-    wish = replace(wish, frames=frames.strip(), quality="" if picked == as_shot else picked)
-    if wish.is_linear:
-        return replace(wish, with_depth=_check("depth beside the colour", wish.with_depth))
-    wish = replace(wish, burn_in=_check("frame, focus and f-stop in the picture", wish.burn_in))
-    with_guides = _check("guides and desqueeze of the window", wish.with_guides)
+    settings = replace(settings, frames=frames.strip(), quality="" if picked == as_shot else picked)
+    if settings.is_linear:
+        return replace(settings, with_depth=_check("depth beside the colour", settings.with_depth))
+    settings = replace(
+        settings, burn_in=_check("frame, focus and f-stop in the picture", settings.burn_in)
+    )
+    with_guides = _check("guides and desqueeze of the window", settings.with_guides)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Draws what the Guides tab draws over the picture into the files.")
-    return replace(wish, with_guides=with_guides)
+    return replace(settings, with_guides=with_guides)
 
 
 def _text(name: str, value: str) -> str:

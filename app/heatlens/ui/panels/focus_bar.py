@@ -65,7 +65,7 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
         theme.colors.hyperfocal,
     )
     below = ImVec2(size.x, text_y - corner.y)
-    draw_scale(draw, histogram, corner, below, unit, lens.told_from_m)
+    draw_scale(draw, histogram, corner, below, unit, lens.measuring_offset_m)
 
 
 def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:

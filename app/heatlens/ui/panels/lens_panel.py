@@ -15,6 +15,7 @@ from heatlens.model.filmback import FILMBACKS
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import KitLens
 from heatlens.model.lens_model import LensModel
+from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.option import options_of
 from heatlens.model.plausibility import About, Doubt
@@ -25,7 +26,6 @@ from heatlens.model.settings import (
     Quality,
 )
 from heatlens.model.shot import LensParameter
-from heatlens.model.told_distance import parse_told_m, told_text
 from heatlens.model.units import format_distance
 from heatlens.session.lens_commands import nudged
 from heatlens.session.messages import Problem, window_words
@@ -85,9 +85,9 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     with _tried(LensParameter.FOCUS_DISTANCE, facts):
         distance_m = widgets.text_field(
             "distance",
-            told_text(lens, lens.focus_distance_m, facts.unit),
+            measured_text(lens, lens.focus_distance_m, facts.unit),
             lens.focus_distance_m,
-            lambda text: parse_told_m(lens, text),
+            lambda text: parse_measured_m(lens, text),
             say,
         )
     notches += widgets.wheel_over_last()
@@ -122,10 +122,10 @@ def _limits(lens: Lens, unit: str) -> None:
     flags = imgui.TableFlags_
     if imgui.begin_table("limits", 4, flags.sizing_stretch_prop if is_narrow else flags.none):
         for head, words in (
-            ("near", told_text(lens, near_limit_m(lens), unit)),
-            ("far", told_text(lens, far_limit_m(lens), unit)),
+            ("near", measured_text(lens, near_limit_m(lens), unit)),
+            ("far", measured_text(lens, far_limit_m(lens), unit)),
             ("in focus", format_distance(depth_of_field_m(lens), unit)),
-            ("hyperfocal", told_text(lens, hyperfocal_m(lens), unit)),
+            ("hyperfocal", measured_text(lens, hyperfocal_m(lens), unit)),
         ):
             imgui.table_next_column()
             imgui.text_disabled(head)

@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.model.look import Look
-from heatlens.model.told_distance import told_text
+from heatlens.model.measured_distance import measured_text
 from heatlens.model.view import GRID_MOST, Compare
 from heatlens.printable import printable
 from heatlens.session.compare_sides import grid_names, is_look_b
@@ -135,7 +135,7 @@ def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
         imgui.new_line()
     imgui.text_disabled(words)
     probe.note(f"lens of look {look.name}")
-    imgui.text_disabled(f"at {told_text(lens, lens.focus_distance_m, session.view.unit)}")
+    imgui.text_disabled(f"at {measured_text(lens, lens.focus_distance_m, session.view.unit)}")
     _buttons(session, look)
     imgui.end_group()
     imgui.pop_id()

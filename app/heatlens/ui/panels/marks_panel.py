@@ -8,9 +8,9 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.errors import HeatlensError
 from heatlens.model.lens import Lens
 from heatlens.model.marks import Mark, ObjectMark, PointMark
+from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
-from heatlens.model.told_distance import parse_told_m, told_text
 from heatlens.printable import printable
 from heatlens.session.messages import Problem
 from heatlens.session.session import Session
@@ -61,7 +61,7 @@ def _row(session: Session, mark: Mark) -> None:
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
     unit = session.view.unit
-    imgui.text("outside" if distance_m is None else told_text(session.lens, distance_m, unit))
+    imgui.text("outside" if distance_m is None else measured_text(session.lens, distance_m, unit))
     _tip(_meaning(mark))
     imgui.table_next_column()
     _row_buttons(session, mark)
@@ -98,7 +98,7 @@ def _close_focus(session: Session) -> None:
     widgets.label("close focus", "The nearest distance of the lens; frames focused nearer are red.")
     limit_m = session.lens.close_focus_m
     lens = session.lens
-    shown = "" if limit_m is None else told_text(lens, limit_m, session.view.unit)
+    shown = "" if limit_m is None else measured_text(lens, limit_m, session.view.unit)
     typed_m = widgets.text_field(
         "close focus", shown, limit_m, partial(_parse_limit_m, lens), session.say, "unknown"
     )
@@ -110,7 +110,7 @@ def _close_focus(session: Session) -> None:
 
 
 def _parse_limit_m(lens: Lens, text: str) -> float | None:
-    return parse_told_m(lens, text) if text.strip() else None
+    return parse_measured_m(lens, text) if text.strip() else None
 
 
 def pull_popup(session: Session, ui: UiState) -> None:

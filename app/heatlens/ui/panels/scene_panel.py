@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.errors import HeatlensError
 from heatlens.model.framing import WorldAxis
 from heatlens.printable import printable
-from heatlens.scene.placing import is_untold
+from heatlens.scene.placing import lacks_placing
 from heatlens.scene.scene_bounds import object_names
 from heatlens.session.messages import Problem
 from heatlens.session.session import Session
@@ -39,7 +39,7 @@ def scene_panel(session: Session) -> None:
     _clip(session)
     _keys(session)
     _size(session)
-    if is_untold(scene):
+    if lacks_placing(scene):
         _placing(session)
     imgui.separator_text("Objects")
     names = object_names(scene)

@@ -4,7 +4,7 @@ import math
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.model.told_distance import told_text
+from heatlens.model.measured_distance import measured_text
 from heatlens.model.units import format_distance
 from heatlens.session.ruler import Pixel, Ruler
 from heatlens.session.session import Session
@@ -40,7 +40,7 @@ def draw_ruler(session: Session, hovered: Pixel | None) -> None:
     words = "infinitely far" if is_far else format_distance(measured.distance_m, unit)
     for end, depth_m in zip(at, measured.depths_m, strict=True):
         _draw_label(
-            end, f"at {told_text(session.lens, depth_m, unit)}", theme.OVER_PICTURE.handle, 1.2
+            end, f"at {measured_text(session.lens, depth_m, unit)}", theme.OVER_PICTURE.handle, 1.2
         )
     _draw_label(
         ImVec2((at[0].x + at[1].x) / 2, (at[0].y + at[1].y) / 2),

@@ -8,7 +8,7 @@ from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, pict
 from heatlens.model.breathing import plate_ratio
 from heatlens.model.lens import Lens
 from heatlens.model.look import Look
-from heatlens.model.told_distance import told_text
+from heatlens.model.measured_distance import measured_text
 from heatlens.model.view import Compare, ViewState
 from heatlens.plate.breathing_window import room_of
 from heatlens.plate.plate import Plate
@@ -133,7 +133,7 @@ class SeenPictures:
         return Tile(look.name, printable(words), texture, texture.width != width, is_taken)
 
     def _words(self, lens: Lens) -> str:
-        distance = told_text(lens, lens.focus_distance_m, self._session.view.unit)
+        distance = measured_text(lens, lens.focus_distance_m, self._session.view.unit)
         return f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}  at {distance}"
 
 

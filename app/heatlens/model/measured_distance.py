@@ -8,21 +8,21 @@ from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance, parse_distance_m
 
 
-def told_m(lens: Lens, distance_m: float) -> float:
+def as_measured_m(lens: Lens, distance_m: float) -> float:
     """Return a distance from the entrance pupil as it is read beside this lens; infinity stays."""
-    return distance_m + lens.told_from_m
+    return distance_m + lens.measuring_offset_m
 
 
-def from_pupil_m(lens: Lens, told_distance_m: float) -> float:
+def from_pupil_m(lens: Lens, measured_m: float) -> float:
     """Return the distance from the entrance pupil of one that was read beside this lens."""
-    return told_distance_m - lens.told_from_m
+    return measured_m - lens.measuring_offset_m
 
 
-def told_text(lens: Lens, distance_m: float, unit: str = "m") -> str:
+def measured_text(lens: Lens, distance_m: float, unit: str = "m") -> str:
     """Return a distance from the entrance pupil in words, as it is read beside this lens."""
-    return format_distance(told_m(lens, distance_m), unit)
+    return format_distance(as_measured_m(lens, distance_m), unit)
 
 
-def parse_told_m(lens: Lens, text: str) -> float:
+def parse_measured_m(lens: Lens, text: str) -> float:
     """Return the distance from the entrance pupil that a text tells; raise InputError for none."""
     return from_pupil_m(lens, parse_distance_m(text))

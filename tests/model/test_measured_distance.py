@@ -8,8 +8,13 @@ from hypothesis import strategies as st
 
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import KitLens, LensKit
+from heatlens.model.measured_distance import (
+    as_measured_m,
+    from_pupil_m,
+    measured_text,
+    parse_measured_m,
+)
 from heatlens.model.measured_from import MeasuredFrom
-from heatlens.model.told_distance import from_pupil_m, parse_told_m, told_m, told_text
 from heatlens.model.units import format_distance
 
 FILM = Lens(50.0, 2.8, 2.0, 36.0, measured_from=MeasuredFrom.FILM, pupil_offset_mm=120.0)
@@ -19,14 +24,14 @@ KIT = LensKit("primes", "a lens", (KitLens(50.0, 1.4, 0.45),))
 @given(st.floats(0.2, 1e4), st.floats(-200.0, 200.0))
 def test_what_is_read_is_typed_back(distance_m, offset_mm):
     lens = replace(FILM, pupil_offset_mm=offset_mm)
-    assert from_pupil_m(lens, told_m(lens, distance_m)) == pytest.approx(distance_m)
-    assert told_m(replace(lens, measured_from=MeasuredFrom.PUPIL), distance_m) == distance_m
+    assert from_pupil_m(lens, as_measured_m(lens, distance_m)) == pytest.approx(distance_m)
+    assert as_measured_m(replace(lens, measured_from=MeasuredFrom.PUPIL), distance_m) == distance_m
 
 
 def test_words_and_infinity():
-    assert told_text(FILM, 2.0) == "2.12 m"
-    assert parse_told_m(FILM, "2.12") == pytest.approx(2.0)
-    assert told_text(FILM, float("inf")) == format_distance(float("inf"))
+    assert measured_text(FILM, 2.0) == "2.12 m"
+    assert parse_measured_m(FILM, "2.12") == pytest.approx(2.0)
+    assert measured_text(FILM, float("inf")) == format_distance(float("inf"))
 
 
 def test_a_kit_tells_its_close_focus_from_where_the_lens_is_measured():

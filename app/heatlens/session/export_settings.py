@@ -28,7 +28,7 @@ _MOVIES = (".mov", ".mp4")
 
 
 @dataclass(frozen=True)
-class ExportWish:
+class ExportSettings:
     """What is to be exported, as the panel shows it.
 
     folder, name    where to, and the name before the number of the frame
@@ -83,7 +83,7 @@ def _opacity(guides: Guides) -> float:
     return NO_GUIDES.opacity if guides.aspect is None else guides.opacity
 
 
-def wish_for(plate: Path) -> ExportWish:
+def proposed_settings(plate: Path) -> ExportSettings:
     """Propose an export of a plate next to its file, under the same name.
 
     What comes with the program, or lies where nothing may be written, goes to the user's pictures.
@@ -91,4 +91,4 @@ def wish_for(plate: Path) -> ExportWish:
     name, beside = plate.name.split(".")[0], plate.absolute().parent
     is_own = beside.resolve() == data_dir("assets").resolve() or not os.access(beside, os.W_OK)
     folder = (pictures_dir() if is_own else beside) / f"{name}_dof"
-    return ExportWish(str(folder), name)
+    return ExportSettings(str(folder), name)
