@@ -26,6 +26,17 @@ def pictures_dir() -> Path:
     return folder if folder.is_dir() else home
 
 
+def folder_to_write_in(path: Path) -> Path:
+    """Return the folder of a file, to write other files beside it.
+
+    Return the user's folder of pictures if the file comes with the program, or if nothing may be
+    written beside it.
+    """
+    beside = path.absolute().parent
+    is_own = beside.resolve() == data_dir("assets").resolve()
+    return pictures_dir() if is_own or not os.access(beside, os.W_OK) else beside
+
+
 def unreadable(path: Path, error: OSError | None = None) -> InputError:
     """Return the error for a file that cannot be opened."""
     if path.is_dir():

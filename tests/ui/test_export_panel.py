@@ -19,7 +19,7 @@ from heatlens.model.guides import Guides
 from heatlens.model.look_options import LookOptions
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import LensParameter
-from heatlens.paths import data_dir
+from heatlens.paths import data_dir, folder_to_write_in
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_write import write_exr
 from heatlens.session.export_process import ExportState, _take
@@ -221,5 +221,6 @@ def test_what_comes_with_the_program_is_exported_to_the_users_pictures(monkeypat
     monkeypatch.setenv("XDG_PICTURES_DIR", str(tmp_path))
     own = proposed_settings(data_dir("assets") / "still_life.exr")
     assert Path(own.folder) == tmp_path / "still_life_dof"
+    assert folder_to_write_in(data_dir("assets") / "still_life.exr") == tmp_path
     beside = proposed_settings(tmp_path / "room.exr")
     assert Path(beside.folder) == tmp_path / "room_dof"

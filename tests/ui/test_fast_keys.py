@@ -99,3 +99,46 @@ def test_every_key_of_a_shortcut_is_known(gui):
     shortcuts = {action.key for action in gui.screen.actions if action.key is not None}
     known = {imgui_key(key) for key in range(glfw.KEY_SPACE, glfw.KEY_LAST + 1)}
     assert shortcuts <= known
+
+
+def click_at_once(gui, keys: FastKeys, at: tuple[float, float]) -> None:
+    """Move and click between two frames, behind a press of a key."""
+    io = gui.io
+    for is_down in (True, False):
+        typed(keys, imgui.Key.left_shift, is_down)
+    io.add_mouse_pos_event(*at)
+    keys.before_click()
+    io.add_mouse_button_event(0, True)
+    io.add_mouse_button_event(0, False)
+    while events_wait():
+        gui.frame()
+    gui.frame(2)
+
+
+def test_a_click_that_comes_with_its_movement_reaches_a_tab(gui):
+    def at_tab(name: str) -> tuple[float, float]:
+        window = imgui.internal.find_window_by_name(name)
+        box = window.dc.dock_tab_item_rect
+        return (box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2
+
+    keys = FastKeys()
+    for name in ("Plate", "Export", "Look"):
+        click_at_once(gui, keys, at_tab(name))
+        assert not imgui.internal.find_window_by_name(name).hidden, name
+
+
+def test_typed_text_takes_few_frames_a_letter(gui):
+    keys, text, frames = FastKeys(), "sssss", 0
+    gui.key(imgui.Key.p, ctrl=True, shift=True)
+    gui.frame(2)
+    for letter in text:
+        typed(keys, imgui.Key.s, True)
+        gui.io.add_input_characters_utf8(letter)
+        typed(keys, imgui.Key.s, False)
+    while events_wait():
+        gui.frame()
+        frames += 1
+    assert gui.ui.palette._text == text
+    assert frames <= 2 * len(text)
+    gui.key(imgui.Key.escape)
+    gui.frame(2)

@@ -77,6 +77,14 @@ def test_the_picture_is_not_covered_by_the_lessons(gui, scale, has_all):
     gui.frame(4)
 
 
+def test_what_is_saved_of_the_still_life_goes_to_the_users_pictures(gui, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_PICTURES_DIR", str(tmp_path))
+    files = gui.session.files
+    for key in ("save shot", "sheet", "save"):
+        assert files.first_folder(key) == tmp_path, key
+    assert files.first_folder("open") == data_dir("assets")
+
+
 def test_whoever_knows_them_sends_them_away(gui):
     gui.click(gui.middle("dismiss lessons"))
     assert left(gui) == ()

@@ -59,6 +59,29 @@ def test_m_marks_the_distance_in_focus(gui):
     assert steps(gui) == 3
 
 
+def test_a_mark_is_told_and_stands_on_the_focus_bar(gui):
+    gui.key(K.m)
+    assert gui.session.message.startswith("Mark A is set")
+    gui.session.lens_commands.focus(10.0)
+    gui.key(K.m)
+    imgui.set_window_focus("Lens")
+    gui.frame(3)
+    (x0, y0, x1, y1), first, second = (
+        gui.rect(name) for name in ("focus bar", "A on the bar", "B on the bar")
+    )
+    assert x0 <= first[0] and first[2] < second[0] and second[2] <= x1
+    assert y0 <= first[1] and first[3] < y1
+
+
+def test_names_of_near_marks_do_not_overlap_on_the_focus_bar(gui):
+    for _ in range(3):
+        gui.key(K.m)  # all at one distance
+    gui.drawn.clear()
+    imgui.set_window_focus("Lens")
+    gui.frame(3)
+    assert "A on the bar" in gui.drawn and "B on the bar" not in gui.drawn
+
+
 def test_ctrl_shift_click_marks_what_is_there_and_focuses_on_nothing(gui):
     before = gui.session.lens
     marked(gui, BALL)
@@ -142,7 +165,7 @@ def test_a_pull_goes_from_mark_to_mark_by_mouse(gui):
     assert [key.frame for key in keys] == [FIRST, LAST]  # there are fewer than 18
     assert keys[0].value == pytest.approx(BALL_M)
     assert keys[1].value == pytest.approx(POST_M * nearer(LAST))
-    assert gui.session.message == ""
+    assert gui.session.message.startswith("Mark B")  # and nothing about the pull
 
 
 def test_a_pull_that_ends_after_the_last_frame_says_so(gui):

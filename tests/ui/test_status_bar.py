@@ -36,6 +36,18 @@ def test_a_message_stands_beside_the_readout(gui):
     assert readout[2] < message[0] and abs(readout[1] - message[1]) < 1
 
 
+def test_a_message_is_shown_whole_and_the_readout_is_cut(gui, exporting):
+    gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
+    said = "Look B is kept. Ctrl+2 comes back to it."
+    gui.session.say(said)
+    gui.frame(2)
+    gui.drawn.clear()
+    gui.frame(2)
+    readout, message = gui.rect("readout"), gui.rect("message")
+    assert message[2] - message[0] == pytest.approx(imgui.calc_text_size(said).x, abs=1.0)
+    assert readout[2] < message[0] and message[2] < gui.rect("export progress")[0]
+
+
 def test_what_went_wrong_is_told_from_what_was_done():
     messages = Messages()
     for sentence, is_problem in (("Saved.", False), (Problem("Not saved."), True), ("B.", False)):

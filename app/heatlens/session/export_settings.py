@@ -1,13 +1,12 @@
 """What the user wants to export, as the panel shows it and as the command line takes it."""
 
-import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.look_options import LookOptions
 from heatlens.model.option import words_of
-from heatlens.paths import data_dir, pictures_dir
+from heatlens.paths import folder_to_write_in
 
 FRAME_KINDS = {
     "EXR, scene-linear": ".exr",
@@ -88,7 +87,5 @@ def proposed_settings(plate: Path) -> ExportSettings:
 
     What comes with the program, or lies where nothing may be written, goes to the user's pictures.
     """
-    name, beside = plate.name.split(".")[0], plate.absolute().parent
-    is_own = beside.resolve() == data_dir("assets").resolve() or not os.access(beside, os.W_OK)
-    folder = (pictures_dir() if is_own else beside) / f"{name}_dof"
-    return ExportSettings(str(folder), name)
+    name = plate.name.split(".")[0]
+    return ExportSettings(str(folder_to_write_in(plate) / f"{name}_dof"), name)

@@ -7,7 +7,7 @@ from pathlib import Path
 from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.model.plate_options import PlateOptions
-from heatlens.paths import home_dir
+from heatlens.paths import folder_to_write_in, home_dir
 from heatlens.plate.picture_write import PICTURE_SUFFIXES
 from heatlens.scene.scene_read import SCENE_SUFFIXES
 from heatlens.sequence.depth_files import picture_and_depth
@@ -187,9 +187,15 @@ class FileCommands:
         return False
 
     def first_folder(self, key: str) -> Path:
-        """Return the folder in which a dialog begins: the last one used, or that of the plate."""
-        plate = self._source.plate
-        here = plate.path.absolute().parent if plate is not None else home_dir()
+        """Return the folder in which a dialog begins: the last one used, or that of the plate.
+
+        For saving beside a plate of the program itself, it is the user's folder of pictures.
+        """
+        plate, is_save = self._source.plate, PURPOSES[key].is_save
+        if plate is None:
+            here = home_dir()
+        else:
+            here = folder_to_write_in(plate.path) if is_save else plate.path.absolute().parent
         return Path(self._preferences.now.folders.get(key, here))
 
     def first_name(self, key: str) -> str:

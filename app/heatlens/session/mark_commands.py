@@ -90,6 +90,7 @@ class MarkCommands:
     def _add(self, mark: Mark) -> None:
         self.pull_to = mark.name
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
+        self._say(f"Mark {mark.name} is set. Shift+M pulls the focus to it.")
 
     def change(self, before: Mark, after: Mark) -> None:
         """Change the name or smoothing of a mark; raise HeatlensError if the name is in use."""

@@ -120,8 +120,13 @@ class CleanFeed:
         glfw.make_context_current(self._main)
 
 
-def fill_screen(window: Any, is_full: bool, size: tuple[int, int]) -> None:
-    """Switch a window to full screen on its monitor, or back to a window of `size` screen units."""
+def fill_screen(
+    window: Any, is_full: bool, size: tuple[int, int], at: tuple[int, int] | None = None
+) -> None:
+    """Switch a window to full screen on its monitor, or back to a window of `size` screen units.
+
+    `at` is where the window was before, None for the middle of the monitor.
+    """
     monitor = monitor_of(window)
     if not monitor:
         return
@@ -132,6 +137,6 @@ def fill_screen(window: Any, is_full: bool, size: tuple[int, int]) -> None:
     else:
         x, y, width, height = glfw.get_monitor_workarea(monitor)
         own = min(size[0], width), min(size[1], height)
-        at = x + (width - own[0]) // 2, y + (height - own[1]) // 2
+        middle = x + (width - own[0]) // 2, y + (height - own[1]) // 2
         none: Any = None  # the stub of glfw does not allow None for "no monitor"
-        glfw.set_window_monitor(window, none, *at, *own, 0)
+        glfw.set_window_monitor(window, none, *(at or middle), *own, 0)

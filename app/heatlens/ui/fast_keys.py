@@ -9,6 +9,11 @@ GLFW drops a press with the same time in milliseconds as the last press of that 
 input method may have sent it twice (`processEvent` in x11_window.c). After two presses of `Ctrl`
 within one millisecond, GLFW therefore reports it as released, and ImGui asks GLFW. But each key
 event carries its own modifiers, and this module uses those.
+
+Text that is typed into a field needs none of that, and would take three frames a letter.
+
+A tab takes a click only if the pointer was over it in the frame before. So a press of a mouse
+button that comes together with the movement to that place waits for the next frame as well.
 """
 
 import glfw
@@ -16,6 +21,8 @@ from imgui_bundle import imgui
 
 _K = imgui.Key
 _IDLE = _K.f24  # a key that keyboards do not have and no shortcut uses
+_PRINTED = range(glfw.KEY_SPACE, glfw.KEY_GRAVE_ACCENT + 1)
+_COMMANDS = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
 _MODIFIERS = range(glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SUPER + 1)
 _MODS = {
     glfw.MOD_CONTROL: _K.mod_ctrl,
@@ -60,14 +67,23 @@ class FastKeys:
             return
         if self._has_press:
             _end_frame()
+        io = imgui.get_io()
+        if io.want_text_input and key in _PRINTED and not mods & _COMMANDS:
+            self._has_press = False
+            return
         self._has_press = action == glfw.PRESS and key not in _MODIFIERS
-        pressed, io = imgui_key(key) if self._has_press else None, imgui.get_io()
+        pressed = imgui_key(key) if self._has_press else None
         if pressed is None:
             return
         for bit, mod in _MODS.items():  # ImGui ignores events that change nothing
             io.add_key_event(mod, bool(mods & bit))
         io.add_key_event(pressed, True)
         _end_frame()  # so that this frame does not ask GLFW for the modifiers
+        self._has_press = False
+
+    def before_click(self) -> None:
+        """Prepare for a press of a mouse button; call before ImGui handles the event."""
+        _end_frame()
         self._has_press = False
 
 

@@ -16,6 +16,7 @@ from heatlens.ui.side_words import draw_sides, mouse_words, words
 from heatlens.ui.state import UiState
 
 _EDGE_EM = 0.6
+_MESSAGE_PART = 0.65  # the largest part of the room that a message takes from the readout
 
 
 class StatusBar:
@@ -62,13 +63,17 @@ class StatusBar:
         else:
             first = self.words(hovered)
             first = "" if hovered is None and message.text else first
+        em = imgui.get_font_size()
+        room = end - imgui.get_cursor_pos_x() - em
+        gap = 1.5 * em if first and message.text else 0.0
+        told = min(_width_of(message.text), _MESSAGE_PART * room) if first else room
         if first:
-            _draw_cut(first, end - imgui.get_cursor_pos_x() - imgui.get_font_size())
+            _draw_cut(first, room - (told + gap if message.text else 0.0))
             probe.note("readout")
         if message.text:
             if first:
-                imgui.same_line(0.0, 1.5 * imgui.get_font_size())
-            self._draw_message(end - imgui.get_cursor_pos_x() - imgui.get_font_size())
+                imgui.same_line(0.0, gap)
+            self._draw_message(end - imgui.get_cursor_pos_x() - em)
 
     def _draw_message(self, width: float) -> None:
         """Draw the message, cut to `width`; a tooltip shows all of it."""

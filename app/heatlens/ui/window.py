@@ -137,7 +137,8 @@ class Loop:
         self._ui.scale.apply()
         restore_layout(self._ui, preferences.now.layout, preferences.now.layout_em)
         self._feed = CleanFeed(self._ctx, window)
-        self._size_before = glfw.get_window_size(window)  # before full screen
+        # Size and position before full screen.
+        self._before = glfw.get_window_size(window), glfw.get_window_pos(window)
         self._seen_key: object = None
         self._title = ""
 
@@ -262,8 +263,11 @@ class Loop:
         is_full = bool(glfw.get_window_monitor(self._window))
         if is_full != self._ui.is_full_screen:
             if not is_full:
-                self._size_before = glfw.get_window_size(self._window)
-            fill_screen(self._window, not is_full, self._size_before)
+                self._before = (
+                    glfw.get_window_size(self._window),
+                    glfw.get_window_pos(self._window),
+                )
+            fill_screen(self._window, not is_full, *self._before)
 
     def _tell_title(self) -> None:
         """Set the window title to the name of the picture, once that is shown."""
@@ -282,9 +286,9 @@ class Loop:
         """
         woken: Callable[..., None] = lambda *_: self._woken()  # noqa: E731
         glfw.set_key_callback(self._window, self._key_changed)
+        glfw.set_mouse_button_callback(self._window, self._button_changed)
         for register in (
             glfw.set_char_callback,
-            glfw.set_mouse_button_callback,
             glfw.set_cursor_pos_callback,
             glfw.set_cursor_enter_callback,
             glfw.set_scroll_callback,
@@ -295,6 +299,11 @@ class Loop:
         ):
             register(self._window, woken)
         glfw.set_drop_callback(self._window, self._dropped)  # type: ignore[arg-type]  # see stub
+
+    def _button_changed(self, _window: Any, _button: int, action: int, _mods: int) -> None:
+        if action == glfw.PRESS:
+            self._keys.before_click()
+        self._woken()
 
     def _key_changed(self, _window: Any, key: int, _code: int, action: int, mods: int) -> None:
         self._keys.before(key, action, mods)

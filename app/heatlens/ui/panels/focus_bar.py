@@ -4,6 +4,7 @@ Infinity is at the right and the nearest surface at the left, as on most lens ba
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui
@@ -12,16 +13,23 @@ from numpy.typing import NDArray
 from heatlens.model.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
+from heatlens.printable import printable
 from heatlens.session.lens_commands import focused_at
-from heatlens.ui import theme
+from heatlens.ui import probe, theme
 from heatlens.ui.panels.distance_ticks import scale_ticks
 
 _HEIGHT_EM = 4.2
 _TICK = 4.0  # screen units
+_NAME_GAP = 3.0  # between a mark's line and its name, in screen units
 
 
-def focus_bar(lens: Lens, histogram: DepthHistogram, unit: str) -> Lens:
-    """Draw the bar over the width of the panel; return the lens, focused by a drag."""
+def focus_bar(
+    lens: Lens, histogram: DepthHistogram, unit: str, marks: Sequence[tuple[str, float]] = ()
+) -> Lens:
+    """Draw the bar over the width of the panel; return the lens, focused by a drag.
+
+    `marks` are names and distances in metres of focus marks, drawn as lines with their names.
+    """
     em = imgui.get_font_size()
     size = ImVec2(imgui.get_content_region_avail().x, _HEIGHT_EM * em)
     corner = imgui.get_cursor_screen_pos()
@@ -29,6 +37,7 @@ def focus_bar(lens: Lens, histogram: DepthHistogram, unit: str) -> Lens:
     if imgui.is_item_active():
         lens = focused_at(lens, _dioptres_at(imgui.get_mouse_pos().x, corner, size, histogram))
     _draw(lens, histogram, corner, size, unit)
+    _draw_marks(histogram, marks, corner, size)
     if imgui.is_item_hovered() and not imgui.is_item_active():
         imgui.set_tooltip("Drag to focus. Green is sharp; the triangle is the hyperfocal distance.")
     return lens
@@ -66,6 +75,23 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
     )
     below = ImVec2(size.x, text_y - corner.y)
     draw_scale(draw, histogram, corner, below, unit, lens.measuring_offset_m)
+
+
+def _draw_marks(
+    histogram: DepthHistogram, marks: Sequence[tuple[str, float]], corner: ImVec2, size: ImVec2
+) -> None:
+    """Draw a line for each mark, from near to far, and its name if it does not touch another."""
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    low_y, free_x = corner.y + size.y - em - 2, corner.x
+    for name, distance_m in sorted(marks, key=lambda mark: mark[1]):
+        x = corner.x + (1.0 - histogram.part_at(distance_m)) * size.x
+        draw.add_line(ImVec2(x, corner.y), ImVec2(x, low_y), theme.colors.mark, 1.0)
+        width = imgui.calc_text_size(printable(name)).x
+        text_x = min(x + _NAME_GAP, corner.x + size.x - width)
+        if text_x >= free_x:
+            draw.add_text(ImVec2(text_x, corner.y), theme.colors.mark, printable(name))
+            probe.note_at(f"{name} on the bar", (text_x, corner.y, text_x + width, corner.y + em))
+            free_x = text_x + width + _NAME_GAP
 
 
 def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:

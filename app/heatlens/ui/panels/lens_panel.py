@@ -51,6 +51,7 @@ class LensFacts:
     tried: frozenset[LensParameter] = frozenset()  # parameters changed at this frame without a key
     doubts: tuple[Doubt, ...] = ()  # implausible values of the lens, given the depths
     brings_coc: bool = False  # the plate has circles of confusion instead of distances
+    marks: tuple[tuple[str, float], ...] = ()  # names of focus marks and their distances in metres
     kit_lens: KitLens | None = None  # the lens of a kit, which limits the values; None: no limits
 
 
@@ -77,7 +78,7 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         if facts.brings_coc:
             imgui.text_wrapped(_LENS_IS_FIXED)
         return lens
-    lens = focus_bar(lens, facts.histogram, facts.unit)
+    lens = focus_bar(lens, facts.histogram, facts.unit, facts.marks)
     probe.note("focus bar")
     notches = widgets.wheel_over_last()
     tip = f"2.24, 190cm, 6'3\" or inf, from the {lens.measured_from.words}"

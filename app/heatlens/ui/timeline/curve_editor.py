@@ -27,6 +27,7 @@ from heatlens.ui.timeline.stretch_grips import stretch_grips
 from heatlens.ui.timeline.view import TimelineView
 
 _SAMPLE_PX, _ROOM = 4.0, 0.12
+_GRIP_EM = 1.4  # at the left edge, for the grip of the chosen keys
 _STILL_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
 Line = Sequence[tuple[float, float]]  # (frame, place on the axis)
 
@@ -168,7 +169,13 @@ def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
         if isinstance(mark, DistanceMark):
             y = heights.y_at(1.0 / mark.distance_m)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.colors.queued, 1.0)
-            _draw_name(mark.name, scale.x + 4, y, corner.y, theme.colors.text_dim)
+            _draw_name(
+                mark.name,
+                scale.x + _GRIP_EM * imgui.get_font_size(),
+                y,
+                corner.y,
+                theme.colors.text_dim,
+            )
     for track in session.mark_tracks():
         for line in track.lines:
             draw.add_polyline(_points(scale, heights, line), theme.colors.mark, 1.5, 0)

@@ -47,8 +47,10 @@ def rendered_label(session: Session, view: TimelineView) -> None:
         imgui.Col_.text, theme.colors.accent_text if is_preview else theme.colors.dim
     )
     imgui.push_style_color(imgui.Col_.button, theme.NOTHING)
+    imgui.push_style_var(imgui.StyleVar_.frame_border_size, 0.0)
     if imgui.button(f"{shown}###rendered frames"):
         view.open_frames()
+    imgui.pop_style_var()
     imgui.pop_style_color(2)
     probe.note("rendered frames")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):

@@ -24,8 +24,10 @@ def stretch_grips(stretch: KeyStretch, scale: TimeScale, y: float, height: float
     x0, x1 = scale.x_at(ends.first), scale.x_at(ends.last)
     width = imgui.calc_text_size(words).x
     if x1 - x0 > width + em and scale.x < x0 and x1 < scale.x + scale.width:
-        at = ImVec2((x0 + x1 - width) / 2, top + 0.15 * em)
-        imgui.get_window_draw_list().add_text(at, theme.colors.text_dim, words)
+        at, draw = ImVec2((x0 + x1 - width) / 2, top + 0.15 * em), imgui.get_window_draw_list()
+        low = ImVec2(at.x - 0.3 * em, at.y)  # on a ground of their own, over a curve
+        draw.add_rect_filled(low, ImVec2(at.x + width + 0.3 * em, at.y + em), theme.colors.groove)
+        draw.add_text(at, theme.colors.text_dim, words)
 
 
 def _grip(stretch: KeyStretch, scale: TimeScale, name: str, corner: ImVec2, is_last: bool) -> None:
