@@ -5,6 +5,7 @@ import csv
 import io
 import re
 from dataclasses import replace
+from itertools import zip_longest
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.errors import InputError
 from heatlens.measure.sheet.page import SheetEntry, data_uri, sheet_html, write_sheet
-from heatlens.measure.sheet.rows import sheet_csv, sheet_frames, sheet_row
+from heatlens.measure.sheet.rows import mark_rows, sheet_csv, sheet_frames, sheet_row
 from heatlens.model.coc import near_limit_m
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
@@ -39,9 +40,10 @@ def shot() -> Shot:
 
 
 def rows_of(shot):
+    frames = sheet_frames(shot, FRAMES)
     return [
-        sheet_row(shot, frame, FRAMES.first, MARKS, shot.timecode_at(int(frame)))
-        for frame in sheet_frames(shot, FRAMES)
+        sheet_row(shot, frame, FRAMES.first, MARKS, shot.timecode_at(int(frame)), after)
+        for frame, after in zip_longest(frames, frames[1:])
     ]
 
 
@@ -54,6 +56,33 @@ def test_there_is_a_row_for_each_key_and_both_ends(shot):
     assert parse_distance_m(rows[1].near) == pytest.approx(
         near_limit_m(shot.lens_at(1013)), rel=1e-3
     )
+
+
+def test_a_row_tells_how_long_it_is_to_the_next_and_whether_the_focus_is_held(shot):
+    assert [row.to_next for row in rows_of(shot)] == [
+        "hold 12 frames",
+        "24 frames",
+        "11 frames",
+        "",
+    ]
+    there_and_back = shot.with_key(1025, FOCUS, 2.0)
+    assert [row.to_next for row in rows_of(there_and_back)][1:3] == ["hold 12 frames", "12 frames"]
+    far = sheet_row(shot, 1_234_567.0, 1, (), None, 1_234_568.0)
+    assert (far.frame, far.to_next) == ("1234567", "hold 1 frame")
+
+
+def test_the_page_lists_every_mark_and_the_lengths_of_a_zoom(shot):
+    ball = PointMark("ball", 1.0, 1.0)
+    marked = replace(shot, marks=(DistanceMark("Anna", 2.0), ball, PointMark("gone", 9.0, 9.0)))
+    seen = [[("Anna", 2.0), ("ball", 3.0)], [("Anna", 2.0), ("ball", 1.5)]]
+    rows = mark_rows(marked, seen)
+    assert [(row.name, row.distance) for row in rows] == [("Anna", "2 m"), ("ball", "1.5 m to 3 m")]
+    zoom = marked.with_key(1020, LensParameter.FOCAL_LENGTH, 24.0)
+    zoom = zoom.with_key(1040, LensParameter.FOCAL_LENGTH, 80.0)
+    entries = [SheetEntry(row, marks=tuple(seen[0])) for row in rows_of(zoom)]
+    page = sheet_html("rack", zoom, entries)
+    assert "24 mm to 80 mm" in page and "all marks" in page
+    assert "all marks" not in sheet_html("rack", shot, [SheetEntry(row) for row in rows_of(shot)])
 
 
 def test_the_shots_start_wins_over_the_header_and_one_that_does_not_fit_is_none(shot):

@@ -30,6 +30,25 @@ def test_panels_grow_with_the_letters_and_come_back(gui):
     assert gui.session.preferences.now.ui_scales == {}
 
 
+def style_values(style: imgui.Style) -> dict[str, object]:
+    """Return all numbers of a style by name."""
+    values = {name: getattr(style, name) for name in dir(style) if not name.startswith("__")}
+    pairs = {name: (value.x, value.y) for name, value in values.items() if hasattr(value, "x")}
+    return pairs | {name: it for name, it in values.items() if isinstance(it, int | float)}
+
+
+def test_a_scale_that_was_reached_in_steps_is_the_same_as_at_once(gui):
+    styles = []
+    for steps in ((2.0,), (1.25, 3.0, 0.75, 2.0)):
+        for scale in steps:
+            gui.session.preferences.change(ui_scales={"": scale})
+            gui.frame()
+        styles.append(style_values(imgui.get_style()))
+    assert styles[0] == styles[1] and styles[0]["_main_scale"] == 2.0
+    gui.session.preferences.change(ui_scales={})
+    gui.frame(4)
+
+
 @pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
 def test_no_words_are_cut_or_overlap_in_large_letters(gui, scale, monkeypatch):
     monkeypatch.setattr(StatusBar, "words", lambda *_: "a hint that is as long as any " * 6)

@@ -26,7 +26,8 @@ _SUFFIXES = (".html", ".htm")
 _DESCRIPTION = """\
 Writes one page (HTML with its pictures, for print or a phone) with a row for each focus key: its
 picture through the lens, frame, timecode, the mark in focus, the distance in metres and feet, the
-depth of field, and the stop. The same rows are written beside it as CSV.
+depth of field, the stop, and the frames to the next key. A list of all marks with their distances
+follows. The same rows are written beside it as CSV.
 """
 _EPILOG = """\
 examples:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import replace
+from itertools import zip_longest
 
 from heatlens.errors import HeatlensError
 from heatlens.export.frame_files import RenderedFrame, frame_timecode
@@ -41,14 +42,14 @@ def sheet_entries(
     with closing(FrameRendering(plan, plan.frames, renderer)) as rendering:
         by_frame = {frame.frame: frame for frame in plan.frames}
         rendered: RenderedFrame | None = None
-        for frame in wanted:
+        for frame, after in zip_longest(wanted, wanted[1:]):
             number = round(frame)
             if rendered is None or rendered.planned.frame != number:
                 rendered = rendering.rendered(by_frame[number])
             marks = _distances(shot, renderer, rendered.plate, number)
             told = frame_timecode(job, rendered.planned, rendered.plate)
-            row = sheet_row(shot, frame, frames.first, marks, told)
-            yield SheetEntry(row, data_uri(rendered.pixels))
+            row = sheet_row(shot, frame, frames.first, marks, told, after)
+            yield SheetEntry(row, data_uri(rendered.pixels), marks)
 
 
 def _distances(

@@ -14,7 +14,7 @@ from PIL import Image
 
 from heatlens.files.atomic_file import write_whole
 from heatlens.measure.html_page import page_of
-from heatlens.measure.sheet.rows import SheetRow, sheet_csv
+from heatlens.measure.sheet.rows import Distances, SheetRow, mark_rows, sheet_csv
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import FloatImage
 
@@ -26,10 +26,11 @@ _JPEG_QUALITY = 85
 
 @dataclass(frozen=True)
 class SheetEntry:
-    """A row, and its picture as a data URI; "" for none."""
+    """A row, its picture as a data URI ("" for none), and distances of all marks at its frame."""
 
     row: SheetRow
     picture: str = ""
+    marks: Distances = ()
 
 
 def data_uri(display: FloatImage) -> str:
@@ -43,14 +44,23 @@ def data_uri(display: FloatImage) -> str:
 
 def sheet_html(title: str, shot: Shot, entries: Sequence[SheetEntry]) -> str:
     """Return the page. Raises InputError where the package that makes it is not installed."""
-    lens = shot.lens
-    facts = {
-        "lens": f"{lens.focal_length_mm:.4g} mm",
-        "film back": f"{lens.sensor_width_mm:.4g} mm wide",
+    marks = mark_rows(shot, [entry.marks for entry in entries])
+    values = {"title": title, "facts": _facts(shot, entries), "entries": entries, "marks": marks}
+    return page_of(PURPOSE, _TEMPLATE, values)
+
+
+def _facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:
+    """Return what is said of the lens and the film; a zoom is said from its least to its most."""
+    frames = [float(entry.row.frame) for entry in entries]
+    zoomed = [key.frame for key in shot.curves.focal_length_mm.keys]
+    frames += [frame for frame in zoomed if frames[0] < frame < frames[-1]]
+    lengths_mm = [shot.lens_at(frame).focal_length_mm for frame in frames]
+    least, most = (f"{it:.4g} mm" for it in (min(lengths_mm), max(lengths_mm)))
+    return {
+        "lens": least if least == most else f"{least} to {most}",
+        "film back": f"{shot.lens.sensor_width_mm:.4g} mm wide",
         "rate": f"{shot.frames_per_second:.5g} frames a second",
     }
-    values = {"title": title, "facts": facts, "entries": entries}
-    return page_of(PURPOSE, _TEMPLATE, values)
 
 
 def write_sheet(path: Path, title: str, shot: Shot, entries: Sequence[SheetEntry]) -> Path:

@@ -11,6 +11,8 @@ from heatlens.model.measured_distance import measured_text
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode
 
+_BETWEEN = (0.0, 0.25, 0.5, 0.75, 1.0)  # places between two rows that tell whether focus is held
+_STILL = 1e-6  # dioptres
 _NEAR_SHARE = 0.01  # a key within this part of a mark's distance belongs to the mark
 Distances = Sequence[tuple[str, float]]  # names and distances of marks
 
@@ -26,6 +28,7 @@ class SheetRow:
     focus     distance, and `feet` the same in feet
     near, far limits of what is sharp
     f_stop    as on the ring
+    to_next   frames to the next row, and whether the focus is held; "" in the last row
     """
 
     frame: str
@@ -37,6 +40,16 @@ class SheetRow:
     near: str
     far: str
     f_stop: str
+    to_next: str
+
+
+@dataclass(frozen=True)
+class MarkRow:
+    """One mark, in words: its distance in metres and in feet, or from where to where it moves."""
+
+    name: str
+    distance: str
+    feet: str
 
 
 def sheet_frames(shot: Shot, frames: FrameRange) -> list[float]:
@@ -47,15 +60,21 @@ def sheet_frames(shot: Shot, frames: FrameRange) -> list[float]:
 
 
 def sheet_row(
-    shot: Shot, frame: float, first: int, marks: Distances, timecode: Timecode | None = None
+    shot: Shot,
+    frame: float,
+    first: int,
+    marks: Distances,
+    timecode: Timecode | None = None,
+    after: float | None = None,
 ) -> SheetRow:
     """Return the row of a frame of a shot whose first frame is `first`.
 
-    `marks` tells how far marks are at the frame, in metres, and `timecode` is that of the frame.
+    `marks` tells how far marks are at the frame, in metres, `timecode` is that of the frame, and
+    `after` the frame of the next row.
     """
     lens = shot.lens_at(frame)
     return SheetRow(
-        frame=f"{frame:g}",
+        frame=f"{frame:.10g}",
         timecode="" if timecode is None else str(timecode),
         seconds=f"{(frame - first) / shot.frames_per_second:.2f}",
         mark=_mark_at(lens.focus_distance_m, marks),
@@ -64,7 +83,33 @@ def sheet_row(
         near=measured_text(lens, near_limit_m(lens)),
         far=measured_text(lens, far_limit_m(lens)),
         f_stop=f"f/{lens.f_stop:.3g}",
+        to_next="" if after is None else _to_next(shot, frame, after),
     )
+
+
+def _to_next(shot: Shot, frame: float, after: float) -> str:
+    """Return "18 frames", or "hold 18 frames" where the focus does not move between two rows."""
+    times = [frame + part * (after - frame) for part in _BETWEEN]
+    focus_m = {shot.lens_at(time).focus_distance_m for time in times}
+    nearest, farthest = min(focus_m), max(focus_m)
+    held = "hold " if nearest == farthest or 1.0 / nearest - 1.0 / farthest < _STILL else ""
+    return f"{held}{after - frame:.10g} {'frame' if after - frame == 1.0 else 'frames'}"
+
+
+def mark_rows(shot: Shot, seen: Sequence[Distances]) -> list[MarkRow]:
+    """Return a row for each mark of the shot; `seen` are the distances of marks in each row."""
+    found = []
+    for mark in shot.marks:
+        distances_m = [far_m for marks in seen for name, far_m in marks if name == mark.name]
+        if distances_m:
+            ends = min(distances_m), max(distances_m)
+            found.append(MarkRow(mark.name, _span(shot, *ends, "m"), _span(shot, *ends, "ft")))
+    return found
+
+
+def _span(shot: Shot, near_m: float, far_m: float, unit: str) -> str:
+    near, far = (measured_text(shot.lens, it, unit) for it in (near_m, far_m))
+    return near if near == far else f"{near} to {far}"
 
 
 def _mark_at(distance_m: float, marks: Distances) -> str:
