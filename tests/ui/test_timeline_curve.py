@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from imgui_bundle import imgui
@@ -174,3 +175,13 @@ def test_the_names_of_lines_are_not_cut_off_at_the_top(gui):
     gui.frame(2)
     top = gui.rect("timeline ruler")[3]
     assert gui.rect("name A on the curve")[1] >= top
+
+
+def test_names_of_marks_at_one_distance_stand_beside_each_other(gui):
+    for _ in range(3):
+        gui.session.marks.set_here()
+    gui.frame(3)
+    rects = [gui.rect(f"name {name} on the curve") for name in "ABC"]
+    for left, right in pairwise(rects):
+        assert left[2] < right[0] and left[1] == right[1]
+    assert rects[0][0] > gui.rect("timeline ruler")[0] + imgui.get_font_size()  # room for a grip

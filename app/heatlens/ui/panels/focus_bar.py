@@ -20,6 +20,7 @@ from heatlens.ui.panels.distance_ticks import scale_ticks
 
 _HEIGHT_EM = 4.2
 _TICK = 4.0  # screen units
+_TRIANGLE_EM = 0.33  # half the width of the one at the hyperfocal distance
 _NAME_GAP = 3.0  # between a mark's line and its name, in screen units
 
 
@@ -66,11 +67,11 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
         draw.add_line(ImVec2(x, corner.y), ImVec2(x, text_y - 2), theme.colors.in_focus, 1.0)
     focus_x = x_at(lens.focus_distance_m)
     draw.add_line(ImVec2(focus_x, corner.y - 2), ImVec2(focus_x, text_y), theme.colors.accent, 2.5)
-    hyper_x = x_at(hyperfocal_m(lens))
+    hyper_x, half = x_at(hyperfocal_m(lens)), _TRIANGLE_EM * imgui.get_font_size()
     draw.add_triangle_filled(
-        ImVec2(hyper_x - 5, corner.y),
-        ImVec2(hyper_x + 5, corner.y),
-        ImVec2(hyper_x, corner.y + 7),
+        ImVec2(hyper_x - half, corner.y),
+        ImVec2(hyper_x + half, corner.y),
+        ImVec2(hyper_x, corner.y + 1.4 * half),
         theme.colors.hyperfocal,
     )
     below = ImVec2(size.x, text_y - corner.y)
@@ -87,7 +88,9 @@ def _draw_marks(
         x = corner.x + (1.0 - histogram.part_at(distance_m)) * size.x
         draw.add_line(ImVec2(x, corner.y), ImVec2(x, low_y), theme.colors.mark, 1.0)
         width = imgui.calc_text_size(printable(name)).x
-        text_x = min(x + _NAME_GAP, corner.x + size.x - width)
+        text_x = x + _NAME_GAP
+        if text_x + width > corner.x + size.x:  # a name at the far end stands left of its line
+            text_x = x - _NAME_GAP - width
         if text_x >= free_x:
             draw.add_text(ImVec2(text_x, corner.y), theme.colors.mark, printable(name))
             probe.note_at(f"{name} on the bar", (text_x, corner.y, text_x + width, corner.y + em))

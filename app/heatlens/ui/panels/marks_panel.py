@@ -20,7 +20,7 @@ from heatlens.ui.state import UiState
 _NAME_EM, _DISTANCE_EM = 5.0, 6.0
 _PULL = "pull focus"
 _HERE = "here"
-_RADIUS = 5.0
+_RADIUS_EM = 0.33  # of the ring around a point
 _PULL_MOST = 100_000  # frames
 
 
@@ -185,9 +185,11 @@ def draw_point_marks(session: Session) -> None:
         at_px = session.source.picture_point(session.lens, middle)
         x, y = session.picture_view.geometry.window_at_picture(at_px)
         probe.note_at(f"point {mark.name}", (x, y, x, y))
-        draw.add_circle(ImVec2(x, y), _RADIUS, theme.OVER_PICTURE.shadow, 0, 3.0)
-        draw.add_circle(ImVec2(x, y), _RADIUS, theme.OVER_PICTURE.mark, 0, 1.5)
-        at = ImVec2(x + _RADIUS + 3, y - imgui.get_font_size() / 2)
+        em = imgui.get_font_size()
+        radius = _RADIUS_EM * em
+        draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.shadow, 0, 0.2 * em)
+        draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.mark, 0, 0.1 * em)
+        at = ImVec2(x + radius + 0.2 * em, y - em / 2)
         draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.OVER_PICTURE.shadow, printable(mark.name))
         draw.add_text(at, theme.OVER_PICTURE.mark, printable(mark.name))
 

@@ -4,6 +4,7 @@ Infinity is at the top, and equal heights are equal turns of the ring, see `curv
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -18,6 +19,7 @@ from heatlens.session.key_drag import Places
 from heatlens.session.pull_recording import RecordingState
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
+from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.curve_axis import AXES, CurveAxis, raised
 from heatlens.ui.timeline.curve_handles import Heights, curve_handles
 from heatlens.ui.timeline.dope_sheet import draw_keys, hold_keys
@@ -162,32 +164,37 @@ def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, width
 
 def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
     """Draw the distances of the marks: fixed ones as lines, others at the frames they are known."""
-    draw = imgui.get_window_draw_list()
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
+    names = _Names(corner.y)
     draw.push_clip_rect(corner, end, True)
     for mark in session.shot.marks:
         if isinstance(mark, DistanceMark):
             y = heights.y_at(1.0 / mark.distance_m)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.colors.queued, 1.0)
-            _draw_name(
-                mark.name,
-                scale.x + _GRIP_EM * imgui.get_font_size(),
-                y,
-                corner.y,
-                theme.colors.text_dim,
-            )
+            names.draw(mark.name, scale.x + _GRIP_EM * em, y, theme.colors.text_dim)
     for track in session.mark_tracks():
         for line in track.lines:
             draw.add_polyline(_points(scale, heights, line), theme.colors.mark, 1.5, 0)
             x, y = scale.x_at(line[0][0]), heights.y_at(line[0][1])
-            _draw_name(track.name, max(x, scale.x) + 3, y, corner.y, theme.colors.mark)
+            names.draw(track.name, max(x, scale.x) + 0.2 * em, y, theme.colors.mark)
     draw.pop_clip_rect()
 
 
-def _draw_name(name: str, x: float, y: float, top: float, color: int) -> None:
-    """Draw the name of a line above it, but below `top`."""
-    em = imgui.get_font_size()
-    at = ImVec2(x, max(y - em, top))
-    imgui.get_window_draw_list().add_text(at, color, printable(name))
-    width = imgui.calc_text_size(printable(name)).x
-    probe.note_at(f"name {name} on the curve", (at.x, at.y, at.x + width, at.y + em))
+@dataclass
+class _Names:
+    """Draws names of lines above them, but below `top`, and right of names they would touch."""
+
+    top: float
+    taken: list[Rect] = field(default_factory=list)
+
+    def draw(self, name: str, x: float, y: float, color: int) -> None:
+        """Draw a name at `x` or right of it, over a line at `y`."""
+        em, text = imgui.get_font_size(), printable(name)
+        width, y0 = imgui.calc_text_size(text).x, max(y - em, self.top)
+        for left, upper, right, lower in sorted(self.taken):
+            if x < right and x + width > left and y0 < lower and y0 + em > upper:
+                x = right + 0.5 * em
+        imgui.get_window_draw_list().add_text(ImVec2(x, y0), color, text)
+        self.taken.append((x, y0, x + width, y0 + em))
+        probe.note_at(f"name {name} on the curve", self.taken[-1])

@@ -18,7 +18,7 @@ from heatlens.ui.timeline.transport import transport
 from heatlens.ui.timeline.view import TimelineView
 
 NAMES_EM = 8.0  # width of the column of names
-_RULER_EM, _STRIP = 1.9, 4.0
+_RULER_EM, _STRIP_EM = 1.9, 0.27
 _NUMBERS_EM = 4.4  # smallest distance between numbers on the ruler
 _ZOOM = 1.25  # zoom factor of one wheel notch
 _EDGE_EM = 0.6
@@ -80,7 +80,8 @@ def _draw_ruler(
     session: Session, view: TimelineView, scale: TimeScale, y: float, height: float
 ) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    end_x, strip_y = scale.x + scale.width, y + height - _STRIP
+    strip = _STRIP_EM * em
+    end_x, strip_y = scale.x + scale.width, y + height - strip
     draw.push_clip_rect(ImVec2(scale.x, y), ImVec2(end_x, y + height), True)
     draw.add_rect_filled(ImVec2(scale.x, y), ImVec2(end_x, y + height), theme.colors.groove)
     _draw_cells(draw, scale, session.timeline.played, y, strip_y, theme.colors.played)
@@ -91,7 +92,7 @@ def _draw_ruler(
         text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
         draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.colors.text_dim, text)
     for run in session.pull.runs:
-        _draw_cells(draw, scale, run, strip_y - _STRIP, strip_y - 1.0, theme.colors.rendered)
+        _draw_cells(draw, scale, run, strip_y - strip, strip_y - 1.0, theme.colors.rendered)
     _draw_states(session, scale, strip_y)
     _draw_warnings(session, view, scale, y)
     draw.pop_clip_rect()
@@ -100,10 +101,11 @@ def _draw_ruler(
 def _draw_states(session: Session, scale: TimeScale, y: float) -> None:
     """Draw a line along the frames that have a file; it is brighter for frames in memory."""
     draw, timeline = imgui.get_window_draw_list(), session.timeline
+    end_y = y + _STRIP_EM * imgui.get_font_size()
     if timeline.is_sequence and timeline.frames is not None:
-        _draw_cells(draw, scale, timeline.frames, y, y + _STRIP, theme.colors.on_disk)
+        _draw_cells(draw, scale, timeline.frames, y, end_y, theme.colors.on_disk)
     for run in timeline.runs():
-        _draw_cells(draw, scale, run, y, y + _STRIP, _color_of(run.state))
+        _draw_cells(draw, scale, run, y, end_y, _color_of(run.state))
 
 
 def _color_of(state: str) -> int:
@@ -122,9 +124,9 @@ def _draw_warnings(session: Session, view: TimelineView, scale: TimeScale, y: fl
     reach = session.timeline.reach
     first = max(reach.first, math.floor(scale.first))
     seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
-    draw = imgui.get_window_draw_list()
+    draw, end_y = imgui.get_window_draw_list(), y + _STRIP_EM * imgui.get_font_size()
     for frame in view.track.too_close(session.shot, seen):
-        _draw_cells(draw, scale, FrameRange(frame, frame), y, y + _STRIP, theme.colors.damaged)
+        _draw_cells(draw, scale, FrameRange(frame, frame), y, end_y, theme.colors.damaged)
 
 
 def _draw_cells(
