@@ -1,17 +1,19 @@
 // What a highlight's surroundings are measured in: mean of rgb, clipped, so that the highlight itself
 // does not raise the level it is compared with. At half the size, because the surroundings are wide.
+// Bright surfaces are measured apart: where most of the surroundings are bright, nothing is a highlight.
 //
 // Inputs
 //   color_tx          scene-linear rgb
 //   coc_tx            signed circle of confusion, pixels
 // Outputs (a pixel for 2 x 2 of the picture)
-//   out_luminance_img mean, 0..1, all channels the same; with LISTS g is that of the brightest behind it
+//   out_luminance_img r mean, 0..1; g that of the brightest behind it with LISTS, else as r; b how much
+//                     is as bright as a surface may be, 0..1
 //   out_coc_img       least diameter, pixels of this picture: what is in focus keeps to itself
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
-#include "lib/tone.lib.glsl"
+#include "lib/highlight_limit.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -25,27 +27,25 @@ float brightest_behind(ivec2 at) {
     List list = list_at(at, textureSize(color_tx, 0));
     float brightest = 0.0;
     for (uint i = list.first; i < list.end; ++i)
-        brightest = max(brightest, clamp(mean_of(fragment_of(i).color), 0.0, 1.0));
+        brightest = max(brightest, mean_of(fragment_of(i).color));
     return brightest;
 }
+#else
+float brightest_behind(ivec2 at) { return 0.0; }
 #endif
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(out_luminance_img)))) return;
-    float sum = 0.0, behind = 0.0, diameter = 1e30;
+    float sum = 0.0, sum_behind = 0.0, surface = 0.0, diameter = 1e30;
     for (int i = 0; i < 4; ++i) {
         ivec2 p = min(2 * at + ivec2(i & 1, i >> 1), textureSize(color_tx, 0) - 1);
-        sum += clamp(mean_of(texelFetch(color_tx, p, 0).rgb), 0.0, 1.0);
-#ifdef LISTS
-        behind += brightest_behind(p);
-#endif
+        float light = mean_of(texelFetch(color_tx, p, 0).rgb), behind = brightest_behind(p);
+        sum += clamp(light, 0.0, 1.0);
+        sum_behind += min(behind, 1.0);
+        surface += surface_part(max(light, behind));
         diameter = min(diameter, abs(texelFetch(coc_tx, p, 0).r));
     }
-#ifdef LISTS
-    imageStore(out_luminance_img, at, vec4(sum, behind, sum, sum) / 4.0);
-#else
-    imageStore(out_luminance_img, at, vec4(sum / 4.0));
-#endif
+    imageStore(out_luminance_img, at, vec4(sum, sum_behind, surface, sum) / 4.0);
     imageStore(out_coc_img, at, vec4(diameter / 2.0));
 }

@@ -18,7 +18,7 @@ layout(std430) writeonly buffer offset_block { uint offset_buf[]; };
 uniform int block_count;
 uniform uint sprites_max;
 uniform float area_max;         // pixels
-uniform uint restore_groups_x;  // of highlight_restore, if nothing is drawn
+uniform uint restore_groups_x;  // of highlight_restore, if not all is drawn
 uniform uint restore_groups_y;
 
 shared uvec4 sprites_sh[WORKERS];
@@ -50,7 +50,8 @@ void main() {
         bool drawn = level < LEVELS;
         plan.draw = uint[4](4u, drawn ? all_sprites[level] : 0u, 0u, 0u);
         plan.level = uint(level);
-        plan.restore_groups = uint[3](drawn ? 0u : restore_groups_x, drawn ? 0u : restore_groups_y, 1u);
+        bool whole = level < LEVELS - 1;  // no block is given back
+        plan.restore_groups = uint[3](whole ? 0u : restore_groups_x, whole ? 0u : restore_groups_y, 1u);
         level_sh = min(level, LEVELS - 1);
     }
     barrier();

@@ -1,7 +1,9 @@
-// Puts the highlights back where there were too many to draw; it runs on no pixel otherwise.
+// Puts highlights back where there were too many to draw, in the whole picture or in blocks of bright surfaces;
+// it runs on no pixel otherwise.
 //
-// Input
+// Inputs
 //   high_tx    rgb what was taken out
+//   plan, tally_buf   highlight_plan.comp.glsl: what is drawn
 // Output
 //   low_img    what is diffused, read and written
 //   low_fragment_buf  with LISTS: the fragments as they were
@@ -19,14 +21,25 @@ bool restore_list(ivec2 at, float high_coc) {
 }
 #endif
 
+#include "lib/highlights.lib.glsl"
+
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D high_tx;
 layout(rgba32f) uniform image2D low_img;
+layout(std430) readonly buffer tally_block { BlockTally tally_buf[]; };
+layout(std430) readonly buffer plan_block { Plan plan; };
+
+bool is_drawn(ivec2 at) {
+    if (plan.level == uint(LEVELS)) return false;
+    int blocks = (textureSize(high_tx, 0).x + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
+    ivec2 block = at / HIGHLIGHT_BLOCK;
+    return tally_buf[block.y * blocks + block.x].sprites[plan.level] > 0u;
+}
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, textureSize(high_tx, 0)))) return;
+    if (any(greaterThanEqual(at, textureSize(high_tx, 0))) || is_drawn(at)) return;
 #ifdef LISTS
     if (restore_list(at, texelFetch(high_tx, at, 0).a)) return;
 #endif

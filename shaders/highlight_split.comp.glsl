@@ -4,12 +4,13 @@
 //
 // Inputs
 //   color_tx          scene-linear rgb, a kept
-//   surroundings_tx   diffused luminance, a pixel for 2 x 2
+//   surroundings_tx   diffused highlight_luminance.comp.glsl, a pixel for 2 x 2
 //   coc_tx            signed circle of confusion, pixels
 // Outputs
 //   out_low_img       what is diffused
 //   out_high_img      rgb what was taken out, a signed coc
-//   out_around_img    luminance of the surroundings, a pixel for 2 x 2, for hidden_fill.comp.glsl
+//   out_around_img    luminance of the surroundings, a pixel for 2 x 2, for hidden_fill.comp.glsl;
+//                     NO_HIGHLIGHT on bright surfaces
 //   low_fragment_buf  with LISTS: the fragments without their highlights. A highlight behind what is seen
 //                     takes the pixel's place in out_high_img if nothing in front has it
 
@@ -87,14 +88,14 @@ float past_near_ones(List list, uint number, float margin_coc) {
     return past;
 }
 
-void split_list(ivec2 at, float front_coc, float around, inout vec4 high) {
+void split_list(ivec2 at, float front_coc, float around, float surface, inout vec4 high) {
     List list = list_at(at, textureSize(color_tx, 0));
     if (list.has_front) high.rgb = vec3(0.0);
     bool is_free = mean_of(high.rgb) == 0.0;
     float seen = list.has_front ? 1.0 : 0.0;  // of the pixel, past the fragments so far
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
-        float over = drawn_part(abs(fragment.coc)) * part_over(fragment.color, around);
+        float over = drawn_part(abs(fragment.coc)) * (1.0 - surface) * part_over(fragment.color, around);
         float margin = max(MARGIN_PX, MARGIN_PART * abs(fragment.coc));
         vec3 light = over * fragment.color, drawn = fragment.cover * light;
         if (over > 0.0) drawn *= past_near_ones(list, i, fragment.coc - margin);
@@ -114,8 +115,9 @@ void main() {
     if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
     vec4 x = texelFetch(color_tx, at, 0);
     float coc = texelFetch(coc_tx, at, 0).r;
-    float around = texelFetch(surroundings_tx, at >> 1, 0).r;
-    float over = part_over(x.rgb, around), lamp_coc = coc;
+    vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
+    float around = surroundings.r, surface = surface_of(surroundings.b);
+    float over = (1.0 - surface) * part_over(x.rgb, around), lamp_coc = coc;
     for (int look = over > 0.0 ? 1 : 0; look > 0; --look) {  // a loop that no lane enters costs nothing
         lamp_coc = highlight_coc(at);
         over *= drawn_part(max(abs(coc), abs(lamp_coc)));
@@ -123,9 +125,8 @@ void main() {
     vec4 high = vec4(over * x.rgb, lamp_coc);
     imageStore(out_low_img, at, vec4(x.rgb - over * x.rgb, x.a));
 #ifdef LISTS
-    float behind = max(texelFetch(surroundings_tx, at >> 1, 0).g, around);
-    split_list(at, coc, behind, high);
+    split_list(at, coc, max(surroundings.g, around), surface, high);
 #endif
     imageStore(out_high_img, at, high);
-    imageStore(out_around_img, at >> 1, vec4(around));
+    imageStore(out_around_img, at >> 1, vec4(mix(around, NO_HIGHLIGHT, surface)));
 }

@@ -39,6 +39,7 @@ ivec2 size, corner;
 float energy[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
 float coc[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
 uint taken[2];
+int lit_count;  // pixels of the block that have light
 
 ivec2 pixel(int i) { return corner + ivec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK); }
 vec4 high_at(ivec2 at) { return texelFetch(high_tx, clamp(at, ivec2(0), size - 1), 0); }
@@ -78,17 +79,17 @@ vec2 light_offset(ivec2 at, float coc_px) {
 }
 
 bool load_block() {
-    bool any_light = false;
+    lit_count = 0;
     for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i) {
         ivec2 at = pixel(i);
         bool inside = all(lessThan(at, size));
         energy[i] = inside ? sum_of(texelFetch(high_tx, at, 0).rgb) : 0.0;
-        any_light = any_light || energy[i] > 0.0;
+        lit_count += energy[i] > 0.0 ? 1 : 0;
     }
-    if (any_light)
+    if (lit_count > 0)
         for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i)
             if (energy[i] > 0.0) coc[i] = highlight_coc(pixel(i));
-    return any_light;
+    return lit_count > 0;
 }
 
 int brightest(ivec2 from, int side) {
@@ -145,10 +146,20 @@ float area_inside(Sprite sprite) {
     return (high.x - low.x) * (high.y - low.y);
 }
 
+// Whether the block is a part of a surface, and its disc at the last level would be coarser than at any other:
+// side by side such discs are a pattern of eggs. Its light is given back (highlight_restore.comp.glsl).
+bool is_given_back(int level) {
+    if (level < LEVELS - 1 || lit_count <= HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / 2) return false;
+    taken[0] = taken[1] = 0u;
+    float widest = abs(coc[brightest(ivec2(0), HIGHLIGHT_BLOCK)]);
+    return float(HIGHLIGHT_BLOCK) > MERGE_SHARE[LEVELS - 2] * widest;
+}
+
 // Merge at a level; returns how many sprites that makes. WRITE writes them from `offset` on.
 uint make_sprites(int level, uint offset, out float area) {
     uint count = 0u;
     area = 0.0;
+    if (is_given_back(level)) return 0u;
     taken[0] = taken[1] = 0u;
     for (int side = HIGHLIGHT_BLOCK; side >= 1; side /= 2)
         for (int k = 0; k < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / (side * side); ++k) {

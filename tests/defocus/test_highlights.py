@@ -238,3 +238,16 @@ def test_a_block_full_of_lamps_keeps_its_light(ctx: moderngl.Context, disc: Disc
     lamps = Lamps(ctx, color, coc.astype(np.float32), disc)
     total = (download(lamps.low)[..., :3] + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
+
+
+def test_a_bright_surface_of_many_pixels_stays_even(ctx: moderngl.Context) -> None:
+    """Merged by blocks its discs would be a pattern; sparks beside it are discs all the same."""
+    color = night((128, 128), {(8, 8): 400.0})
+    color[24:104, 24:104] = 100.0
+    assert 80 * 80 > SPRITES_MAX
+    lamps = Lamps(ctx, color, np.full((128, 128), 1.5, np.float32))
+    picture = download(lamps.low)[..., :3] + lamps.drawn
+    np.testing.assert_allclose(picture[28:100, 28:100], 100.0, rtol=0.02)
+    assert 0 < lamps.count < 80
+    total = picture.sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)

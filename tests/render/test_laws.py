@@ -14,6 +14,8 @@ from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, moments
 
 # A constant stays constant
 
+TINT = np.array([0.25, 0.75, 8.0], np.float32)  # its mean is below the limit of highlights
+
 
 @pytest.mark.parametrize(
     ("bokeh", "quality", "layers"),
@@ -24,8 +26,17 @@ from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, moments
     ],
 )
 def test_one_colour_over_many_depths_stays_that_colour(ctx, renderer, bokeh, quality, layers):
+    _stays(TINT, renderer, bokeh, quality, layers)
+
+
+@pytest.mark.parametrize("times", [1.1, 1.5, 4.0])
+def test_a_bright_surface_is_no_highlight(ctx, renderer, times):
+    """Its light is diffused whole: as discs, what is hidden and what lies outside would be missing."""
+    _stays(times * TINT, renderer, Bokeh.DISC, Quality.FILM, None)
+
+
+def _stays(tint, renderer, bokeh, quality, layers):
     _, depth = room()
-    tint = np.array([0.25, 0.75, 8.0], np.float32)
     plate = plate_of(np.broadcast_to(tint, (*depth.shape, 3)), depth)
     for lens in (lens_blurring(1.5, 96), lens_blurring(40.0, 96)):
         picture = through(renderer, plate, lens, bokeh, quality, layers)

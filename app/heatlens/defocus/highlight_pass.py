@@ -210,12 +210,13 @@ class HighlightListPass:
         )
         yield
         read = None if lists is None else lists.whole
+        planned_on = {name: planned[name] for name in ("tally_block", "plan_block")}
         self._restore.version(lists is not None).dispatch_indirect(
             buffers.plan,
             offset=20,
             textures=high_tx if lists is None else high_tx | {"coc_tx": coc},
             images={"low_img": split.low},
-            buffers=list_buffers(read) | _written(lists),
+            buffers=list_buffers(read) | _written(lists) | planned_on,
             uniforms=list_uniforms(read),
         )
         yield
