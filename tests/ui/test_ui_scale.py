@@ -53,13 +53,19 @@ def test_a_scale_that_was_reached_in_steps_is_the_same_as_at_once(gui):
 def test_no_words_are_cut_or_overlap_in_large_letters(gui, scale, monkeypatch):
     monkeypatch.setattr(StatusBar, "words", lambda *_: "a hint that is as long as any " * 6)
     gui.session.looks.keep()
+    gui.session.marks.set_point((50, 32))
     gui.session.messages.clear()
     gui.session.preferences.change(ui_scales={"": scale})
     gui.frame(4)
     gui.drawn.clear()
     gui.frame(2)
     assert gui.rect("readout")[2] < gui.rect("sides")[0]  # side by side at the lower edge
-    for panel, words in (("Lens", "hyperfocal"), ("Looks", "lens of look A")):
+    for panel, words in (
+        ("Lens", "hyperfocal"),
+        ("Looks", "lens of look A"),
+        ("Marks", "delete A"),
+        ("Speed", "speed picture"),
+    ):
         imgui.set_window_focus(panel)
         gui.frame(3)
         window = imgui.internal.find_window_by_name(panel)

@@ -17,7 +17,8 @@ from heatlens.session.session import Session
 from heatlens.ui import probe, theme, topmost, widgets
 from heatlens.ui.state import UiState
 
-_NAME_EM, _DISTANCE_EM = 5.0, 6.0
+_NAME_EM, _NAME_LEAST_EM, _DISTANCE_EM = 5.0, 3.2, 4.4
+_ROW_EM = 14.0  # width of a row without its name
 _PULL = "pull focus"
 _HERE = "here"
 _RADIUS_EM = 0.33  # of the ring around a point
@@ -35,11 +36,14 @@ def marks_panel(session: Session, ui: UiState) -> None:
         if imgui.button("Pull focus..."):
             ui.open_pull()
         probe.note("open pull")
+    em = imgui.get_font_size()
+    room_em = imgui.get_content_region_avail().x / em - _ROW_EM
+    name_em = min(max(room_em, _NAME_LEAST_EM), _NAME_EM)
     if not session.shot.marks:
         imgui.text_wrapped("No marks yet. Ctrl+Shift+click on an actor, or press M.")
     elif imgui.begin_table("marks", 3, imgui.TableFlags_.sizing_fixed_fit):
-        imgui.table_setup_column("name", 0, _NAME_EM * imgui.get_font_size())
-        imgui.table_setup_column("distance", 0, _DISTANCE_EM * imgui.get_font_size())
+        imgui.table_setup_column("name", 0, name_em * em)
+        imgui.table_setup_column("distance", 0, _DISTANCE_EM * em)
         for mark in session.shot.marks:
             _row(session, mark)
         imgui.end_table()

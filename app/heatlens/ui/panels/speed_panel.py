@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
 from heatlens.session.speed import Speed
-from heatlens.ui import widgets
+from heatlens.ui import probe, widgets
 
 _UNMEASURED = "\N{EN DASH}"
 
@@ -43,7 +43,8 @@ def _rows(rows: list[tuple[str, str]]) -> None:
     for label, value in rows:
         imgui.text_disabled(label)
         imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
-        imgui.text(value)
+        imgui.text_wrapped(value)
+        probe.note(f"speed {label}")
 
 
 def _resident_mb() -> float:
