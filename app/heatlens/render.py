@@ -9,10 +9,12 @@ import numpy.typing as npt
 
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.pipeline import DefocusPasses, DefocusPipeline, Result, Steps
+from heatlens.defocus.passes import DefocusPasses
+from heatlens.defocus.pipeline import DefocusPipeline
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.defocus.solver_choice import fastest_solver
+from heatlens.defocus.steps import Result, Steps
 from heatlens.errors import InputError
 from heatlens.gpu.context import check_plate_fits, check_texture_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch

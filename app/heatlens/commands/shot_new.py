@@ -1,20 +1,18 @@
 """`heatlens shot new`: write a shot file from options, even before the first frame exists."""
 
 import argparse
-import os
 from dataclasses import replace
 from pathlib import Path
 
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
-from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.kit_options import shot_with_kit
-from heatlens.commands.lens_options import add_lens_options, given_lens, lens_of
+from heatlens.commands.lens_options import add_lens_options
 from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.plate_words import first_plate, say_doubts_of_shot, say_reading
+from heatlens.commands.plate_words import first_plate, say_doubts_of_shot
 from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import add_framing_options, shot_of_scene
 from heatlens.commands.shot_camera import (
@@ -25,26 +23,19 @@ from heatlens.commands.shot_camera import (
     with_camera_values,
 )
 from heatlens.commands.shot_keys import KEYED, Keys, keys_of, mark_of
+from heatlens.commands.shot_plate import on_frames_of_plate, plate_shot, rate_of
 from heatlens.commands.value_types import number
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.errors import InputError
-from heatlens.files.picture_formats import is_picture
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
+from heatlens.model.frames import FRAMES_PER_SECOND, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark
 from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
-from heatlens.model.timecode import Timecode, parse_timecode
 from heatlens.model.units import format_distance
-from heatlens.plate.camera_header import camera_at_header, lens_model_of
-from heatlens.plate.header_read import read_headers
-from heatlens.plate.plate import CameraHeader
-from heatlens.plate.read import read_plate
-from heatlens.plate.timecode import timecode_of
 from heatlens.sequence.names import frames_text
-from heatlens.sequence.sequence import Sequence, find_sequence
 from heatlens.source.kind import SourceKind, kind_of
 
 _DESCRIPTION = """\
@@ -153,14 +144,14 @@ def _piped_shot(args: argparse.Namespace) -> Shot:
 def _shot_of(args: argparse.Namespace) -> Shot:
     """Return the shot of the options, after checking each key."""
     keys = keys_of(args.key)
-    camera = _on_frames_of_plate(args, camera_of(args))
+    camera = on_frames_of_plate(args, camera_of(args))
     kept = decided_otherwise(args, keys)
     given = args if camera is None else with_camera_values(args, camera, kept)
     given = _with_first_keys(given, keys)
     kind = kind_of(args.plate)
     refuse_unused(args, args.plate, kind, settings_of(args).method)
-    begun = _begun_in_scene if kind is SourceKind.SCENE else _begun_with_plates
-    shot = _with_options(args, begun(given, camera))
+    new_shot = _scene_shot if kind is SourceKind.SCENE else plate_shot
+    shot = _with_options(args, new_shot(given, camera))
     if camera is not None:
         shot = with_camera(shot, _from_pupil(camera, shot.lens), kept)
         say(*camera.notes, said_of(camera, shot, args.camera, kept))
@@ -168,34 +159,6 @@ def _shot_of(args: argparse.Namespace) -> Shot:
     _say_outside(shot)
     say_doubts_of_shot(shot, first_plate(shot))
     return shot
-
-
-def _on_frames_of_plate(
-    args: argparse.Namespace, camera: CameraSamples | None
-) -> CameraSamples | None:
-    """Return the camera with the rows of a table on the frames that have their timecode."""
-    if camera is None or camera.timecodes is None:
-        return camera
-    try:
-        sequence = find_sequence(args.plate)
-    except InputError:  # a scene, or a plate without files yet: said where the shot begins
-        sequence = None
-    frames = _frames_of(args, sequence, None)
-    return at_timecode(camera, _timecode_of_plate(args, sequence), _rate_of(args, camera), frames)
-
-
-def _timecode_of_plate(
-    args: argparse.Namespace, sequence: Sequence | None
-) -> tuple[int, Timecode] | None:
-    """Return a frame and its timecode: of the option, else of the header of the first file."""
-    frames = _frames_of(args, sequence, None)
-    if args.start_timecode is not None:
-        return None if frames is None else (frames.first, parse_timecode(args.start_timecode))
-    if sequence is None or is_picture(path := sequence.path_at(sequence.present[0])):
-        return None
-    found = (timecode_of(attributes) for attributes in read_headers(path))
-    timecode = next((one for one in found if one is not None), None)
-    return None if timecode is None else (sequence.present[0], timecode)
 
 
 def _say_outside(shot: Shot) -> None:
@@ -207,25 +170,14 @@ def _say_outside(shot: Shot) -> None:
         say(f"{shot.source} has frames {span}, with {which} outside at {', '.join(outside)}.")
 
 
-def _begun_with_plates(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
-    """Return a shot with the files, lens, frames and frame rate of a plate."""
-    lens, sequence = _lens_and_sequence(args)
-    return Shot(
-        lens,
-        source=_source_of(args.plate, sequence),
-        frames=_frames_of(args, sequence, camera),
-        frames_per_second=_rate_of(args, camera),
-    )
-
-
-def _begun_in_scene(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
+def _scene_shot(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
     """Return a shot with a scene, and the lens, frames, rate and framing of its camera."""
     first = shot_of_scene(args, args.plate)
     shot = first.shot
     say(*first.scene.notes)
-    told = None if camera is None else camera.frame_range
-    frames = parse_frame_range(args.frames) if args.frames else told or shot.frames
-    rate = shot.frames_per_second if args.fps is None and camera is None else _rate_of(args, camera)
+    camera_frames = None if camera is None else camera.frame_range
+    frames = parse_frame_range(args.frames) if args.frames else camera_frames or shot.frames
+    rate = shot.frames_per_second if args.fps is None and camera is None else rate_of(args, camera)
     return replace(shot, frames=frames, frames_per_second=rate)
 
 
@@ -248,10 +200,10 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
 
 def _with_keys(shot: Shot, keys: Keys) -> Shot:
     """Return the shot with its keys; each must make a possible lens."""
-    for parameter, found in keys.items():
+    for parameter, typed in keys.items():
         if parameter is LensParameter.FOCUS_DISTANCE:
-            found = [replace(key, value=from_pupil_m(shot.lens, key.value)) for key in found]
-        shot = shot.with_curve(parameter, replace(shot.curves.of(parameter), keys=tuple(found)))
+            typed = [replace(key, value=from_pupil_m(shot.lens, key.value)) for key in typed]
+        shot = shot.with_curve(parameter, replace(shot.curves.of(parameter), keys=tuple(typed)))
     for frame in shot.key_frames:
         shot.lens_at(frame)
     return shot
@@ -287,77 +239,6 @@ def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace
 def _say_unused(args: argparse.Namespace, option: str) -> None:
     if getattr(args, option) is not None:
         say(f"--{option.replace('_', '-')} is not used: keys set it at every frame.")
-
-
-def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]:
-    """Return the lens and the plate's files, which may be missing if no header is needed.
-
-    The header of the first file decides the lens model, unless an option does.
-    """
-    lens = _lens_of_options(args)
-    try:
-        sequence = find_sequence(args.plate)
-    except InputError as error:
-        if lens is None:
-            raise InputError(
-                f"{error} Without a header to read, the lens needs --focal-length, --f-stop and "
-                "--focus-distance, or keys for them, and --sensor-width or --filmback."
-            ) from None
-        say(f"the plate has no files yet: {error}")
-        return lens, None
-    if lens is None:
-        return _lens_of_header(args, sequence), sequence
-    if args.lens_model is None:
-        model, why = lens_model_of(_camera_header(sequence))
-        lens = replace(lens, model=model)
-        say(f"discs of a {model.facts.words} ({why}).")
-    return lens, sequence
-
-
-def _camera_header(sequence: Sequence) -> CameraHeader:
-    """Return the lens in the header of the first frame."""
-    path = sequence.path_at(sequence.present[0])
-    return CameraHeader() if is_picture(path) else camera_at_header(read_headers(path))
-
-
-def _source_of(plate: str, sequence: Sequence | None) -> str:
-    """Return the pattern of the files, or the typed text if there are none or it names frames."""
-    if sequence is None or sequence.frame_range is not None:
-        return os.path.expanduser(plate)
-    return sequence.pattern
-
-
-def _frames_of(
-    args: argparse.Namespace, sequence: Sequence | None, camera: CameraSamples | None
-) -> FrameRange | None:
-    """Return the given frames, else those of the plate or the camera; None for a still."""
-    if args.frames:
-        return parse_frame_range(args.frames)
-    if sequence is None or sequence.is_single:
-        return None if camera is None else camera.frame_range
-    return FrameRange(sequence.first, sequence.last)
-
-
-def _rate_of(args: argparse.Namespace, camera: CameraSamples | None) -> float:
-    if args.fps is not None:
-        return float(args.fps)
-    return FRAMES_PER_SECOND if camera is None else camera.frames_per_second
-
-
-def _lens_of_options(args: argparse.Namespace) -> Lens | None:
-    """Return the lens if the options define it completely, else None."""
-    given = given_lens(args)
-    needed = {"focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm"}
-    return Lens(**given) if needed <= set(given) else None
-
-
-def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
-    """Return the lens of the options, completed by the header of the first frame."""
-    options = plate_options(args)
-    plate = read_plate(sequence.path_at(sequence.present[0]), options)
-    lens, said = lens_of(args, plate)
-    say_reading(plate, f"{plate.path}: {said}")
-    return lens
 
 
 def _check_output(path: Path, overwrite: bool) -> None:

@@ -1,7 +1,7 @@
 """Kernels of the blur: rational functions of the line Laplacian.
 
-They are made by `fit_kernels.py`, which has their mathematics, and lie in `disc_kernels.json` and,
-for discs with a bright or a soft rim, in `rim_kernels.json`.
+They are fitted by `fit_kernels.py` (`kernel_error.py` has the mathematics) and stored in
+`disc_kernels.json` and, for discs with a bright or a soft rim, in `rim_kernels.json`.
 
 A kernel is poles kappa (J,) and mixing weights M (J, J), symmetric, sum Re M = 1:
 

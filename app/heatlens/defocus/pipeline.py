@@ -1,101 +1,45 @@
-"""Order of the passes; owns every texture between them and reuses it.
+"""Run the passes of the blur in their order, in textures that they share.
 
-A picture comes about in steps, each named after its pass, so that a window can answer in between.
+A picture is rendered in steps, each named after its pass, so that a window can handle input in
+between.
 
 plate -> proxy -> coc -> fragments -> each layer, far to near, in the tiles where it shows and at
 the size that its blur allows: split, fill what is hidden, extend its coc, blur, composite -> out
 """
 
 import math
-from collections.abc import Callable, Generator, Iterator
-from dataclasses import replace
-from typing import TypeVar, assert_never
+from collections.abc import Callable, Iterator
+from typing import assert_never
 
 import moderngl
 
-from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
-from heatlens.defocus.fragment_pass import FragmentPass, Fragments
+from heatlens.defocus.blur_pass import PACKED, BlurTargets, Diffusion, pole_layers
+from heatlens.defocus.color_rounds import ColorRounds
+from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.highlight_pass import (
     HighlightBuffers,
-    HighlightDrawPass,
-    HighlightListPass,
-    HighlightSplitPass,
     ListsWithoutHighlights,
     Surroundings,
     WithoutHighlights,
 )
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import layer_cuts
-from heatlens.defocus.layer_passes import (
-    CocFillPass,
-    CompositePass,
-    HiddenFillPass,
-    HiddenScratch,
-    Layer,
-    LayerSplitPass,
-    LimitsPass,
-    block_size,
-)
+from heatlens.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer, block_size
 from heatlens.defocus.layer_plan import LayerPlan, layer_plans
-from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments, listed_through
-from heatlens.defocus.optics import Color, Optics
-from heatlens.defocus.other_methods import OtherMethods
+from heatlens.defocus.optics import Optics
+from heatlens.defocus.passes import DefocusPasses
 from heatlens.defocus.pixel_list import list_bytes
-from heatlens.defocus.plate_passes import (
-    AlphaPass,
-    CocPass,
-    ColorPass,
-    CropPass,
-    ProxyPass,
-    RescalePass,
-    proxy_size,
-)
-from heatlens.defocus.proxy_lists import (
-    FRAGMENT_BYTES,
-    ProxyListRoom,
-    ProxyListsPass,
-    proxy_list_capacity,
-)
 from heatlens.defocus.quality import kernel_for, layers_for
+from heatlens.defocus.reduced_plate import PlateTextures, ReducedPlate
 from heatlens.defocus.scratch import Scratch
+from heatlens.defocus.steps import Steps
 from heatlens.defocus.tile_mask import TileList, TileMask
-from heatlens.defocus.tile_pass import TilePass
 from heatlens.model.settings import Bokeh, DefocusSettings, Method
 
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
 _NO_COST = (-1.0, -1.0, -1.0, -1.0)  # as hidden_fill.comp.glsl takes it, for what is seen
-_Plate = tuple[moderngl.Texture, moderngl.Texture, FragmentBuffers | None]  # colour, depth, lists
-Result = TypeVar("Result")
-Steps = Generator[str, None, Result]  # names of passes as their work is issued, then the result
-_Blurred = Callable[[Optics], Steps[moderngl.Texture]]
 SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)  # they know a disc for each colour themselves
-
-
-class DefocusPasses:
-    """Every pass with its programs; pipelines share them."""
-
-    def __init__(self, ctx: moderngl.Context, solver: LineSolver) -> None:
-        self.crop = CropPass(ctx)
-        self.rescale = RescalePass(ctx)
-        self.proxy = ProxyPass(ctx)
-        self.proxy_lists = ProxyListsPass(ctx)
-        self.coc = CocPass(ctx)
-        self.alpha = AlphaPass(ctx)
-        self.colors = ColorPass(ctx)
-        self.fragments = FragmentPass(ctx)
-        self.solver = solver
-        self.tiles = TilePass(ctx)
-        self.split = LayerSplitPass(ctx)
-        self.hidden = HiddenFillPass(ctx)
-        self.coc_fill = CocFillPass(solver)
-        self.blur = BlurPass(solver)
-        self.composite = CompositePass(ctx)
-        self.limits = LimitsPass(ctx)
-        self.split_highlights = HighlightSplitPass(ctx, self.blur)
-        self.list_highlights = HighlightListPass(ctx)
-        self.draw_highlights = HighlightDrawPass(ctx)
-        self.others = OtherMethods(ctx)
 
 
 class DefocusPipeline:
@@ -106,8 +50,8 @@ class DefocusPipeline:
         self._passes = passes
         self.scratch = Scratch(ctx)
         self._places: moderngl.Texture | None = None  # of the light in the picture's pixels
-        self._proxy_held = 1.0  # the proxy scale at which the plate is held; 1 for none
-        self._rounds = 0, 1  # colours that are done, of all that are blurred apart
+        self._reduced = ReducedPlate(ctx, passes.proxy, passes.proxy_lists)
+        self._rounds = ColorRounds(passes.colors)
         self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
 
     def steps(
@@ -131,33 +75,17 @@ class DefocusPipeline:
         self._places = places if settings.proxy == 1.0 else None
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
-            whole = color, depth, fragments
-            color, depth, fragments = yield from self._at_proxy_size(whole, optics, settings.proxy)
+            whole = PlateTextures(color, depth, fragments)
+            reduced = yield from self._reduced.steps(whole, optics, settings.proxy, self.scratch)
+            color, depth, fragments = reduced.color, reduced.depth, reduced.fragments
             optics = optics.scaled(settings.proxy)
 
         def blurred(seen: Optics) -> Steps[moderngl.Texture]:
             return self._blurred(color, depth, seen, settings, has_alpha, fragments)
 
-        self._rounds = 0, 1
         if optics.disc.axial_px == 0.0 or settings.method in SAMPLING_COLORS:
-            return (yield from blurred(optics))
-        return (yield from self._in_colors(blurred, color.size, optics))
-
-    def _in_colors(
-        self, blurred: _Blurred, size: tuple[int, int], optics: Optics
-    ) -> Steps[moderngl.Texture]:
-        """Blur once for the focus of each colour, and take that colour; alpha goes with green."""
-        kept = self.scratch.texture("colours kept", size, 4)
-        for done, color in enumerate((Color.RED, Color.BLUE)):
-            self._rounds = done, 3
-            picture = yield from blurred(optics.in_color(color))
-            self._passes.colors.take(picture, (color,), kept)
-            yield "colours"
-        self._rounds = 2, 3
-        picture = yield from blurred(optics.in_color(Color.GREEN))
-        self._passes.colors.take(kept, (Color.RED, Color.BLUE), picture)
-        yield self._passed("colours")
-        return picture
+            return (yield from self._rounds.in_one(blurred, optics))
+        return (yield from self._rounds.in_three(blurred, optics, color.size, self.scratch))
 
     def _blurred(
         self,
@@ -173,11 +101,11 @@ class DefocusPipeline:
         if optics.line is not None or optics.plate_shift_px:
             coc = self.scratch.texture("coc", depth.size, 1)
             self._passes.coc.run(depth, optics.line, coc, optics.plate_shift_px)
-            yield self._passed("coc")
+            yield self.scratch.passed("coc")
         if layers_for(settings) == 1:
             blurred = yield from self._in_one_layer(color, coc, optics, settings)
             self._passes.limits.run(blurred, is_opaque=not has_alpha)
-            yield self._passed("limits")
+            yield self.scratch.passed("limits")
             return blurred
         has_highlights = settings.bokeh is Bokeh.DISC
         lists = listed_through(fragments, optics, has_alpha)
@@ -186,14 +114,14 @@ class DefocusPipeline:
             return (yield from layered)
         alpha_color = self.scratch.texture("alpha plate", color.size, 4)
         self._passes.alpha.as_color(color, alpha_color)
-        yield self._passed("alpha")
+        yield self.scratch.passed("alpha")
         covers = None if lists is None else lists.of_alpha()
         alpha = yield from self._layered(
             alpha_color, coc, optics, settings, "alpha out", False, covers
         )
         out = yield from layered
         self._passes.alpha.join(alpha, out)
-        yield self._passed("alpha")
+        yield self.scratch.passed("alpha")
         return out
 
     def _in_one_layer(
@@ -249,7 +177,7 @@ class DefocusPipeline:
             listed = yield from self._without_highlights(color, coc, kernel, optics, without)
             color, lists = without.low, None if split is None else split.diffused
         picture = self._fragmented(color, coc, optics, lists, around)
-        yield self._passed("fragments")
+        yield self.scratch.passed("fragments")
         cuts = layer_cuts(optics.occupied_px, layers_for(settings), settings.proxy)
         plans = layer_plans(cuts, optics, color.size)
         out = self.scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
@@ -257,7 +185,7 @@ class DefocusPipeline:
         for number, plan in enumerate(plans):
             self._tell_progress(number, len(plans))
             where = self._passes.tiles.find(found, plans, number, optics, self.scratch)
-            yield self._passed("tiles")
+            yield self.scratch.passed("tiles")
             layer, layer_coc = yield from self._layer(picture, plan, where, optics)
             rim = optics.disc.aperture.rim
             what = Diffusion(
@@ -272,49 +200,23 @@ class DefocusPipeline:
             targets = BlurTargets(self._poles("poles", picture.coc.size, kernel), layer.color)
             yield from self._named("blur", self._passes.blur.steps(what, targets, layer.mask))
             self._passes.composite.run(layer.color, plan, layer.listed, out)
-            yield self._passed("composite")
+            yield self.scratch.passed("composite")
         if listed is not None:
             has_places = self._places is not None
             drawn = self._passes.draw_highlights.steps(listed, picture, optics, out, has_places)
             yield from self._named("highlights drawn", drawn)
-        self._passed("highlights drawn")
+        self.scratch.passed("highlights drawn")
         return out
 
     def _tell_progress(self, done: int, layers: int) -> None:
         """Report the layers that are done; wait for the GPU only if somebody listens."""
         if self.on_layer is not None:
             self._ctx.finish()
-            colors_done, colors = self._rounds
-            self.on_layer(colors_done * layers + done, colors * layers)
-
-    def _at_proxy_size(self, whole: _Plate, optics: Optics, proxy: float) -> Steps[_Plate]:
-        """Return the plate at proxy size; it is made again for another size or plate only."""
-        color, depth, fragments = whole
-        size = proxy_size(color.size, proxy)
-        out_color = self.scratch.texture("proxy colour", size, 4)
-        out_depth = self.scratch.texture("proxy depth", size, 1)
-        room = None if fragments is None else self._room_for_proxy_lists(fragments, size)
-        if self._proxy_held != proxy:
-            scale = proxy if optics.line is None else 1.0
-            self._passes.proxy.run(color, depth, scale, out_color, out_depth)
-            if fragments is not None and room is not None:
-                self._passes.proxy_lists.run(color, depth, fragments, room, out_depth)
-            self._proxy_held = proxy
-            yield self._passed("proxy")
-        return out_color, out_depth, None if room is None else room.held
-
-    def _room_for_proxy_lists(
-        self, fragments: FragmentBuffers, size: tuple[int, int]
-    ) -> ProxyListRoom:
-        capacity = proxy_list_capacity(self._ctx, fragments, size)
-        starts = self.scratch.buffer("proxy starts", 4 * (size[0] * size[1] + 1))
-        words = self.scratch.buffer("proxy fragments", FRAGMENT_BYTES * capacity)
-        held = replace(fragments, starts=starts, words=words, size=size, origin=(0, 0), stride=0)
-        return ProxyListRoom(held, capacity, self.scratch.buffer("proxy fragment count", 4))
+            self.on_layer(self._rounds.done * layers + done, self._rounds.count * layers)
 
     def forget_plate(self) -> None:
-        """Forget the reduced plate, because the plate's textures hold another one."""
-        self._proxy_held = 1.0
+        """Forget the reduced plate, because the plate's textures have new content."""
+        self._reduced.forget()
 
     def _room_for_low(self, lists: ListedFragments) -> ListsWithoutHighlights:
         words = self.scratch.buffer("low fragments", lists.held.words.size)
@@ -392,7 +294,7 @@ class DefocusPipeline:
         yield from self._named("layer split", split)
         if not plan.cut.is_nearest:
             yield from self._named("hidden fill", self._hidden_fill(layer, hidden, plan, picture))
-        self._passed("hidden fill")
+        self.scratch.passed("hidden fill")
         layer_coc = scratch.texture("layer coc", size, 1, reduction=reduction)
         between = self._passes.solver.between_size(picture.coc.size)
         rows = scratch.texture("coc fill rows", between, 2)
@@ -429,9 +331,4 @@ class DefocusPipeline:
         """Give each of a pass's steps its name; the pass is over after the last."""
         for _ in steps:
             yield name
-        self._passed(name)
-
-    def _passed(self, name: str) -> str:
-        """End the lives of the scratch that only lived up to this pass; return its name."""
         self.scratch.passed(name)
-        return name

@@ -181,13 +181,14 @@ class Scratch:
         memory = _memory(name)
         return self._given(name, memory, self._pool.buffer(memory, size_bytes))
 
-    def passed(self, name: str) -> None:
-        """End the lives of all that the pass `name` was the last to read."""
+    def passed(self, name: str) -> str:
+        """Free all memory that the pass `name` was the last to read; return the name."""
         for memory, (owner, held) in list(self._alive.items()):
             if LIFETIMES[owner].last == name:
                 del self._alive[memory]
                 if self._poisons:
                     _poison(held)
+        return name
 
     def release(self) -> None:
         """Give everything back to OpenGL."""

@@ -6,7 +6,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens.defocus.pipeline import Steps
+from heatlens.defocus.steps import Steps
 from heatlens.errors import InputError
 from heatlens.gpu.textures import download
 from heatlens.model.plate_options import PlateOptions

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import moderngl
 
-from heatlens.defocus.pipeline import Steps
 from heatlens.defocus.plate_passes import proxy_size
+from heatlens.defocus.steps import Steps
 from heatlens.errors import HeatlensError
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import moderngl
 
-from heatlens.defocus.pipeline import Steps
+from heatlens.defocus.steps import Steps
 from heatlens.errors import HeatlensError
 from heatlens.gpu.textures import new_texture
 from heatlens.model.framing import Framing

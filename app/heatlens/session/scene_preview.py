@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from heatlens.defocus.pipeline import Steps
+from heatlens.defocus.steps import Steps
 from heatlens.model.framing import Framing
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer

@@ -4,7 +4,7 @@ from typing import Protocol
 
 import moderngl
 
-from heatlens.defocus.pipeline import Steps
+from heatlens.defocus.steps import Steps
 from heatlens.model.framing import Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot

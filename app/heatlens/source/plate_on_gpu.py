@@ -4,7 +4,7 @@ import moderngl
 import numpy as np
 
 from heatlens.defocus.listed_fragments import FragmentBuffers
-from heatlens.defocus.pipeline import Steps
+from heatlens.defocus.steps import Steps
 from heatlens.errors import InputError
 from heatlens.gpu.context import check_storage_fits
 from heatlens.gpu.textures import FloatArray, new_texture, uploading

@@ -2,7 +2,7 @@
 
 import moderngl
 
-from heatlens.defocus.pipeline import Steps
+from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_plate_fits
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Framing, Pose

@@ -10,9 +10,9 @@ import moderngl
 
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.line_solver import SOLVERS, SolverName
-from heatlens.defocus.pipeline import Steps
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
+from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_plate_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.model.framing import Framing

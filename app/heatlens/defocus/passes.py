@@ -1,0 +1,56 @@
+"""Create all passes of the pipeline with their programs."""
+
+import moderngl
+
+from heatlens.defocus.blur_pass import BlurPass
+from heatlens.defocus.fragment_pass import FragmentPass
+from heatlens.defocus.highlight_pass import (
+    HighlightDrawPass,
+    HighlightListPass,
+    HighlightSplitPass,
+)
+from heatlens.defocus.layer_passes import (
+    CocFillPass,
+    CompositePass,
+    HiddenFillPass,
+    LayerSplitPass,
+    LimitsPass,
+)
+from heatlens.defocus.line_solver import LineSolver
+from heatlens.defocus.other_methods import OtherMethods
+from heatlens.defocus.plate_passes import (
+    AlphaPass,
+    CocPass,
+    ColorPass,
+    CropPass,
+    ProxyPass,
+    RescalePass,
+)
+from heatlens.defocus.proxy_lists import ProxyListsPass
+from heatlens.defocus.tile_pass import TilePass
+
+
+class DefocusPasses:
+    """Every pass with its programs; pipelines share them."""
+
+    def __init__(self, ctx: moderngl.Context, solver: LineSolver) -> None:
+        self.crop = CropPass(ctx)
+        self.rescale = RescalePass(ctx)
+        self.proxy = ProxyPass(ctx)
+        self.proxy_lists = ProxyListsPass(ctx)
+        self.coc = CocPass(ctx)
+        self.alpha = AlphaPass(ctx)
+        self.colors = ColorPass(ctx)
+        self.fragments = FragmentPass(ctx)
+        self.solver = solver
+        self.tiles = TilePass(ctx)
+        self.split = LayerSplitPass(ctx)
+        self.hidden = HiddenFillPass(ctx)
+        self.coc_fill = CocFillPass(solver)
+        self.blur = BlurPass(solver)
+        self.composite = CompositePass(ctx)
+        self.limits = LimitsPass(ctx)
+        self.split_highlights = HighlightSplitPass(ctx, self.blur)
+        self.list_highlights = HighlightListPass(ctx)
+        self.draw_highlights = HighlightDrawPass(ctx)
+        self.others = OtherMethods(ctx)
