@@ -8,26 +8,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.gpu.shader_source import assemble
 from heatlens.model import opening
 from heatlens.model.aperture import Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.picture_field import PictureField
 from heatlens.model.pupil import Pupil
-from heatlens.paths import data_dir
 from support.apertures import apertures
+from support.shader_questions import ShaderQuestions
 
 # What the library answers to one question (xy an offset or a point of the unit square, z the
 # radius, w the ramp): a number for each of its functions.
 _QUESTIONS = """
-layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer asked_block { vec4 asked[]; };
-layout(std430, binding = 1) writeonly buffer answer_block { vec4 answers[]; };
 uniform vec2 place;
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(asked.length())) return;
-    vec4 q = asked[i];
+    if (i >= uint(questions.length())) return;
+    vec4 q = questions[i];
     answers[3u * i] = vec4(green_of(aperture_coverage(q.xy, q.z, q.w, place)),
                            green_of(aperture_light(q.z, q.w, place)),
                            float(is_one_pixel(q.z)), 0.0);
@@ -51,9 +47,9 @@ class ApertureOnGpu:
     """Asks lib/aperture.lib.glsl."""
 
     def __init__(self, ctx: moderngl.Context, *defines: str) -> None:
-        self._ctx = ctx
-        library = assemble(data_dir("shaders"), "lib/aperture.lib.glsl", dict.fromkeys(defines, 1))
-        self._program = ctx.compute_shader(library.followed_by(_QUESTIONS).text)
+        self._library = ShaderQuestions(
+            ctx, "lib/aperture.lib.glsl", _QUESTIONS, dict.fromkeys(defines, 1), answers=3
+        )
 
     def answers(
         self,
@@ -61,25 +57,12 @@ class ApertureOnGpu:
         questions: np.ndarray,
         place: tuple[float, float] = (0.0, 0.0),
     ) -> np.ndarray:
-        """(n, 3, 4) for (n, 4)."""
-        is_pupil = isinstance(shape, Pupil)
-        uniforms = shape.uniforms((64, 64)) if is_pupil else shape.uniforms  # type: ignore[union-attr,operator]
-        for name, value in (uniforms | {"place": place}).items():
-            if name in self._program:
-                self._program[name] = value
-        asked = self._ctx.buffer(questions.astype(np.float32).tobytes())
-        told = self._ctx.buffer(reserve=48 * len(questions))
-        asked.bind_to_storage_buffer(0)
-        told.bind_to_storage_buffer(1)
-        self._program.run(-(-len(questions) // 64))
-        self._ctx.memory_barrier()
-        answers = np.frombuffer(told.read(), np.float32).reshape(-1, 3, 4).astype(np.float64)
-        asked.release()
-        told.release()
-        return answers
+        """Return (n, 3, 4) for (n, 4)."""
+        uniforms = shape.uniforms((64, 64)) if isinstance(shape, Pupil) else shape.uniforms
+        return self._library.ask(questions, uniforms | {"place": place})
 
     def release(self) -> None:
-        self._program.release()
+        self._library.release()
 
 
 @pytest.fixture(scope="module")

@@ -10,25 +10,21 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from heatlens.gpu.opening_textures import OpeningTextures
-from heatlens.gpu.shader_source import assemble
 from heatlens.model.aperture import Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.opening_image import IMAGE_SIDE, ImageGrid, OpeningImage
 from heatlens.model.picture_field import PictureField
-from heatlens.paths import data_dir
 from support.opening_images import image_of, letter, opening_images
+from support.shader_questions import ShaderQuestions
 
 Array = NDArray[np.float64]
 # xy an offset or a point of the unit square, z the radius, w the ramp
 _QUESTIONS = """
-layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer asked_block { vec4 asked[]; };
-layout(std430, binding = 1) writeonly buffer answer_block { vec4 answers[]; };
 uniform vec2 place;
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(asked.length())) return;
-    vec4 q = asked[i];
+    if (i >= uint(questions.length())) return;
+    vec4 q = questions[i];
     answers[i] = vec4(aperture_coverage(q.xy, q.z, q.w, place).g, aperture_light(q.z, q.w, place).g,
                       image_point(q.xy));
 }
@@ -42,31 +38,19 @@ class ImageOnGpu:
     """Asks lib/aperture.lib.glsl of an opening with an image."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx, self._textures = ctx, OpeningTextures(ctx)
-        library = assemble(data_dir("shaders"), "lib/aperture.lib.glsl", {"SHAPED": 1, "IMAGED": 1})
-        self._program = ctx.compute_shader(library.followed_by(_QUESTIONS).text)
+        self._textures = OpeningTextures(ctx)
+        defines = {"SHAPED": 1, "IMAGED": 1}
+        self._library = ShaderQuestions(ctx, "lib/aperture.lib.glsl", _QUESTIONS, defines)
 
     def answers(self, disc: DiscShape, questions: Array, place: tuple[float, float]) -> Array:
         """Return (n, 4): coverage, light and a point for (n, 4)."""
-        for name, value in (disc.uniforms | {"place": place}).items():
-            if name in self._program:
-                self._program[name] = value
         (texture,) = self._textures.of(disc.aperture).values()
         texture.use(0)
-        asked = self._ctx.buffer(questions.astype(np.float32).tobytes())
-        told = self._ctx.buffer(reserve=16 * len(questions))
-        asked.bind_to_storage_buffer(0)
-        told.bind_to_storage_buffer(1)
-        self._program.run(-(-len(questions) // 64))
-        self._ctx.memory_barrier()
-        answers = np.frombuffer(told.read(), np.float32).reshape(-1, 4).astype(np.float64)
-        asked.release()
-        told.release()
-        return answers
+        return self._library.ask(questions, disc.uniforms | {"place": place})[:, 0]
 
     def release(self) -> None:
         self._textures.release()
-        self._program.release()
+        self._library.release()
 
 
 @pytest.fixture(scope="module")

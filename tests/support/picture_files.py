@@ -33,6 +33,14 @@ def disparity(distance_m, near_m, far_m):
     return (1 / distance_m - 1 / far_m) / (1 / near_m - 1 / far_m)
 
 
+LARGEST = {"u1": 255, "u2": 65535}  # of unsigned whole numbers, by their type
+
+
+def whole(values, kind):
+    """Convert 0..1 to unsigned whole numbers of a type, "u1" or "u2"."""
+    return np.round(values * LARGEST[kind]).astype(kind)
+
+
 def save(path: Path, values, **options) -> Path:
     Image.fromarray(values).save(path, **options)
     return path

@@ -24,7 +24,7 @@ from heatlens.errors import LensError
 from heatlens.model import opening
 from heatlens.model.opening import Blades
 from heatlens.model.opening_image import ImageGrid, OpeningImage
-from heatlens.model.option import option, options_of
+from heatlens.model.option import option, option_field, options_of
 
 BLADES_LEAST, BLADES_MOST = 3, 16
 
@@ -52,80 +52,66 @@ class Aperture:
     Raises LensError naming the value and what it may be.
     """
 
-    squeeze: float = field(
-        default=1.0,
-        metadata=option(
-            "squeeze",
-            "anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
-            metavar="S",
-            least=1.0,
-            most=2.0,
-        ),
+    squeeze: float = option_field(
+        1.0,
+        "squeeze",
+        "anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
+        metavar="S",
+        least=1.0,
+        most=2.0,
     )
-    blades: int = field(
-        default=0,
-        metadata=option(
-            "blades",
-            "blades of the diaphragm, 3 to 16, whose corners lie on the round opening; 0 (default) "
-            "for a round one",
-            metavar="N",
-            least=0,
-            most=BLADES_MOST,
-        ),
+    blades: int = option_field(
+        0,
+        "blades",
+        "blades of the diaphragm, 3 to 16, whose corners lie on the round opening; 0 (default) "
+        "for a round one",
+        metavar="N",
+        least=0,
+        most=BLADES_MOST,
     )
-    blade_rotation_deg: float = field(
-        default=0.0,
-        metadata=option(
-            "blade rotation",
-            "degrees anticlockwise, as a lamp behind the focus shows it; at 0 (default) a corner "
-            "points up, and an aperture image stands upright",
-            metavar="DEGREES",
-            least=-360.0,
-            most=360.0,
-        ),
+    blade_rotation_deg: float = option_field(
+        0.0,
+        "blade rotation",
+        "degrees anticlockwise, as a lamp behind the focus shows it; at 0 (default) a corner "
+        "points up, and an aperture image stands upright",
+        metavar="DEGREES",
+        least=-360.0,
+        most=360.0,
     )
-    blade_curvature: float = field(
-        default=0.0,
-        metadata=option(
-            "blade curvature",
-            "0 (default) straight blades to 1 round ones",
-            metavar="C",
-            least=0.0,
-            most=1.0,
-        ),
+    blade_curvature: float = option_field(
+        0.0,
+        "blade curvature",
+        "0 (default) straight blades to 1 round ones",
+        metavar="C",
+        least=0.0,
+        most=1.0,
     )
-    cat_eye: float = field(
-        default=0.0,
-        metadata=option(
-            "cat eye",
-            "discs towards the corners are cut by the lens barrel, 0 (default) to 1; they close "
-            "up again as the lens is stopped down from --widest-f-stop",
-            metavar="C",
-            least=0.0,
-            most=1.0,
-        ),
+    cat_eye: float = option_field(
+        0.0,
+        "cat eye",
+        "discs towards the corners are cut by the lens barrel, 0 (default) to 1; they close "
+        "up again as the lens is stopped down from --widest-f-stop",
+        metavar="C",
+        least=0.0,
+        most=1.0,
     )
-    rim: float = field(
-        default=0.0,
-        metadata=option(
-            "rim",
-            "rim of the discs behind the focus, -1 soft to 1 a bright ring (default 0, flat); in "
-            "front of the focus it is reversed",
-            metavar="R",
-            least=-1.0,
-            most=1.0,
-        ),
+    rim: float = option_field(
+        0.0,
+        "rim",
+        "rim of the discs behind the focus, -1 soft to 1 a bright ring (default 0, flat); in "
+        "front of the focus it is reversed",
+        metavar="R",
+        least=-1.0,
+        most=1.0,
     )
-    axial_colour_mm: float = field(
-        default=0.0,
-        metadata=option(
-            "axial colour",
-            "millimetres by which red comes to its focus farther behind the lens than blue, as a "
-            "test of a lens tells it (default 0)",
-            metavar="MM",
-            least=-5.0,
-            most=5.0,
-        ),
+    axial_colour_mm: float = option_field(
+        0.0,
+        "axial colour",
+        "millimetres by which red comes to its focus farther behind the lens than blue, as a "
+        "test of a lens tells it (default 0)",
+        metavar="MM",
+        least=-5.0,
+        most=5.0,
     )
     aperture_image: OpeningImage | None = field(
         default=None,
@@ -140,11 +126,11 @@ class Aperture:
     stopped_down: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, told in options_of(Aperture).items():
+        for name, limits in options_of(Aperture).items():
             value = getattr(self, name)
-            if told.least is not None and not told.allows(value):
+            if limits.least is not None and not limits.allows(value):
                 raise LensError(
-                    f"The {told.words} must be between {told.least:g} and {told.most:g}, "
+                    f"The {limits.words} must be between {limits.least:g} and {limits.most:g}, "
                     f"got {value:g}."
                 )
         if 0 < self.blades < BLADES_LEAST:

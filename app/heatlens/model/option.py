@@ -1,11 +1,11 @@
-"""What a person has to be told of a field in order to set it, kept on the field itself.
+"""Describe how a person sets a dataclass field: its name, help, unit and range.
 
-The command line makes its options from this, and panels take ranges and words from it, so that a
-field has one home: `width_mm: float = field(default=36.0, metadata=option("width", least=1))`.
+The description is metadata of the field, from which the command line makes its options and panels
+take names and ranges: `width_mm: float = option_field(36.0, "width", least=1)`.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, field, fields
 from functools import cache
 from typing import Any
 
@@ -16,18 +16,18 @@ _KEY = "option"
 
 @dataclass(frozen=True)
 class Option:
-    """How a field is set by a person.
+    """How a person sets a field.
 
-    words     its name in a sentence, as "focal length"
+    words     the name of the field in a sentence, such as "focal length"
     help      what it does, for `--help`
-    flag      its name on the command line, without dashes
-    metavar   what stands for the value in `--help`, "" where it is one of several words
-    unit      of the number: "mm", "m", "f-stop" or ""
-    least     least value allowed, None for no bound
-    most      greatest value allowed, None for no bound
-    parse     from what was typed to the value; raises InputError. None: as its type and unit say
-    asked_by  given a `Method`, whether it asks for this field at all; None: every method does
-    why_not   the rest of a sentence, on a method that does not ask
+    flag      the name of the command-line option, without dashes
+    metavar   placeholder of the value in `--help`; "" if the value is one of several words
+    unit      unit of the number: "mm", "m", "f-stop" or ""
+    least     smallest allowed value; None for no limit
+    most      largest allowed value; None for no limit
+    parse     converts the typed text and raises InputError; None to decide by type and unit
+    asked_by  tells whether a `Method` uses the field; None if every method does
+    why_not   end of a sentence about a method that does not use the field
     """
 
     words: str
@@ -54,6 +54,11 @@ def option(words: str, help: str = "", **more: Any) -> Mapping[str, Option]:
     return {_KEY: Option(words, help, flag, **more)}
 
 
+def option_field(default: Any, words: str, help: str = "", **more: Any) -> Any:
+    """Return a dataclass field with a default that a person can set; see `Option`."""
+    return field(default=default, metadata=option(words, help, **more))
+
+
 def check_range(what: str, value: float | None, least: float, most: float) -> None:
     """Raise InputError where a number lies outside its range or is NaN; None is no number."""
     if value is not None and not least <= value <= most:
@@ -67,17 +72,17 @@ def options_of(kind: type) -> Mapping[str, Option]:
 
 
 def words_of(record: Any) -> list[str]:
-    """Return the words of a command line that say what of a dataclass is not at its default.
+    """Return the command-line options for all fields that are not at their default.
 
-    They are what `heatlens.commands.field_options` reads. Only fields with an option and a default
-    count, and none whose values are typed in another way than they are kept.
+    `heatlens.commands.field_options` parses them. Only fields with an option and a default are
+    included; use it only for records whose values are typed as they are stored.
     """
     words = []
     kind: Any = type(record)
-    told = options_of(kind)
-    for field in fields(record):
-        value = getattr(record, field.name)
-        if field.name in told and field.default is not MISSING and value != field.default:
-            flag = f"--{told[field.name].flag}"
+    options = options_of(kind)
+    for one in fields(record):
+        value = getattr(record, one.name)
+        if one.name in options and one.default is not MISSING and value != one.default:
+            flag = f"--{options[one.name].flag}"
             words.append(flag if value is True else f"{flag}={value}")
     return words

@@ -1,9 +1,10 @@
 """How a picture is looked at: never what is rendered."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from heatlens.model.guides import NO_GUIDES, Guides
+from heatlens.model.lens import Lens
 from heatlens.model.peaking import USUAL_PEAKING, Peaking
 from heatlens.model.settings import Method
 
@@ -95,3 +96,7 @@ class ViewState:
     def has_overlay(self) -> bool:
         """Return True where colours are laid over the picture: an overlay, peaking or both."""
         return self.overlay is not Overlay.NONE or self.is_peaking
+
+    def exposed_through(self, lens: Lens) -> "ViewState":
+        """Return the view with its exposure reduced by the transmission of a lens (T-stop)."""
+        return replace(self, exposure_stops=self.exposure_stops + lens.transmission_stops)

@@ -6,7 +6,6 @@ damaged or was deleted by another window counts as missing.
 
 import os
 import re
-import threading
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -14,41 +13,24 @@ from pathlib import Path
 from heatlens.errors import InputError
 from heatlens.files.atomic_file import remove_leftovers, replacing
 from heatlens.rendered_frames.kept_picture import KeptPicture, decoded, encoded
+from heatlens.rendered_frames.limited_store import LimitedStore
 
 DEFAULT_BYTES = 4 << 30
 _NAME = re.compile(r"([0-9a-f]{32})\.frame")
 
 
-class DiskStore:
-    """Files by key, for any thread; methods that take a key wait for the disk, except `keys`."""
+class DiskStore(LimitedStore):
+    """Files by key, for any thread; `keys` and `bytes_in_use` are of the last listing."""
 
     def __init__(self, folder: Path, limit_bytes: int = DEFAULT_BYTES) -> None:
         """Make a store; `folder` is created with the first picture, and `look` lists its files."""
+        super().__init__(limit_bytes)
         self.folder = folder
-        self._lock = threading.Lock()
-        self._sizes: dict[str, int] = {}
-        self._limit = limit_bytes
 
     def look(self) -> None:
         """List the pictures in the folder, and delete those beyond the limit."""
         remove_leftovers(self.folder)
         self._trim(0)
-
-    @property
-    def limit_bytes(self) -> int:
-        """Return the bound."""
-        return self._limit
-
-    @property
-    def bytes_in_use(self) -> int:
-        """Return the bytes of all files at the last listing of the folder."""
-        with self._lock:
-            return sum(self._sizes.values())
-
-    def keys(self) -> frozenset[str]:
-        """Return the keys of all files at the last listing of the folder."""
-        with self._lock:
-            return frozenset(self._sizes)
 
     def resize(self, limit_bytes: int) -> None:
         """Set another limit, and delete files beyond it at once."""

@@ -6,15 +6,13 @@ from pathlib import Path
 
 from heatlens.errors import HeatlensError
 from heatlens.model.frames import FrameRange
-from heatlens.model.look_options import LookOptions
 from heatlens.model.option import words_of
-from heatlens.session.color_choice import ColorChoice
 from heatlens.session.editing import Editing
 from heatlens.session.export_process import ExportRun, ExportState
 from heatlens.session.export_settings import ExportSettings, proposed_settings
 from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
-from heatlens.session.picture_view import PictureView
+from heatlens.session.picture_look import PictureLook
 from heatlens.session.timeline import Timeline
 from heatlens.source.kind import NO_FILES
 
@@ -27,21 +25,19 @@ class ExportCommands:
         source: OpenSource,
         editing: Editing,
         timeline: Timeline,
-        view: PictureView,
-        color: ColorChoice,
+        look: PictureLook,
         say: Callable[[str], None],
         wake: Callable[[], None],
     ) -> None:
         self._source = source
         self._editing = editing
         self._timeline = timeline
-        self._view = view
-        self._color = color
+        self._look = look
         self._say = say
         self.run = ExportRun(wake)
         self.settings = ExportSettings()
         self._of: str | None = None  # the source that folder and name were proposed for
-        self._told: ExportState | None = None
+        self._reported: ExportState | None = None  # the export whose end was reported
 
     @property
     def why_not(self) -> str:
@@ -66,7 +62,7 @@ class ExportCommands:
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""
-        words = self.settings.words(self._look(), self._view.state.guides)
+        words = self.settings.words(self._look.options(), self._look.guides)
         self._begin(lambda: self.run.export(self._timeline.timed_shot, self.settings.output, words))
 
     def write_camera(self) -> None:
@@ -78,7 +74,7 @@ class ExportCommands:
         if self.run.is_busy:
             self._say(Problem("An export is under way: the pull sheet has to wait for its end."))
             return
-        words = ["--title", title, *words_of(self._look())]
+        words = ["--title", title, *words_of(self._look.options())]
         try:
             self.run.sheet(self._timeline.timed_shot, str(path), words)
         except HeatlensError as error:
@@ -93,26 +89,11 @@ class ExportCommands:
         except HeatlensError as error:
             self._say(Problem(error))
 
-    def _look(self) -> LookOptions:
-        """Return the look of the view, with the exposure reduced by the lens's transmission."""
-        view, has_config = self._view.state, self._color.config is not None
-        named = LookOptions(
-            ocio=self._color.path or None,
-            display=view.display or None,
-            view=view.view or None,
-            input_space=view.input_space or None,
-        )
-        return replace(
-            named if has_config else LookOptions(),
-            gamma=view.gamma,
-            exposure_stops=view.exposure_stops + self._editing.lens.transmission_stops,
-        )
-
     def poll(self) -> None:
         """Report how an export has ended; call this once a frame."""
         state = self.run.state
-        if state is not None and state.code is not None and state is not self._told:
-            self._told = state
+        if state is not None and state.code is not None and state is not self._reported:
+            self._reported = state
             self._say(state.said if state.code == 0 or state.is_stopped else Problem(state.said))
 
     def close(self) -> None:

@@ -175,4 +175,4 @@ class KeptScreen:
 
     def _exposed(self, shown: KeptFrame) -> ViewState:
         view, lens = self._view.state, shown.shot.lens_at(shown.frame)
-        return replace(view, exposure_stops=view.exposure_stops + lens.transmission_stops)
+        return view.exposed_through(lens)

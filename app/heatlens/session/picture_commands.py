@@ -5,12 +5,11 @@ from functools import partial
 from pathlib import Path
 
 from heatlens.preview.shown import Shown
-from heatlens.session.color_choice import ColorChoice
 from heatlens.session.editing import Editing
 from heatlens.session.live_picture import LivePicture
 from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_look import PictureLook
 from heatlens.session.picture_saver import PictureSaver, Snapshot, snapshot
-from heatlens.session.picture_view import PictureView
 
 
 class PictureCommands:
@@ -20,16 +19,14 @@ class PictureCommands:
         self,
         source: OpenSource,
         editing: Editing,
-        view: PictureView,
-        color: ColorChoice,
+        look: PictureLook,
         live: LivePicture,
         say: Callable[[str], None],
         wake: Callable[[], None],
     ) -> None:
         self._source = source
         self._editing = editing
-        self._view = view
-        self._color = color
+        self._look = look
         self._live = live
         self._say = say
         self.saver = PictureSaver(say, wake)
@@ -63,8 +60,7 @@ class PictureCommands:
         return shown if is_it and not self._live.is_working else None
 
     def _snap(self, shown: Shown | None) -> Snapshot:
-        """Take the picture and how it looks: view transform, exposure, gamma and the glass."""
-        plate, transform, view = self._source.plate, self._color.transform, self._view.state
+        """Read the picture back, with the look that it has on the screen."""
+        plate = self._source.plate
         assert shown is not None and plate is not None
-        stops = view.exposure_stops + self._editing.lens.transmission_stops
-        return snapshot(shown, plate, lambda light: transform.apply_cpu(light, stops, view.gamma))
+        return snapshot(shown, plate, self._look.encode)

@@ -2,25 +2,15 @@
 
 import time
 from collections.abc import Callable
-from typing import Protocol
 
 from heatlens.camera.ring_samples import sample_of_lens
-from heatlens.errors import InputError
+from heatlens.ring.lens_output import SOURCE, LensOutput, Sender
 from heatlens.ring.lens_sample import LensSample
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 
-_SOURCE = "heatlens"
 _RESTING_S = 0.5  # between samples of a resting lens; after one second it would count as silent
 _SOON_S = 0.001  # not 0, with which the loop would neither sleep nor draw
-
-
-class Sender(Protocol):
-    """Something that sends samples, such as `LensSender`."""
-
-    def send(self, sample: LensSample) -> None:
-        """Send one sample. Raises InputError if the network refuses it."""
-        ...
 
 
 class RingOut:
@@ -34,34 +24,29 @@ class RingOut:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Send to `sender`; None sends nothing."""
-        self._sender = sender
+        self._output = LensOutput(sender, lambda sentence: say(Problem(sentence)))
         self._editing = editing
-        self._say = say
         self._clock = clock
         self._sent: LensSample | None = None
         self._sent_s = 0.0
 
     def poll(self) -> None:
         """Send a changed lens; call this once a frame. Report a network error once."""
-        if self._sender is None:
+        if not self._output.is_on:
             return
         sample = self._sample()
         if sample == self._sent and self._clock() < self._sent_s + _RESTING_S:
             return
         self._sent, self._sent_s = sample, self._clock()
-        try:
-            self._sender.send(sample)
-        except InputError as error:
-            self._sender = None
-            self._say(Problem(f"The lens is not sent any more: {error}"))
+        self._output.send(sample)
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until the resting lens is sent again; None if nothing is sent."""
-        if self._sender is None:
+        if not self._output.is_on:
             return None
         return max(_SOON_S, self._sent_s + _RESTING_S - self._clock())
 
     def _sample(self) -> LensSample:
         editing = self._editing
         rate = editing.shot.frames_per_second
-        return sample_of_lens(_SOURCE, editing.lens, editing.frame, rate)
+        return sample_of_lens(SOURCE, editing.lens, editing.frame, rate)

@@ -36,6 +36,7 @@ from heatlens.session.mark_commands import MarkCommands
 from heatlens.session.messages import Messages, Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_commands import PictureCommands
+from heatlens.session.picture_look import PictureLook
 from heatlens.session.picture_view import PictureView
 from heatlens.session.preferences import Preferences
 from heatlens.session.pull_jobs import PullJobs
@@ -152,7 +153,8 @@ class Session:
         self.documents = ShotDocuments(
             source, editing, self.timeline, preferences, self.given, say, wake
         )
-        self.pictures = PictureCommands(source, editing, view, self.color, self.live, say, wake)
+        look = PictureLook(editing, view, self.color)
+        self.pictures = PictureCommands(source, editing, look, self.live, say, wake)
         self.files = FileCommands(
             source,
             editing,
@@ -164,7 +166,7 @@ class Session:
             say,
             wake,
         )
-        self.exports = ExportCommands(source, editing, self.timeline, view, self.color, say, wake)
+        self.exports = ExportCommands(source, editing, self.timeline, look, say, wake)
         self.files.write_sheet = self.exports.write_sheet
         self.recent = RecentFiles(preferences, stream.text if stream else None, wake)
         self.start_choices = StartChoices(

@@ -41,7 +41,7 @@ class SeenPictures:
         plain = replace(plain, depth_of_field=plain.depth_of_field and not is_held_off)
         screen.with_mipmaps = session.picture_view.zoom < MIPMAPS_UNDER
         shown = sides.of_a(plain) or seen
-        view = _exposed(plain, self._lens_of_a(plain, shown))
+        view = plain.exposed_through(self._lens_of_a(plain, shown))
         reference = session.reference.texture if session.reference else None
         of_method = sides.of_method(view)
         linear_b = picture_of_b(view, loaded, reference, of_method)
@@ -51,7 +51,7 @@ class SeenPictures:
             a = screen.a(shown, (sides.pictures, shown), loaded, view, linear_b)
         b = a
         if view.compare in (Compare.WIPE, Compare.FLIP):
-            view_of_b = _exposed(plain, self._lens_of_b(plain))
+            view_of_b = plain.exposed_through(self._lens_of_b(plain))
             b = screen.b(linear_b, loaded, view_of_b, of_method)
         detail = None
         if view.depth_of_field and view.compare is not Compare.DIFFERENCE and not is_kept:
@@ -129,14 +129,9 @@ class SeenPictures:
             words += "   preview, rendering ..."
         if shown is None:
             return Tile(look.name, printable(words), None, False, is_taken)
-        texture = self._screen.tile(look.name, shown, _exposed(view, look.lens))
+        texture = self._screen.tile(look.name, shown, view.exposed_through(look.lens))
         return Tile(look.name, printable(words), texture, texture.width != width, is_taken)
 
     def _words(self, lens: Lens) -> str:
         distance = measured_text(lens, lens.focus_distance_m, self._session.view.unit)
         return f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}  at {distance}"
-
-
-def _exposed(view: ViewState, lens: Lens) -> ViewState:
-    """Return the view with its exposure reduced by the lens's transmission (T-stop)."""
-    return replace(view, exposure_stops=view.exposure_stops + lens.transmission_stops)

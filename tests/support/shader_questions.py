@@ -1,0 +1,55 @@
+"""Ask functions of a shader library on the GPU, to compare them with those on the processor."""
+
+from collections.abc import Mapping
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.gpu.shader_source import assemble
+from heatlens.paths import data_dir
+
+_GROUP = 64
+_BLOCKS = f"""
+layout(local_size_x = {_GROUP}) in;
+layout(std430, binding = 0) readonly buffer question_block {{ vec4 questions[]; }};
+layout(std430, binding = 1) writeonly buffer answer_block {{ vec4 answers[]; }};
+"""
+
+
+class ShaderQuestions:
+    """A compute shader that answers questions, a vec4 each, with functions of a library."""
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        library: str,
+        main: str,
+        defines: Mapping[str, int],
+        answers: int = 1,
+    ) -> None:
+        """Compile `main`, which writes `answers` times vec4 to `answers[]` for each question."""
+        self._ctx = ctx
+        self._answers = answers
+        source = assemble(data_dir("shaders"), library, dict(defines))
+        self._program = ctx.compute_shader(source.followed_by(_BLOCKS + main).text)
+
+    def ask(self, questions: NDArray[np.float64], uniforms: Mapping[str, object]) -> NDArray:
+        """Return (n, answers, 4) for questions (n, 4); uniforms without use are left out."""
+        for name, value in uniforms.items():
+            if name in self._program:
+                self._program[name] = value
+        asked = self._ctx.buffer(questions.astype(np.float32).tobytes())
+        answered = self._ctx.buffer(reserve=16 * self._answers * len(questions))
+        asked.bind_to_storage_buffer(0)
+        answered.bind_to_storage_buffer(1)
+        self._program.run(-(-len(questions) // _GROUP))
+        self._ctx.memory_barrier()
+        answers = np.frombuffer(answered.read(), np.float32).reshape(-1, self._answers, 4)
+        asked.release()
+        answered.release()
+        return answers.astype(np.float64)
+
+    def release(self) -> None:
+        """Release the program."""
+        self._program.release()
