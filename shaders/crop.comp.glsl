@@ -3,13 +3,15 @@
 // Input
 //   from_tx   the whole
 // Output
-//   out_img   the part whose first pixel is `origin`, each pixel the mean of `fine` x `fine`
+//   out_img   the part whose first pixel is `origin`, each pixel the mean of `fine` x `fine`, rgb times
+//             `light_scale`
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D from_tx;
 uniform ivec2 origin;
 uniform int fine;
+uniform float light_scale;
 writeonly uniform image2D out_img;
 
 void main() {
@@ -18,5 +20,5 @@ void main() {
     vec4 sum = vec4(0.0);
     for (int i = 0; i < fine * fine; ++i)
         sum += texelFetch(from_tx, origin + fine * at + ivec2(i % fine, i / fine), 0);
-    imageStore(out_img, at, sum / float(fine * fine));
+    imageStore(out_img, at, vec4(vec3(light_scale), 1.0) * sum / float(fine * fine));
 }

@@ -223,16 +223,29 @@ class FrameRenderer:
         overscan = loaded.overscan
         if overscan is not None and shot.defocus.proxy == 1.0:
             return (yield from self._with_overscan(shot, frame, pipeline, overscan))
-        return (
-            yield from pipeline.steps(
-                loaded.color,
-                loaded.depth,
-                self.optics(shot, frame),
-                shot.defocus,
-                loaded.plate.has_alpha,
-                loaded.fragments,
-            )
+        return (yield from self._of_plate(shot, frame, pipeline, loaded))
+
+    def _of_plate(
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline, loaded: Pinhole
+    ) -> Steps[moderngl.Texture]:
+        """Blur a picture, in a unit of light in which a white surface is about 1."""
+        color, scale = loaded.color, loaded.light_scale
+        if scale != 1.0:
+            color = pipeline.scratch.texture("scaled colour", color.size, 4)
+            self._passes.crop.run(loaded.color, (0, 0), color, light_scale=scale)
+        picture = yield from pipeline.steps(
+            color,
+            loaded.depth,
+            self.optics(shot, frame),
+            shot.defocus,
+            loaded.plate.has_alpha,
+            loaded.fragments,
         )
+        if scale == 1.0:
+            return picture
+        out = pipeline.scratch.texture("in plate's light", picture.size, 4)
+        self._passes.crop.run(picture, (0, 0), out, light_scale=1.0 / scale)
+        return out
 
     def _with_overscan(
         self, shot: Shot, frame: int, pipeline: DefocusPipeline, overscan: Overscan

@@ -31,7 +31,7 @@ def test_one_colour_over_many_depths_stays_that_colour(ctx, renderer, bokeh, qua
 
 @pytest.mark.parametrize("times", [1.1, 1.5, 4.0])
 def test_a_bright_surface_is_no_highlight(ctx, renderer, times):
-    """Its light is diffused whole: as discs, what is hidden and what lies outside would be missing."""
+    """Discs of its light would lack what is hidden, and what lies outside the frame."""
     _stays(times * TINT, renderer, Bokeh.DISC, Quality.FILM, None)
 
 

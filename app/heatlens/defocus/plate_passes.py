@@ -57,17 +57,23 @@ class CropPass:
         self._program = ComputeProgram(ctx, "crop.comp.glsl")
 
     def run(
-        self, whole: moderngl.Texture, origin: tuple[int, int], out: moderngl.Texture, fine: int = 1
+        self,
+        whole: moderngl.Texture,
+        origin: tuple[int, int],
+        out: moderngl.Texture,
+        fine: int = 1,
+        light_scale: float = 1.0,
     ) -> None:
         """Copy the pixels from `origin` on to `out`, whose size decides how many.
 
-        Each pixel of `out` is the mean of `fine` times `fine` pixels.
+        Each pixel of `out` is the mean of `fine` times `fine` pixels, its first three channels
+        multiplied by `light_scale`.
         """
         self._program.dispatch(
             pixel_groups(out.size),
             textures={"from_tx": whole},
             images={"out_img": out},
-            uniforms={"origin": origin, "fine": fine},
+            uniforms={"origin": origin, "fine": fine, "light_scale": light_scale},
         )
 
     def release(self) -> None:

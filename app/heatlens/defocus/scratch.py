@@ -63,11 +63,13 @@ LIFETIMES: dict[str, Lifetime] = {
     "proxy fragment count": Lifetime("proxy fragment count", "proxy", _KEPT),
     "wide colour": Lifetime("wide colour", "proxy", _KEPT),
     "wide depth": Lifetime("wide depth", "proxy", _KEPT),
+    "scaled colour": Lifetime("scaled colour", "proxy", _KEPT),
     "wide places": Lifetime("wide places", "proxy", _KEPT),
     "coc": Lifetime("coc", "coc", _KEPT),
     "out": Lifetime("out", "fragments", _KEPT),
     "blurred": Lifetime("blurred", "blur", _KEPT),
     "frame": Lifetime("frame", "limits", _KEPT),
+    "in plate's light": Lifetime("in plate's light", "limits", _KEPT),
     "colours kept": Lifetime("colours kept", "coc", "colours"),
     # Alpha as a picture of its own, which is layered before the colour.
     "alpha plate": Lifetime("alpha plate", "alpha", "highlights drawn"),

@@ -1,6 +1,6 @@
 """Fragment lists: the surfaces along the ray of each pixel, near to far, where they are known."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,14 @@ class FragmentLists:
     def coverage(self) -> NDArray[np.float16]:
         """(N,) part of the pixel, 0..1."""
         return self._halves[:, 3]
+
+    def scaled(self, scale: float) -> "FragmentLists":
+        """Return the lists with their light multiplied by `scale`; coverage and depth stay."""
+        if scale == 1.0:
+            return self
+        words = self.words.copy()
+        words[:, :2].view(np.float16)[:, :3] *= np.float16(scale)
+        return replace(self, words=words)
 
     @property
     def dioptres(self) -> NDArray[np.float32]:

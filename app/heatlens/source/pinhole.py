@@ -23,6 +23,8 @@ class Pinhole:
     fragments  what is known behind the picture; None where nothing is
     overscan   of a scene: the same picture with a margin; plates have theirs in their data window
     peeled     of a scene: what is known behind all of that; None for a hurried picture
+    light_scale  what `color` is multiplied by before it is blurred, and the picture divided by
+                 afterwards; `fragments` are multiplied already
     """
 
     plate: Plate
@@ -32,6 +34,7 @@ class Pinhole:
     fragments: FragmentBuffers | None = None
     overscan: Overscan | None = None
     peeled: Peeled | None = None
+    light_scale: float = 1.0
 
     @property
     def occupied(self) -> npt.NDArray[np.float64]:

@@ -12,6 +12,7 @@ from heatlens.model.framing import Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.model.value_bins import ValueBins
+from heatlens.plate.light_scale import light_scale
 from heatlens.plate.plate import Plate
 from heatlens.source.pinhole import Pinhole
 
@@ -45,19 +46,20 @@ class PlateOnGpu:
             for texture, pixels in ((color, plate.color), (depth, _depth_or_coc(plate))):
                 for _ in uploading(texture, pixels):
                     yield "upload"
-            fragments = self._fragments_of(plate)
-            self._held = Pinhole(plate, color, depth, bins, fragments)
+            scale = light_scale(plate.color)
+            fragments = self._fragments_of(plate, scale)
+            self._held = Pinhole(plate, color, depth, bins, fragments, light_scale=scale)
         finally:
             if self._held is None:
                 color.release()
                 depth.release()
         return self._held
 
-    def _fragments_of(self, plate: Plate) -> FragmentBuffers | None:
+    def _fragments_of(self, plate: Plate, light_scale: float) -> FragmentBuffers | None:
         """Upload the plate's fragment lists to the GPU. Raises GpuError if they do not fit."""
-        lists, window = plate.fragments, plate.data_window
-        if lists is None:
+        if plate.fragments is None:
             return None
+        lists, window = plate.fragments.scaled(light_scale), plate.data_window
         largest = max(lists.words.nbytes, lists.starts.nbytes)
         check_storage_fits(self._ctx, largest, "surfaces behind the picture")
         return FragmentBuffers(
