@@ -53,6 +53,18 @@ def test_it_lies_in_the_middle_of_the_screen_with_room_around(gui):
     assert not imgui.internal.find_window_by_name("Keys").scrollbar_y  # as large as what it tells
 
 
+@pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
+def test_no_words_are_cut_at_the_right(gui, scale):
+    gui.session.preferences.change(ui_scales={"": scale})
+    gui.key(imgui.Key.slash, shift=True)
+    gui.frame(4)
+    window = imgui.internal.find_window_by_name("Keys")
+    assert window.content_size.x <= window.work_rect.get_width() + 1
+    gui.key(imgui.Key.escape)
+    gui.session.preferences.change(ui_scales={})
+    gui.frame(4)
+
+
 def test_on_a_small_screen_it_can_be_scrolled(gui):
     em, size = imgui.get_font_size(), gui.io.display_size
     gui.io.display_size = 700, 420

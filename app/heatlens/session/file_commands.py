@@ -189,8 +189,12 @@ class FileCommands:
     def first_folder(self, key: str) -> Path:
         """Return the folder in which a dialog begins: the last one used, or that of the plate.
 
-        For saving beside a plate of the program itself, it is the user's folder of pictures.
+        A shot is saved beside its file. For saving beside a plate of the program itself, the folder
+        is the user's one of pictures.
         """
+        shot_path = self._documents.path
+        if key == "save shot" and shot_path is not None:
+            return shot_path.parent
         plate, is_save = self._source.plate, PURPOSES[key].is_save
         if plate is None:
             here = home_dir()

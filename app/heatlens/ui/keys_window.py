@@ -9,11 +9,12 @@ from heatlens.ui import probe, topmost, widgets
 from heatlens.ui.actions import Action
 
 Rows = tuple[tuple[str, str], ...]  # (keys or gesture, what it does)
-_COLUMNS, _COLUMN_EM = 4, 20.0  # largest number of columns, and the width of one
+_COLUMNS = 4  # largest number of columns
 _HEAD_ROWS = 1.6  # height of a section title, in rows
 _EDGE_EM = 2.0  # free width beside the window, both sides together
 _KEYS_EM = 8.0  # smallest width of the keys
 _TITLE = "Keys"
+_GAP = "   "  # behind a description
 _BETWEEN_EM = 1.3  # gap between keys and description
 
 _MOUSE: Rows = (
@@ -91,12 +92,34 @@ def keys_window(actions: Sequence[Action], has_scene: bool) -> bool:
         return False
     low, size = imgui.get_window_pos(), imgui.get_window_size()
     probe.note_at("keys window", (low.x, low.y, low.x + size.x, low.y + size.y))
-    count = int(most.x / (_COLUMN_EM * imgui.get_font_size()))
-    _draw_columns(in_columns(sections(actions, has_scene), min(max(count, 1), _COLUMNS)))
+    room = most.x - 2 * imgui.get_style().window_padding.x
+    _draw_columns(_with_room(sections(actions, has_scene), room))
     if is_closed := not is_open or topmost.is_escaped() or _is_asked_again():
         imgui.close_current_popup()
     imgui.end_popup()
     return not is_closed
+
+
+def _with_room(found: Sequence[Section], room: float) -> list[list[Section]]:
+    """Return the sections in as many columns as fit into the width `room`, one at least."""
+    room += imgui.calc_text_size(_GAP).x  # nothing stands right of the last column
+    for count in range(_COLUMNS, 1, -1):
+        columns = in_columns(found, count)
+        if sum(max(map(_width, column)) for column in columns) <= room:
+            return columns
+    return in_columns(found, 1)
+
+
+def _width(section: Section) -> float:
+    """Return the width of a section with the gap behind it."""
+    texts = [imgui.calc_text_size(f"{what}{_GAP}").x for _, what in section.rows]
+    return _keys_width(section) + max(texts) + 2 * imgui.get_style().cell_padding.x
+
+
+def _keys_width(section: Section) -> float:
+    em = imgui.get_font_size()
+    widest = max(imgui.calc_text_size(keys).x for keys, _ in section.rows)
+    return float(max(widest + _BETWEEN_EM * em, _KEYS_EM * em))
 
 
 def _is_asked_again() -> bool:
@@ -116,10 +139,9 @@ def _draw_columns(columns: Sequence[Sequence[Section]]) -> None:
 
 def _draw(section: Section) -> None:
     imgui.separator_text(section.title)
-    em = imgui.get_font_size()
-    aside = max(imgui.calc_text_size(keys).x for keys, _ in section.rows) + _BETWEEN_EM * em
+    aside = _keys_width(section)
     for keys, what in section.rows:
         imgui.text_disabled(keys)
-        imgui.same_line(max(aside, _KEYS_EM * em))  # measured from the left of the column
-        imgui.text(f"{what}   ")
+        imgui.same_line(aside)  # measured from the left of the column
+        imgui.text(f"{what}{_GAP}")
     widgets.spacer()
