@@ -54,6 +54,13 @@ def test_text_of_a_plate_with_a_camera(tmp_path, capsys):
     assert lines["counts"] == "1 px infinite, 0 px repaired"
 
 
+def test_header_values_that_no_lens_has_are_named(tmp_path, capsys):
+    path = write_file(tmp_path / "p.exr", rgb() | {"Z": distances()}, aperture=0.0)
+    lines = lines_of(run_info(capsys, path))
+    assert lines["f-stop"] == "none (header: aperture is 0: left out, as no lens has that)"
+    assert "camera" not in lines and "focal length" not in lines
+
+
 @pytest.mark.parametrize(
     ("header", "said"),
     [

@@ -100,7 +100,7 @@ def test_outputs_that_cannot_be(capsys, plate, tmp_path):
     for name, words in [
         ("out.bmp", ".exr, .png"),
         ("out", ".exr, .png"),
-        ("none/out.exr", "no folder"),
+        ("none/at-all/out.exr", "no folder"),
         ("plate.exr/out.exr", "no folder"),
         ("folder.exr", "is a folder"),
     ]:

@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import pytest
+from PIL import Image
 
 from heatlens.commands import export as export_command
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from support.exports import FRAMES, exported, with_focus, write_plate, written
+from support.exports import FRAMES, exported, files_in, refused, with_focus, write_plate, written
+from support.exr_files import rgb, write_file
 
 
 @pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif"])
@@ -62,9 +64,22 @@ def test_a_frame_of_somebody_else_is_not_taken_for_ours(capsys, shot_file, out, 
     exported(capsys, shot_file, out)
     frame = out.parent / "n.1003.exr"
     ours = frame.read_bytes()
-    for theirs in ((tmp_path / "plates" / "plate.1003.exr").read_bytes(), b"", ours[:40]):
+    for theirs in ((tmp_path / "plates" / "plate.1003.exr").read_bytes(), ours[:40]):
         frame.unlink()
         frame.write_bytes(theirs)
+        assert "n.1003.exr" in refused(capsys, shot_file, out)
+        assert frame.read_bytes() == theirs
+        assert written(capsys, shot_file, out, "--overwrite") == [1003]
+        assert frame.read_bytes() == ours
+
+
+def test_what_is_left_of_a_frame_of_ours_is_replaced_without_a_question(capsys, shot_file, out):
+    exported(capsys, shot_file, out)
+    frame = out.parent / "n.1003.exr"
+    ours = frame.read_bytes()
+    for left in (b"", ours[: len(ours) * 3 // 4]):
+        frame.unlink()
+        frame.write_bytes(left)
         assert written(capsys, shot_file, out) == [1003]
         assert frame.read_bytes() == ours
 
@@ -77,4 +92,29 @@ def test_what_is_made_of_an_exported_frame_is_no_exported_frame(capsys, shot_fil
     assert main(["render", str(out.parent / "n.1003.exr"), "-o", str(copy), *words]) == 0
     capsys.readouterr()
     copy.replace(out.parent / "n.1003.exr")
-    assert written(capsys, shot_file, out, "--with-depth") == [1003]
+    assert written(capsys, shot_file, out, "--with-depth", "--overwrite") == [1003]
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif"])
+def test_pictures_of_others_are_counted_before_the_first_frame_and_stay(
+    capsys, shot_file, tmp_path, suffix
+):
+    out = tmp_path / "out" / f"n.####{suffix}"
+    out.parent.mkdir()
+    for frame in (1002, 1004):
+        write_picture_of_others(out.parent / f"n.{frame}{suffix}")
+    before = files_in(out.parent)
+    said = refused(capsys, shot_file, out, "--force")  # which is about frames of our own
+    assert "2 of the 6 files" in said and f"n.1002{suffix} is the first" in said
+    assert "--overwrite" in said and files_in(out.parent) == before
+    assert written(capsys, shot_file, out, "--frames", "1005-1006") == [1005, 1006]
+    assert written(capsys, shot_file, out, "--overwrite") == [1001, 1002, 1003, 1004]
+    assert written(capsys, shot_file, out) == []
+
+
+def write_picture_of_others(path):
+    """Write a small picture as any program would, with a comment where the format has one."""
+    if path.suffix == ".exr":
+        write_file(path, rgb(4, 4), comments="a matte painting")
+    else:
+        Image.new("RGB", (4, 4)).save(path, comment=b"a matte painting")

@@ -12,7 +12,7 @@ from heatlens.errors import LensError
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.plate.camera_header import camera_at_header, lens_attributes
-from heatlens.plate.header_lens import plate_lens
+from heatlens.plate.header_lens import MissingLensError, plate_lens
 from heatlens.plate.plate import CameraHeader
 from heatlens.plate.start_lens import start_lens
 from support.plates import coc_plate_of, plate_of
@@ -146,3 +146,35 @@ def test_the_header_decides_whose_discs_they_are(header, model):
     assert start_lens(told, {}).lens.model is plate_lens(told, given_values).lens.model is model
     for other in LensModel:
         assert start_lens(told, {"model": other}).lens.model is other
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ({"aperture": 0.0}, {"f_stop": "aperture is 0"}),
+        ({"focus": -1.0, "aperture": 2.0}, {"focus_distance_m": "focus is -1"}),
+        ({"pinholeFocalLength": math.nan}, {"focal_length_mm": "pinholeFocalLength is nan"}),
+        ({"aperture": "wide open"}, {"f_stop": "aperture is 'wide open'"}),
+        ({"pinholeFocalLength": 0.0, "nominalFocalLength": 50.0}, {}),
+        (
+            {"sensorOverallDimensions": np.float32([0, 24])},
+            {"sensor_width_mm": "sensorOverallDimensions is 0 x 24"},
+        ),
+        ({"sensorOverallDimensions": np.float32([36, 0])}, {}),  # a height that is not known
+        ({"focus": math.inf}, {}),
+    ],
+)
+def test_values_that_no_lens_has_are_named(header, words):
+    assert camera_at_header([header]).refused == words
+
+
+def test_a_refusal_names_the_values_that_were_left_out():
+    header = {"aperture": 0.0, "focus": -1.0}
+    flat = plate(np.ones((2, 2)), camera_at_header([header]))
+    with pytest.raises(MissingLensError) as error:
+        plate_lens(flat, {"focal_length_mm": 50.0})
+    assert "no f-stop and focus distance (aperture is 0 and focus is -1: left out" in str(
+        error.value
+    )
+    with pytest.raises(MissingLensError, match="no focus distance; give it"):
+        plate_lens(plate(np.ones((2, 2))), {"focal_length_mm": 50.0, "f_stop": 2.0})

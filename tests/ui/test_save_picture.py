@@ -184,7 +184,7 @@ def test_a_full_disk_is_said_and_leaves_what_stood_there(gui, tmp_path, monkeypa
     assert finished(gui) == "no room"
 
 
-@pytest.mark.parametrize("name", ["gone/a.exr", "plate.exr/a.png"])
+@pytest.mark.parametrize("name", ["gone/away/a.exr", "plate.exr/a.png"])
 def test_a_folder_that_is_none_is_said(gui, tmp_path, name):
     save(gui, name)
     assert "there is no folder" in finished(gui)

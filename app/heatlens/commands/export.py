@@ -56,7 +56,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         required=True,
         metavar="FILES",
         help="out/name.####.exr, .png, .jpg or .tif; or a movie: name.mov (ProRes), name.mp4 "
-        "(H.264)",
+        "(H.264). All but EXR show the display window. One missing folder is made. Files of "
+        "earlier exports are replaced where they are out of date; others need --overwrite",
     )
     add_export_options(parser)
     add_send_option(parser)

@@ -73,6 +73,11 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--force", action="store_true", help="render finished frames again")
     group.add_argument(
+        "--overwrite",
+        action="store_true",
+        help="replace files too that no export of heatlens wrote; they are refused otherwise",
+    )
+    group.add_argument(
         "--fps", type=number, metavar="N", help="of a movie, and of a glTF; default: the shot's"
     )
     group.add_argument(
@@ -161,6 +166,7 @@ def job_of(args: argparse.Namespace) -> ExportJob:
         args.force,
         args.pinhole,
         pinhole_options(args),
+        args.overwrite,
     )
 
 

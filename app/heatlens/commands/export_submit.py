@@ -10,6 +10,7 @@ from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import InputError
 from heatlens.export.openjd import PathParameter, chunks_of, job_template
 from heatlens.export.plan import ExportPlan
+from heatlens.export.replaced import check_replaced
 
 _CHUNK = 10  # frames per task: enough that the start-up time does not matter
 # Options that are set for each task, or are useless there.
@@ -22,6 +23,7 @@ def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
         raise InputError(
             "A movie is one file, and cannot be made in chunks: submit EXR or PNG frames."
         )
+    check_replaced(plan)
     paths = _paths(args, plan)
     chunks = chunks_of(plan.job.frames, _CHUNK if args.chunk is None else args.chunk)
     name = plan.job.output.form.text

@@ -152,6 +152,9 @@ def _camera_lines(camera: dict[str, Any]) -> list[Line]:
         if camera[name] is not None:
             value = f"{_number(camera[name])} {unit}".rstrip()
             lines.append((label, f"{value} ({_source_words(camera['sources'][name])})"))
+        elif name in camera["refused"]:
+            why = "left out, as no lens has that"
+            lines.append((label, f"none (header: {camera['refused'][name]}: {why})"))
     if camera["model"] is None:
         lines = lines or [("camera", "nothing in the header")]
         lines.append(("lens model", f"{LensModel.PHOTOGRAPHIC} (the header names no CG renderer)"))

@@ -31,7 +31,7 @@ from heatlens.commands.source_loading import load_source
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.export.job import Look
-from heatlens.files.output_check import check_space
+from heatlens.files.output_check import check_space, make_folder
 from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.settings import DefocusSettings
@@ -88,7 +88,9 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         required=True,
-        help=".exr; .png, .jpg or .tif for viewing, 8 bits; or - for an EXR on standard output",
+        help=".exr; .png, .jpg or .tif for viewing, 8 bits, without what is overscan; "
+        "or - for an EXR on standard output. Replaces a file that is there, and makes one missing "
+        "folder",
     )
     add_pinhole_options(parser)
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
@@ -136,6 +138,7 @@ def _render(args: argparse.Namespace) -> None:
     depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
     kept, kept_attributes = kept_channels(plate, plate_options(args), wanted)
     if args.deep:
+        make_folder(args.output.parent)
         attributes = {**plate.attributes, **lens_header(plate, shot.lens_at(frame))}
         write_deep(args.output, plate, attributes, half=not args.float)
     else:

@@ -2,23 +2,23 @@
 
 from pathlib import Path
 
-import OpenEXR
 from PIL import Image
 
 from heatlens.export.frame_files import IMAGE_DESCRIPTION
 from heatlens.export.movie_library import av
+from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.whole import is_whole
-from heatlens.files.quiet import quiet_library
+from heatlens.plate.exr_scan import CutError, scanned_headers
 from heatlens.plate.exr_write import JOB_ATTRIBUTE
+
+_BEFORE_MARK = f"{JOB_ATTRIBUTE}="  # in formats whose only text entry is a comment
 
 
 def is_finished(frame: PlannedFrame) -> bool:
     """Return True if the frame's file exists, has the same fingerprint and is complete."""
-    if not frame.path.is_file():
-        return False
-    read = _exr_fingerprint if frame.path.suffix.lower() == ".exr" else _picture_fingerprint
-    return is_whole(frame.path) and read(frame.path) == frame.fingerprint
+    path = frame.path
+    return path.is_file() and is_whole(path) and fingerprint_in(path) == frame.fingerprint
 
 
 def is_movie_finished(path: Path, fingerprint: str) -> bool:
@@ -26,33 +26,52 @@ def is_movie_finished(path: Path, fingerprint: str) -> bool:
 
     Raises InputError without PyAV.
     """
-    if not path.is_file():
-        return False
-    library = av()
-    try:
-        with library.open(str(path)) as container:
-            comment = container.metadata.get("comment")
-    except library.error.FFmpegError:
-        return False
-    return comment == f"{JOB_ATTRIBUTE}={fingerprint}" and is_whole(path)
+    return path.is_file() and fingerprint_in(path) == fingerprint and is_whole(path)
 
 
-def _exr_fingerprint(path: Path) -> object:
+def fingerprint_in(path: Path) -> str | None:
+    """Return the fingerprint that an export wrote into the file; None if no export wrote it.
+
+    The pixels of the file may be cut off. Raises InputError for a movie without PyAV.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".exr":
+        return _exr_fingerprint(path)
+    return _marked(_movie_comment(path)) if suffix in MOVIE_SUFFIXES else _picture_mark(path)
+
+
+def _exr_fingerprint(path: Path) -> str | None:
     try:
-        with quiet_library():
-            parts = OpenEXR.File(str(path), header_only=True).parts
-    except (RuntimeError, ValueError):  # a UnicodeDecodeError is a ValueError
+        with path.open("rb") as file:
+            mark = scanned_headers(file)[0].get(JOB_ATTRIBUTE)
+    except (OSError, CutError, IndexError):
         return None
-    return parts[0].header.get(JOB_ATTRIBUTE) if parts else None
+    return None if mark is None else mark.decode("ascii", "replace")
 
 
-def _picture_fingerprint(path: Path) -> object:
-    """Return the text of a PNG, the comment of a JPEG, the description of a TIFF."""
+def _picture_mark(path: Path) -> str | None:
+    """Read the text of a PNG, the comment of a JPEG, or the description of a TIFF."""
     try:
         with Image.open(path) as image:
             info, tags = image.info, image.getexif()
     except (OSError, ValueError, SyntaxError):
         return None
+    if JOB_ATTRIBUTE in info:
+        return str(info[JOB_ATTRIBUTE])
     comment = info.get("comment") or tags.get(IMAGE_DESCRIPTION) or ""
-    said = comment.decode("ascii", "replace") if isinstance(comment, bytes) else str(comment)
-    return info.get(JOB_ATTRIBUTE) or said.removeprefix(f"{JOB_ATTRIBUTE}=")
+    return _marked(comment.decode("ascii", "replace") if isinstance(comment, bytes) else comment)
+
+
+def _movie_comment(path: Path) -> object:
+    library = av()
+    try:
+        with library.open(str(path)) as container:
+            return container.metadata.get("comment")
+    except library.error.FFmpegError:
+        return None
+
+
+def _marked(comment: object) -> str | None:
+    """Return the fingerprint in a comment; None for the comment of another program."""
+    text = str(comment or "")
+    return text.removeprefix(_BEFORE_MARK) if text.startswith(_BEFORE_MARK) else None

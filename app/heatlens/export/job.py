@@ -60,6 +60,7 @@ class ExportJob:
     force    render finished frames again
     pinhole  write the frames without a lens, as plates for other programs
     beside   overscan and depth format of these plates
+    overwrite  replace files too that no export of heatlens wrote
 
     Raises InputError for no frame, and a shot of no plate.
     """
@@ -73,6 +74,7 @@ class ExportJob:
     force: bool = False
     pinhole: bool = False
     beside: PinholeOptions = field(default_factory=PinholeOptions)
+    overwrite: bool = False
 
     def __post_init__(self) -> None:
         checked_source(self.shot)

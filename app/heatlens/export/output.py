@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.files.output_check import check_writable
+from heatlens.files.output_check import check_folder
 from heatlens.plate.png_write import EYE_SUFFIXES
 from heatlens.sequence.names import NameForm, parse_pattern
-from heatlens.stopping import folder_made
 
 MOVIE_SUFFIXES = (".mov", ".mp4")
 _SUFFIXES = (".exr", *EYE_SUFFIXES, *MOVIE_SUFFIXES)
@@ -72,18 +71,4 @@ def check_names(output: Output, frames: tuple[int, ...]) -> None:
             f"{output.pattern} is a single name for {len(frames)} frames. Write it as "
             f"{name.stem}.####{name.suffix}."
         )
-    if not output.folder.is_dir() and not output.folder.parent.is_dir():
-        raise InputError(f"{output.pattern}: there is no folder {output.folder.parent}.")
-
-
-def make_folder(output: Output) -> None:
-    """Create the folder of the files, inside an existing one. Raises InputError."""
-    try:
-        if not output.folder.is_dir():
-            folder_made(output.folder)
-        output.folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"The folder {output.folder} cannot be made: {error.strerror or error}."
-        ) from error
-    check_writable(output.path_at(0))
+    check_folder(output.pattern)

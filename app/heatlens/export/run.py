@@ -12,11 +12,11 @@ from heatlens.export.finished import is_finished, is_movie_finished
 from heatlens.export.frame_files import RenderedFrame, write_frame
 from heatlens.export.frame_writer import FrameWriter
 from heatlens.export.movie import movie_file
-from heatlens.export.output import make_folder
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.rendering import FrameRendering
+from heatlens.export.replaced import check_replaced
 from heatlens.files.atomic_file import remove_leftovers
-from heatlens.files.output_check import check_space
+from heatlens.files.output_check import check_space, check_writable, make_folder
 from heatlens.render import FrameRenderer
 
 Write = Callable[[RenderedFrame], None]
@@ -40,9 +40,12 @@ def export_frames(
     `make_renderer` is called, and OpenGL used, only if something is left to render, on the thread
     that takes the steps. Closing the generator stops the export; files are never partial. If a
     frame fails, the frames before it are finished, then the error is raised: InputError for a
-    damaged plate or a file that cannot be written.
+    damaged plate or a file that cannot be written. Files that no export wrote are replaced only if
+    the job says so: before the first frame, they raise InputError.
     """
-    make_folder(plan.job.output)
+    check_replaced(plan)
+    make_folder(plan.job.output.folder)
+    check_writable(plan.job.output.pattern)
     remove_leftovers(plan.job.output.folder)
     left = []
     for frame, is_there in zip(plan.frames, _are_there(plan), strict=True):

@@ -8,9 +8,8 @@ import numpy as np
 from heatlens.display.display_pass import DisplayPass
 from heatlens.export.job import Look
 from heatlens.gpu.textures import download, new_texture
-from heatlens.plate.picture_write import scaled_window
+from heatlens.plate.picture_write import in_display_window
 from heatlens.plate.plate import FloatImage, Plate
-from heatlens.plate.windows import moved_to_window
 
 BurnIn = Callable[[FloatImage], FloatImage]
 
@@ -36,13 +35,7 @@ class ShownPictures:
         out = self._texture(picture.size)
         self._pass.run(picture, out, self._look.exposure_stops, self._look.gamma)
         shown = download(out)[..., :3]
-        window = scaled_window(plate.data_window, proxy, picture.size)
-        seen = scaled_window(plate.display_window, proxy)
-        if window == seen:
-            return shown
-        outside = [float(value) for value in self._black]
-        moved = (moved_to_window(shown[..., i], window, seen, outside[i]) for i in range(3))
-        return np.stack(list(moved), axis=-1)
+        return in_display_window(shown, plate, proxy, outside=self._black)
 
     def _texture(self, size: tuple[int, int]) -> moderngl.Texture:
         if self._out is None or self._out.size != size:

@@ -5,6 +5,37 @@ import shutil
 from pathlib import Path
 
 from heatlens.errors import InputError
+from heatlens.stopping import folder_made
+
+
+def check_folder(path: Path) -> None:
+    """Raise InputError if the folder of `path` is missing, and the folder around it as well.
+
+    `make_folder` makes one folder, but not several: a longer path that is missing is more often
+    misspelt than new.
+    """
+    folder = path.parent
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{path}: there is no folder {folder}; that is a file.")
+    if not folder.is_dir() and not folder.absolute().parent.is_dir():
+        raise InputError(
+            f"{path}: there is no folder {folder.parent}. One missing folder is made, but not two."
+        )
+
+
+def make_folder(folder: Path) -> None:
+    """Create the folder if it is missing, inside an existing one. Raises InputError.
+
+    If the command is stopped, the folder is removed again unless it holds something.
+    """
+    try:
+        if not folder.is_dir():
+            folder_made(folder)
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"The folder {folder} cannot be made: {error.strerror or error}."
+        ) from error
 
 
 def check_writable(path: Path) -> None:
@@ -17,16 +48,17 @@ def check_writable(path: Path) -> None:
 def check_space(folder: Path, need_bytes: float, what: str) -> None:
     """Raise InputError if the disk of `folder` has less free space than `what` will need.
 
-    Nothing is refused if the free space is unknown.
+    A folder that will be made lies on the disk of the one around it. Nothing is refused if the free
+    space is unknown, or if there is no disk.
     """
     try:
-        free = shutil.disk_usage(folder).free
+        disk = shutil.disk_usage(folder if folder.is_dir() else folder.parent)
     except OSError:
         return
-    if need_bytes > free:
+    if disk.total and need_bytes > disk.free:
         raise InputError(
-            f"{folder}: {what} will need about {_size(need_bytes)}, and {_size(free)} are free on "
-            "that disk. Free some, or choose another folder."
+            f"{folder}: {what} will need about {_size(need_bytes)}, and {_size(disk.free)} are "
+            "free on that disk. Free some, or choose another folder."
         )
 
 

@@ -4,7 +4,8 @@ The focus distance is in metres; focal length and sensor size are in millimetres
 """
 
 import math
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ _ATTRIBUTES = {
     "focal_length_mm": ("pinholeFocalLength", "nominalFocalLength", "effectiveFocalLength"),
     "t_stop": ("tStop",),
 }
+_FEW = 4  # numbers of an entry that are worth reading
 _SENSOR = "sensorOverallDimensions"
 _MODEL = "heatlens:lensModel"  # the standard has no attribute for it
 
@@ -30,8 +32,8 @@ _MODEL = "heatlens:lensModel"  # the standard has no attribute for it
 def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
     """Return the lens values of `headers`; the first header that has a value decides it.
 
-    A value that no lens can have (zero, negative, not a number) counts as missing; only the focus
-    may be infinite.
+    A value that no lens can have (zero, negative, not a number) counts as missing, and `refused`
+    names it; only the focus may be infinite.
     """
     values: dict[str, Any] = {}
     sources: dict[str, str] = {}
@@ -48,7 +50,33 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
     _add_lens_of_shoot(headers, values, sources)
     if (model := _model_at(headers)) is not None:
         values["model"], sources["model"] = model
-    return CameraHeader(**values, sources=sources)
+    return CameraHeader(**values, sources=sources, refused=_refused(headers, values))
+
+
+def _refused(headers: Sequence[Header], values: Mapping[str, Any]) -> dict[str, str]:
+    """Return what the headers say about fields without a value, as "aperture is 0"."""
+    told = {name: _first_entry(headers, names) for name, names in _ATTRIBUTES.items()}
+    width = next((header[_SENSOR] for header in headers if _SENSOR in header), None)
+    # A height of 0 says that it is not known.
+    told["sensor_width_mm"] = None if width is None else (_SENSOR, width)
+    return {
+        name: f"{entry[0]} is {_short(entry[1])}"
+        for name, entry in told.items()
+        if entry is not None and name not in values
+    }
+
+
+def _first_entry(headers: Sequence[Header], names: Sequence[str]) -> tuple[str, Any] | None:
+    return next(((name, h[name]) for name in names for h in headers if name in h), None)
+
+
+def _short(value: Any) -> str:
+    """Return a value of a header as text, not longer than a few words."""
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.size <= _FEW:
+        return " x ".join(f"{one:g}" for one in value.flat)
+    return textwrap.shorten(repr(value), 40)
 
 
 def _add_lens_of_shoot(

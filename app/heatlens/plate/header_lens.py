@@ -35,7 +35,16 @@ class MissingLensError(InputError):
         what = _listed([NEEDED[name] for name in self.fields])
         them = "it" if len(self.fields) == 1 else "them"
         given = _listed([how[name] for name in self.fields])
-        return f"{self.plate.path}: the header has no {what}; give {them} with {given}."
+        why = self._refused_words()
+        return f"{self.plate.path}: the header has no {what}{why}; give {them} with {given}."
+
+    def _refused_words(self) -> str:
+        """Return which of the missing values the header gives as a value that no lens can have."""
+        refused = self.plate.camera.refused
+        found = [refused[name] for name in self.fields if name in refused]
+        if not found:
+            return ""
+        return f" ({_listed(found)}: left out, as no lens has that)"
 
 
 def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:

@@ -5,10 +5,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.files.output_check import check_writable
+from heatlens.files.output_check import check_folder, check_writable, make_folder
 from heatlens.model.boxes import Box
 from heatlens.model.breathing import as_seen
 from heatlens.model.lens import Lens
@@ -16,6 +17,7 @@ from heatlens.plate.display import srgb_encoded
 from heatlens.plate.exr_write import lens_attributes, write_exr
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.plate.png_write import EYE_SUFFIXES, write_png
+from heatlens.plate.windows import moved_to_window
 
 PICTURE_SUFFIXES = (".exr", *EYE_SUFFIXES)
 Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display values
@@ -39,11 +41,14 @@ def write_picture(
 
     An EXR is scene-linear, over the plate's windows, with the plate's metadata and `lens` in its
     header and 16 bits a channel if `half`. `more_channels` of the same size and `more_attributes`
-    are added; `kept_channels` are written bit for bit. Other formats are converted by `encode`.
-    Raises InputError if the file cannot be written.
+    are added; `kept_channels` are written bit for bit. Other formats are converted by `encode`, and
+    show the display window, as players do. A missing folder is made, inside an existing one. Raises
+    InputError if the file cannot be written.
     """
+    make_folder(path.parent)
     if path.suffix.lower() in EYE_SUFFIXES:
-        write_png(path, pixels if plate.has_alpha else pixels[..., :3], encode=encode)
+        shown = in_display_window(pixels, plate, proxy)
+        write_png(path, shown if plate.has_alpha else shown[..., :3], encode=encode)
         return
     names = "RGBA" if plate.has_alpha else "RGB"
     write_exr(
@@ -66,9 +71,8 @@ def check_output(path: Path, plate: Path, *beside: Path) -> None:
     """
     if path.suffix.lower() not in PICTURE_SUFFIXES:
         raise InputError(f"{path}: the output must end in {', '.join(PICTURE_SUFFIXES)}.")
-    if not os.path.isdir(path.parent):
-        raise InputError(f"{path}: there is no folder {path.parent}.")
-    check_writable(path)
+    check_folder(path)
+    check_writable(path if path.parent.is_dir() else path.parent)
     if os.path.isdir(path):
         raise InputError(f"{path} is a folder: give the name of a file to write.")
     if _is_same(path, plate):
@@ -103,6 +107,23 @@ def lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
         height_mm,
         model=lens.model,
     )
+
+
+def in_display_window(
+    pixels: FloatImage, plate: Plate, proxy: float, outside: FloatImage | None = None
+) -> FloatImage:
+    """Return `pixels`, (H, W, n) over the data window at `proxy` scale, over the display window.
+
+    Overscan is cut off, and what the renderer did not write is `outside`, (n,) values, else 0.
+    """
+    window = scaled_window(plate.data_window, proxy, pixels.shape[1::-1])
+    seen = scaled_window(plate.display_window, proxy)
+    if window == seen:
+        return pixels
+    count = pixels.shape[2]
+    fill = np.zeros(count, np.float32) if outside is None else outside
+    moved = (moved_to_window(pixels[..., i], window, seen, float(fill[i])) for i in range(count))
+    return np.stack(list(moved), axis=-1)
 
 
 def scaled_window(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:

@@ -29,6 +29,8 @@ class CameraHeader:
     t_stop: float | None = None
     model: LensModel | None = None  # None: the header names no CG renderer
     sources: Mapping[str, str] = field(default_factory=dict)  # field name -> its header entry
+    # field name -> the entry and its value, which no lens can have, so that the field is None
+    refused: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)
