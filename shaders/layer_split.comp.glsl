@@ -212,6 +212,7 @@ void store(ivec2 at, Sum sum) {
 
 void split_tile(ivec2 tile) {
     ivec2 at = tile * TILE + ivec2(gl_LocalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(out_layer_img)))) return;
     Sum sum;
     sum.layer = vec4(0.0);
     sum.diameter = sum.solid = sum.known = sum.count = 0.0;
@@ -225,7 +226,7 @@ void split_tile(ivec2 tile) {
 #else
     add_pixel(sum, at);
 #endif
-    if (all(lessThan(at, imageSize(out_layer_img)))) store(at, sum);
+    store(at, sum);
 }
 
 void main() { FOR_EACH_TILE(split_tile) }

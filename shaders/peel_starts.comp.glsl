@@ -6,6 +6,7 @@
 //   total_buf   fragments of the bands before, then of this one too; more than `capacity` if they do not fit
 // Input
 //   capacity    fragments that there is room for; later lists are empty
+//   has_end     the word behind the last list is written too; not where that is the length of the next one
 
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;
@@ -15,6 +16,7 @@ layout(std430) buffer total_block { uint total_buf[]; };
 uniform int first_pixel;
 uniform int pixel_count;
 uniform int capacity;
+uniform bool has_end;
 
 shared uint sums_sh[WORKERS];
 
@@ -38,6 +40,6 @@ void main() {
     barrier();
     if (worker == WORKERS - 1) {
         total_buf[0] = start;
-        start_buf[first_pixel + pixel_count] = 2u * min(start, uint(capacity));
+        if (has_end) start_buf[first_pixel + pixel_count] = 2u * min(start, uint(capacity));
     }
 }

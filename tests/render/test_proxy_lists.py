@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.defocus import proxy_lists
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.proxy_lists import FRAGMENT_BYTES, ProxyListRoom, proxy_list_capacity
@@ -179,3 +180,13 @@ def test_a_small_lamp_keeps_its_depth(ctx, passes):
         found = download(out[1])
         assert found[2, 3] == np.float32(expected)
         assert (np.delete(found.ravel(), 2 * (WIDTH // 4) + 3) == np.float32(FAR_M)).all()
+
+
+def test_lists_that_are_summed_up_in_parts_are_the_same(ctx, passes, rng, monkeypatch):
+    layers = [(0.2 + k, (rng.random((HEIGHT, WIDTH)) < 0.5) * 0.6, 2.0 + k) for k in range(3)]
+    plate = plate_with(layers, has_alpha=True)
+    *_, expected = reduced(ctx, passes, plate, 0.7)
+    monkeypatch.setattr(proxy_lists, "_PIXELS_A_SUM", 37)
+    *_, found = reduced(ctx, passes, plate, 0.7)
+    np.testing.assert_array_equal(found.starts, expected.starts)
+    np.testing.assert_array_equal(found.words, expected.words)

@@ -11,6 +11,8 @@ from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 FRAGMENT_BYTES = 12
 _MORE_A_PIXEL = 2  # fragments: what had no list of its own where others have one
+# Summed up in one dispatch: llvmpipe ends a loop silently after 65,535 rounds, 256 pixels in each.
+_PIXELS_A_SUM = 1 << 22
 _SHADER = "proxy_lists.comp.glsl"
 
 
@@ -77,15 +79,7 @@ class ProxyListsPass:
         self._count.dispatch(
             groups, textures=textures, images=image, buffers=counted, uniforms=uniforms
         )
-        self._starts.dispatch(
-            (1, 1),
-            buffers={"start_block": out.starts, "total_block": room.total},
-            uniforms={
-                "first_pixel": 0,
-                "pixel_count": size[0] * size[1],
-                "capacity": room.capacity,
-            },
-        )
+        self._sum_up(room, size[0] * size[1])
         self._write.dispatch(
             groups,
             textures=textures,
@@ -93,6 +87,21 @@ class ProxyListsPass:
             buffers=counted | {"proxy_fragment_block": out.words},
             uniforms=uniforms,
         )
+
+    def _sum_up(self, room: ProxyListRoom, pixel_count: int) -> None:
+        """Replace the length of each list by its start, in parts that every driver can do."""
+        for first in range(0, pixel_count, _PIXELS_A_SUM):
+            count = min(_PIXELS_A_SUM, pixel_count - first)
+            self._starts.dispatch(
+                (1, 1),
+                buffers={"start_block": room.held.starts, "total_block": room.total},
+                uniforms={
+                    "first_pixel": first,
+                    "pixel_count": count,
+                    "capacity": room.capacity,
+                    "has_end": first + count == pixel_count,
+                },
+            )
 
 
 def _whole_uniforms(whole: FragmentBuffers) -> dict[str, object]:

@@ -211,6 +211,7 @@ class ScenePeel:
                 "first_pixel": first * width,
                 "pixel_count": (end - first) * width,
                 "capacity": out.capacity,
+                "has_end": True,
             },
         )
         self._write.dispatch(
