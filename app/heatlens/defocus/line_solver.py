@@ -17,6 +17,7 @@ import moderngl
 from heatlens.defocus.tile_mask import TileMask, WholePictures
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_FOLD, TILE
+from heatlens.gpu.textures import enlarge, new_buffer
 
 SCRATCH_BYTES_MAX = 4 << 20  # a few lines a core; more only spills the processor's caches
 _PIXELS_A_BAND = 1 << 18  # solved in a step: some ten milliseconds without a GPU
@@ -177,9 +178,9 @@ class LineSolver(ABC):
         for block, per_line in self._bytes_per_line(band.system, band.length).items():
             need = per_line * band.count
             if block not in self._scratch:
-                self._scratch[block] = self._ctx.buffer(reserve=need)
+                self._scratch[block] = new_buffer(self._ctx, need)
             elif self._scratch[block].size < need:
-                self._scratch[block].orphan(need)
+                enlarge(self._ctx, self._scratch[block], need)
         return dict(self._scratch)
 
     def _program(self, shader: str, band: Band, **defines: object) -> ComputeProgram:

@@ -23,6 +23,11 @@ def _check_memory(ctx: moderngl.Context, what: str) -> None:
         )
 
 
+def _forget_error(ctx: moderngl.Context) -> None:
+    """Read OpenGL's error away, so that one of earlier calls is not taken for missing memory."""
+    _ = ctx.error
+
+
 def new_texture(
     ctx: moderngl.Context,
     size: tuple[int, int],
@@ -31,6 +36,7 @@ def new_texture(
     label: str = "",
 ) -> moderngl.Texture:
     """Make a texture of `size` (width, height), read texel by texel, edge-clamped."""
+    _forget_error(ctx)
     texture = ctx.texture(size, components, dtype=storage)
     _check_memory(ctx, f"a {size[0]}x{size[1]} texture")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -47,11 +53,27 @@ def new_array(
     storage: Storage = "f4",
 ) -> moderngl.TextureArray:
     """Make an array texture of `layers` images of `size`."""
+    _forget_error(ctx)
     array = ctx.texture_array((*size, layers), components, dtype=storage)
     _check_memory(ctx, f"{layers} layers of {size[0]}x{size[1]}")
     array.filter = (moderngl.NEAREST, moderngl.NEAREST)
     array.repeat_x = array.repeat_y = False
     return array
+
+
+def new_buffer(ctx: moderngl.Context, size_bytes: int) -> moderngl.Buffer:
+    """Make a storage buffer. Raises GpuError where there is no memory for it."""
+    _forget_error(ctx)
+    buffer = ctx.buffer(reserve=size_bytes)
+    _check_memory(ctx, f"a buffer of {size_bytes / 1e6:.0f} MB")
+    return buffer
+
+
+def enlarge(ctx: moderngl.Context, buffer: moderngl.Buffer, size_bytes: int) -> None:
+    """Give a buffer `size_bytes` of new memory. Raises GpuError where there is none."""
+    _forget_error(ctx)
+    buffer.orphan(size_bytes)
+    _check_memory(ctx, f"a buffer of {size_bytes / 1e6:.0f} MB")
 
 
 def upload(texture: moderngl.Texture, pixels: FloatArray) -> None:
@@ -135,9 +157,9 @@ class TexturePool:
     def buffer(self, name: str, size_bytes: int) -> moderngl.Buffer:
         """Return the storage buffer called `name`, at least `size_bytes` large."""
         if name not in self._buffers:
-            self._buffers[name] = self._ctx.buffer(reserve=size_bytes)
+            self._buffers[name] = new_buffer(self._ctx, size_bytes)
         elif self._buffers[name].size < size_bytes:
-            self._buffers[name].orphan(size_bytes)
+            enlarge(self._ctx, self._buffers[name], size_bytes)
         return self._buffers[name]
 
     def release(self) -> None:
