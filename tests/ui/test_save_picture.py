@@ -25,6 +25,7 @@ from support.exr_files import rgb, window, write_file
 from support.gui import gui_of
 
 HEIGHT, WIDTH = 40, 64
+SEEN = slice(4, HEIGHT - 4), slice(2, WIDTH - 2)  # rows and columns of the display window
 CAMERA = lens_attributes(85.0, 2.0, 3.0, 24.9, 18.7)
 
 
@@ -97,9 +98,9 @@ def test_the_exr_is_byte_for_byte_that_of_the_command_line(
 
 
 def expected_png(gui):
-    """Through the transform on the CPU, by the documented order of steps."""
+    """Through the transform on the CPU, by the documented order of steps; without the overscan."""
     session = gui.session
-    pixels = session.renderer.pixels(session.shot)
+    pixels = session.renderer.pixels(session.shot)[SEEN]
     alpha = pixels[..., 3:]
     light = pixels[..., :3] / alpha
     shown = session.color.transform.apply_cpu(
@@ -115,9 +116,10 @@ def test_the_png_looks_as_the_window_does(gui, tmp_path):
     assert finished(gui).startswith("Saved")
     found = np.asarray(Image.open(tmp_path / "seen.png"), np.float32)
     wanted = expected_png(gui)
-    assert found.shape == (HEIGHT, WIDTH, 4)
+    assert found.shape == wanted.shape == (HEIGHT - 8, WIDTH - 4, 4)
     assert np.abs(found - wanted).max() <= 0.51
-    plain = srgb_transform().apply_cpu(gui.session.renderer.pixels(gui.session.shot)[..., :3]) * 255
+    pixels = gui.session.renderer.pixels(gui.session.shot)[SEEN]
+    plain = srgb_transform().apply_cpu(pixels[..., :3]) * 255
     assert np.abs(found[..., :3] - plain).max() > 5  # the view was not sRGB's plain curve
 
 
