@@ -96,3 +96,57 @@ def test_a_distance_without_a_unit_is_taken_for_metres_and_that_is_said(tmp_path
     camera = read_camera(str(path))
     assert camera.focus_distance_m == (2.5,)
     assert "taken for metres" in camera.notes[0]
+
+
+def written(tmp_path, text: str):
+    path = tmp_path / "take.csv"
+    path.write_text(text)
+    return read_camera(str(path))
+
+
+def test_each_cell_may_have_its_own_unit(tmp_path):
+    rows = "1001,6' 3\",2.8\n1005,6ft,2.8\n1010,150cm,2.8\n1011,7,2.8\n"
+    camera = written(tmp_path, f"frame,focus,f-stop\n{rows}")
+    assert camera.focus_distance_m == pytest.approx((1.905, 1.8288, 1.5, 7.0))
+    assert camera.notes == (
+        "The focus stands without a unit in 1 of 4 rows and is taken for metres there.",
+    )
+
+
+def test_only_empty_cells_are_held_and_unreadable_ones_are_named(tmp_path):
+    rows = "1,6' 3\",2.8\n2,7,2.8\n3,,2.8\n4,abc,2.8\n"
+    camera = written(tmp_path, f"frame,focus (ft),f-stop\n{rows}")
+    assert camera.focus_distance_m == pytest.approx((1.905, 2.1336, 2.1336, 2.1336))
+    (note,) = camera.notes
+    assert "'focus (ft)'" in note and "row 5 holds 'abc'" in note and "1 of 3 rows" in note
+
+
+def test_a_column_that_is_mostly_unreadable_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"'focus'.*2 of 3 rows: row 2 holds 'near'") as caught:
+        written(tmp_path, "frame,focus,f-stop\n1,near,2\n2,far,2\n3,2,2\n")
+    assert "take.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "frame;focus (m);f-stop\n1;4,812;2,8\n2;3,5;2,8\n",
+        "frame;focus (m);f-stop\n1;4,812;4\n2;3,500;4\n",
+        "frame\tfocus (m)\tf-stop\n1\t4,812\t2,8\n2\t3,500\t2,8\n",
+        'frame,focus (m),f-stop\n1,"4,812","2,8"\n2, "3,5", 2\n',
+    ],
+)
+def test_decimal_commas_are_read(text, tmp_path):
+    assert written(tmp_path, text).focus_distance_m == (4.812, 3.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('frame,focus (mm),f-stop\n1,"1,900",2.8\n', "'1,900', which is not a distance"),
+        ("frame,focus,f-stop\n1,2,5,2.8\n", "row 2 has more cells.*decimal comma need"),
+    ],
+)
+def test_a_comma_that_may_be_another_is_not_guessed(text, reason, tmp_path):
+    with pytest.raises(InputError, match=reason):
+        written(tmp_path, text)

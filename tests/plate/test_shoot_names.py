@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.shoot_names import is_of_shoot, shoot_lens
 
@@ -87,3 +88,52 @@ def test_headers_of_a_shoot_tell_the_lens_and_standard_ones_come_first():
 def test_names_of_renderers_are_none_of_a_shoot(name):
     assert not is_of_shoot(name)
     assert camera_at_header([{name: 25.0}]).focal_length_mm is None
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "metres"),
+    [
+        ("focus", "6' 3\"", 1.905),
+        ("focus", "6ft", 1.8288),
+        ("focus", "150cm", 1.5),
+        ("Focus Distance (m)", "6ft", 1.8288),
+        ("Focus Distance (ft)", "2m", 2.0),
+        ("Focus Distance [ft]", "10", 3.048),
+        ("Focus Distance (ft)", "7", 2.1336),
+        ("focus_distance_feet", "10", 3.048),
+        ("Lens Focus Distance", "2,5", 2.5),
+        ("Lens Focus Distance", "inf", math.inf),
+    ],
+)
+def test_a_unit_beside_the_value_goes_before_that_of_the_name(name, value, metres):
+    lens = shoot_lens({name: value})
+    assert lens.focus_distance_m == pytest.approx(metres)
+    assert lens.has_unit == (
+        not value[-1].isdigit() or name not in ("focus", "Lens Focus Distance")
+    )
+
+
+def test_a_length_of_the_lens_may_have_a_unit_and_a_comma():
+    for name, value in (("zoom", "35,5"), ("zoom", "35.5 mm"), ("Focal Length (cm)", "3,55")):
+        assert shoot_lens({name: value}).focal_length_mm == pytest.approx(35.5)
+
+
+@pytest.mark.parametrize("value", ["abc", "-2", "1,900", "6 yards", "2 3", "2.8.1"])
+def test_what_cannot_be_read_is_named_and_not_missing(value):
+    lens = shoot_lens({"Focus Distance": value, "Lens Iris": value, "zoom": value})
+    assert lens.unreadable["focus_distance_m"] == "Focus Distance"
+    assert set(lens.unreadable) == {"focus_distance_m", "t_stop", "focal_length_mm"}
+    assert lens.focus_distance_m is lens.t_stop is lens.focal_length_mm is None
+
+
+@pytest.mark.parametrize("value", ["", " ", "--", "N/A", "0.000", 0, float("nan"), None])
+def test_what_is_missing_is_not_unreadable(value):
+    assert not shoot_lens({"Focus Distance": value, "Lens Iris": value}).unreadable
+
+
+@given(st.floats(1e-3, 1e5), st.sampled_from(["m", "ft"]), st.sampled_from(["", " (ft)", " (mm)"]))
+def test_a_distance_that_heatlens_formats_comes_back(distance_m, unit, of_column):
+    text = format_distance(distance_m, unit)
+    lens = shoot_lens({f"Focus Distance{of_column}": text})
+    assert lens.has_unit and lens.focus_distance_m == parse_distance_m(text)
+    assert lens.focus_distance_m == pytest.approx(distance_m, rel=6e-4, abs=0.0013)

@@ -5,19 +5,17 @@ names; see `heatlens.plate.shoot_names`.
 """
 
 import csv
-import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from heatlens.camera.samples import CameraSamples
+from heatlens.camera.shoot_rows import Row, ShootTable, table_of, unreadable_notes
 from heatlens.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND
 from heatlens.model.timecode import Timecode, timecode_in
 from heatlens.paths import file_bytes, unreadable
 from heatlens.plate.shoot_names import ShootLens, shoot_lens
-
-Row = Mapping[str, str]
 
 _FRAMES = ("frame", "frameno", "frame number", "index")
 _TIMECODES = ("master tc", "timecode", "time code", "tc", "lens tc", "timecode in")
@@ -41,25 +39,30 @@ def is_shoot_table(names: Sequence[str]) -> bool:
 
 def table_columns(path: Path) -> list[str]:
     """Return the names of the columns; none of heatlens' own names is one of a shoot."""
-    names, _ = _read(path)
-    return [] if _OWN & set(names) else names
+    names = _read(path).columns
+    return [] if _OWN & set(names) else list(names)
 
 
 def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSamples:
     """Read the lens at each row; the first row is at `first_frame`, or as numbered in the table.
 
     Without `first_frame` the timecodes of the rows are kept, to be matched with those of a shot. A
-    missing value is taken from the row before. Raises InputError if the file cannot be read, has no
-    rows, or the frames are not in order.
+    missing value is taken from the row before, and so are a few that cannot be read, which a note
+    says. Raises InputError if the file cannot be read, has no rows, most values of a column cannot
+    be read, or the frames are not in order.
     """
-    _, rows = _read(path)
+    table = _read(path)
+    rows = table.rows
     if not rows:
         raise InputError(f"{path} has no rows: a camera needs at least one frame.")
+    if table.too_wide:
+        raise InputError(f"{path}: {table.too_wide}")
     unit_m = 1e-3 if _OF_RED <= set(rows[0]) else None
     lenses = [shoot_lens(row, unit_m) for row in rows]
-    tracks: dict[str, Any] = {name: _track(path, name, lenses) for name in _READ}
-    notes = [] if all(lens.has_unit for lens in lenses) else [_METRES]
-    if tracks["f_stop"] is None and (t_stops := _track(path, "t_stop", lenses)) is not None:
+    notes = unreadable_notes(path, table, lenses)
+    tracks: dict[str, Any] = {name: _track(name, lenses) for name in _READ}
+    notes += _unit_notes(lenses)
+    if tracks["f_stop"] is None and (t_stops := _track("t_stop", lenses)) is not None:
         tracks["f_stop"] = t_stops
         notes.append(_T_AS_F)
     if all(track is None for track in tracks.values()):
@@ -77,31 +80,39 @@ def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSample
         raise InputError(f"{path}: {error}") from None
 
 
-def _read(path: Path) -> tuple[list[str], list[Row]]:
-    """Return the columns, separated by commas, semicolons or tabs, and the rows by column name."""
+def _read(path: Path) -> ShootTable:
+    """Return the columns, separated by commas, semicolons or tabs, and the rows."""
     try:
-        text = file_bytes(path).decode("utf-8-sig")
-        head = text.split("\n", 1)[0]
-        between = max("\t;,", key=head.count)
-        reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=between)
-        rows: list[Row] = [{str(n): str(v or "") for n, v in row.items() if n} for row in reader]
+        return table_of(file_bytes(path).decode("utf-8-sig"))
     except OSError as error:
         raise unreadable(path, error) from error
     except (ValueError, csv.Error) as error:
         raise InputError(f"{path} is damaged: {error}.") from error
-    return list(reader.fieldnames or ()), rows
 
 
-def _track(path: Path, name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
+def _track(name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
     """Return a value for each row; None if no row has one."""
-    told = [getattr(lens, name) for lens in lenses]
-    first = next((value for value in told if value is not None), None)
+    known = [getattr(lens, name) for lens in lenses]
+    first = next((value for value in known if value is not None), None)
     if first is None:
         return None
     held: list[float] = []
-    for value in told:
+    for value in known:
         held.append(value if value is not None else held[-1] if held else first)
     return tuple(held)
+
+
+def _unit_notes(lenses: Sequence[ShootLens]) -> list[str]:
+    """Return a sentence if the focus of some rows is in no known unit."""
+    count = sum(not lens.has_unit for lens in lenses)
+    if not count:
+        return []
+    of = sum(lens.focus_distance_m is not None for lens in lenses)
+    if count == of:
+        return [_METRES]
+    return [
+        f"The focus stands without a unit in {count} of {of} rows and is taken for metres there."
+    ]
 
 
 def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[int, ...]:

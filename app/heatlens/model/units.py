@@ -37,7 +37,7 @@ def parse_distance_m(text: str) -> float:
     Understands m, cm, mm, km, ft, in, feet with inches (6'3", 6 ft 3 in) and inf. Raises InputError
     for anything else: negative, not a number, empty.
     """
-    words = _with_points(text.strip().lower())
+    words = with_points(text.strip().lower())
     if words in _INFINITY:
         return math.inf
     distance_m = _feet_and_inches_m(words)
@@ -48,7 +48,12 @@ def parse_distance_m(text: str) -> float:
     return distance_m
 
 
-def _with_points(words: str) -> str:
+def is_bare_number(text: str) -> bool:
+    """Return True for a number without a unit, whose decimals may follow a comma."""
+    return re.fullmatch(_NUMBER, with_points(text.strip().lower())) is not None
+
+
+def with_points(words: str) -> str:
     """Return the words with decimal points for commas; 1,900 may be a thousand, and keeps its."""
     return re.sub(r"(?<=[0-9]),(?=[0-9]{1,2}(?![0-9])|[0-9]{4})", ".", words)
 
