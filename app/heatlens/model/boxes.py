@@ -45,3 +45,8 @@ class Box:
         x0, y0 = max(self.x0, other.x0), max(self.y0, other.y0)
         x1, y1 = min(self.x1, other.x1), min(self.y1, other.y1)
         return Box(x0, y0, max(x0, x1), max(y0, y1))
+
+    def union(self, other: "Box") -> "Box":
+        """Return the smallest box around both; neither may be empty."""
+        x0, y0 = min(self.x0, other.x0), min(self.y0, other.y0)
+        return Box(x0, y0, max(self.x1, other.x1), max(self.y1, other.y1))

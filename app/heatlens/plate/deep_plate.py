@@ -19,6 +19,7 @@ from heatlens.plate.deep_file import DeepChannels, deep_channels
 from heatlens.plate.deep_volumes import DeepSamples, without_volumes
 from heatlens.plate.depth import finite_range
 from heatlens.plate.depth_guess import INFINITE_FROM
+from heatlens.plate.empty_outside import stacked_over, window_of_all
 from heatlens.plate.fragment_merge import FRAGMENTS_MOST, Fragments, in_order
 from heatlens.plate.fragments import LEAST_COVERAGE, OPAQUE
 from heatlens.plate.header_read import read_headers
@@ -31,6 +32,7 @@ from heatlens.plate.windows import box_at_header, pixel_aspect_of
 def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
     """Read the flattened picture of a deep file, with the surfaces behind it as fragment lists.
 
+    The picture covers the display window too: where a deep file has no samples it is empty.
     Distances are Z; a transparent sample with a thickness is cut into slices between Z and ZBack.
     Raises InputError for a damaged file, and for options that do not apply to a deep file.
     """
@@ -38,9 +40,11 @@ def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
     headers = read_headers(path)
     channels = deep_channels(path, headers, options.color_layer, options.eye)
     header = headers[channels.part]
-    part = DeepPart(path, channels.part)
+    part, cut = DeepPart(path, channels.part), box_at_header(header, "dataWindow")
     made, faults = _read(part, channels, options.scene_unit_m)
-    window = box_at_header(header, "dataWindow")
+    display = box_at_header(header, "displayWindow")
+    window = window_of_all(cut, display)
+    made = stacked_over(made, cut, window)
     aspect, aspect_notes = pixel_aspect_of(path, header)
     has_alpha = bool((made.color[..., 3] < OPAQUE).any())
     if not has_alpha:
@@ -50,7 +54,7 @@ def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
         pixels=ReadPixels(made.color, made.depth_m),
         has_alpha=has_alpha,
         data_window=window,
-        display_window=box_at_header(header, "displayWindow"),
+        display_window=display,
         pixel_aspect_ratio=aspect,
         camera=camera_at_header([header, *headers]),
         depth=_depth_report(channels, made),

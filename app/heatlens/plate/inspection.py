@@ -17,9 +17,10 @@ from heatlens.plate.behind import behind_layers, is_behind
 from heatlens.plate.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.channel_choice import ColorChoice, choose_color
 from heatlens.plate.channels import Part, compression_name, pixels_of, type_name
-from heatlens.plate.deep_file import is_deep_file
+from heatlens.plate.deep_file import deep_channels, is_deep_file
 from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.file_parts import color_file_parts, notes_of
+from heatlens.plate.header_read import read_headers
 from heatlens.plate.picture_parts import FOR_THE_EYE
 from heatlens.plate.plate import CameraHeader, Plate, depth_span
 from heatlens.plate.primaries import HeaderPrimaries, header_primaries
@@ -71,7 +72,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
 
 def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
     """Return the facts of a deep file: those of its flattened picture and of its surfaces."""
-    window, rgb = plate.data_window, plate.color[..., :3]
+    window, rgb = _deep_window(plate.path, options), plate.color[..., :3]
     depth = {name: _json_value(value) for name, value in asdict(plate.depth).items()}
     span = depth_span(plate, options.scene_unit_m)
     stated = header_primaries(plate.attributes)
@@ -100,6 +101,13 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         "depth": depth,
         "notes": [*plate.notes, *(doubt.sentence for doubt in _doubts(plate.camera, span))],
     }
+
+
+def _deep_window(path: Path, options: PlateOptions) -> Box:
+    """Return the data window in the file; the plate is wider where that does not fill its frame."""
+    headers = read_headers(path)
+    channels = deep_channels(path, headers, options.color_layer, options.eye)
+    return box_at_header(headers[channels.part], "dataWindow")
 
 
 def _behind_facts(path: Path, options: PlateOptions, has_layers: bool) -> list[Facts]:

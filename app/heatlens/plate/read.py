@@ -25,6 +25,7 @@ from heatlens.plate.channels import Header, Part, compression_name, list_channel
 from heatlens.plate.deep_file import is_deep_file
 from heatlens.plate.deep_plate import read_deep_plate
 from heatlens.plate.depth_read import read_depth_of
+from heatlens.plate.empty_outside import with_empty_outside
 from heatlens.plate.exr_write import COMPRESSIONS
 from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.plate import FloatImage, Plate, read_pixels
@@ -36,6 +37,7 @@ from heatlens.plate.windows import box_at_header, pixel_aspect_of
 def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
     """Read a picture with its depth, free of NaN, over the data window of its colour.
 
+    A picture with alpha is read over its display window too, see `with_empty_outside`.
     Raises InputError that names the file, what was found and which option would help.
     """
     path, options = Path(path), options or PlateOptions()
@@ -80,7 +82,7 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
     aspect, aspect_notes = pixel_aspect_of(path, header)
     depth = read_depth_of(path, parts, choice, options)
     is_coc = depth.report.convention.facts.is_coc
-    return Plate(
+    plate = Plate(
         path=path,
         pixels=read_pixels(color, depth.values, is_coc),
         has_alpha=choice.alpha is not None,
@@ -95,6 +97,7 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
         compression=_compression(header),
         views=views_of(headers),
     )
+    return with_empty_outside(plate)
 
 
 def read_color(
