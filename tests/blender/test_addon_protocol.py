@@ -15,7 +15,7 @@ from heatlens.stream.protocol import CreateImage, PacketStream, ReadFile, messag
 
 
 def stand_in() -> dict[str, ModuleType]:
-    """As much of bpy as it takes to read the add-on."""
+    """Return a stand-in for bpy with what the add-on needs when it is imported."""
     bpy, props = ModuleType("bpy"), ModuleType("bpy.props")
     kinds = ("Operator", "Panel", "PropertyGroup", "AddonPreferences")
     bpy.types = SimpleNamespace(**{kind: type(kind, (), {}) for kind in kinds})
@@ -38,7 +38,7 @@ def addon():
 
 
 def messages(data: bytes) -> list:
-    """What heatlens understands of the bytes of a connection."""
+    """Return what heatlens understands of the bytes of a connection."""
     stream, found = PacketStream(), []
     while data:
         count = stream.wanted

@@ -54,7 +54,7 @@ class Block(SimpleNamespace):
         return twin
 
     def at(self, path: str, frame: int) -> object:
-        """What an animated property is at a frame that may have a key."""
+        """Return what an animated property is at a frame that may have a key."""
         if path in self.keys:
             return self.keys[path][frame]
         return self.value_of(path)
@@ -71,7 +71,7 @@ def camera_object(name: str, data: Block) -> Block:
 
 
 def blender(*cameras: Block, unit_m: float = 1.0) -> ModuleType:
-    """As much of bpy as a script for cameras needs; the first of `cameras` is the scene's."""
+    """Return a stand-in for bpy with what camera scripts need; cameras[0] is the scene's."""
     linked: list[Block] = []
     scene = SimpleNamespace(
         unit_settings=SimpleNamespace(scale_length=unit_m),
@@ -91,7 +91,7 @@ def blender(*cameras: Block, unit_m: float = 1.0) -> ModuleType:
 
 
 def run(text: str, bpy: ModuleType) -> Block:
-    """The camera that the script leaves in the scene."""
+    """Return the camera that the script leaves in the scene."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, "bpy", bpy)
         exec(compile(text, "camera.py", "exec"), {"__name__": "__main__"})
@@ -148,13 +148,13 @@ def test_it_stands_where_the_plate_was_seen_from_with_z_up(unit_m):
 
 
 def z_up(point):
-    """A point of a world with y up, in one with z up."""
+    """Return a point of a world with y up, in one with z up."""
     x, y, z = point
     return (x, -z, y)
 
 
 def turned(angles) -> np.ndarray:
-    """Blender's XYZ: about x first, z last, in radians."""
+    """Return Blender's XYZ rotation in radians: about x first, z last."""
     made = np.eye(3)
     for axis, angle in enumerate(angles):
         c, s = math.cos(angle), math.sin(angle)

@@ -42,7 +42,7 @@ print("FACTS" + json.dumps(facts))
 
 
 def pulled() -> Shot:
-    """A focus pull with an opening that closes, on smooth keys."""
+    """Return a focus pull with an opening that closes, on smooth keys."""
     shot = Shot(Lens(50.0, 1.4, 1.1, 36.0), frames=FRAMES, frames_per_second=25.0)
     for frame, focus_m, f_stop in ((101, 1.1, 1.4), (126, 8.0, 2.8)):
         shot = shot.with_key(frame, LensParameter.FOCUS_DISTANCE, focus_m)

@@ -17,7 +17,7 @@ from support.cameras import EYE, FRAMES, SHOTS, TARGET, dolly, moving_camera, wo
 
 
 def words_of(text: str) -> list:
-    """Words of Tcl; one in braces is the list of those in it."""
+    """Return words of Tcl; one in braces is the list of those in it."""
     stack: list[list] = [[]]
     for token in re.findall(r'"(?:\\.|[^"\\])*"|[{}]|[^\s{}]+', text):
         if token == "{":
@@ -31,14 +31,14 @@ def words_of(text: str) -> list:
 
 
 def knobs_of(text: str) -> dict:
-    """The knobs of the camera, which is the first node."""
+    """Return the knobs of the camera, which is the first node."""
     kind, body, *_ = words_of(text)
     assert kind == "Camera2"
     return dict(zip(body[::2], body[1::2], strict=True))
 
 
 def nodes_of(text: str) -> dict[str, dict]:
-    """The knobs of each node by its class."""
+    """Return the knobs of each node by its class."""
     words = words_of(text)
     return {
         kind: dict(zip(body[::2], body[1::2], strict=True))
@@ -47,7 +47,7 @@ def nodes_of(text: str) -> dict[str, dict]:
 
 
 def element_at(element: list | str, frame: int) -> float:
-    """A number, or the key that a curve has at a frame."""
+    """Return a number, or the key that a curve has at a frame."""
     if isinstance(element, str):
         return float(element)
     assert element[0] == "curve"
@@ -56,7 +56,7 @@ def element_at(element: list | str, frame: int) -> float:
 
 
 def at(knob: list | str, frame: int) -> float | list[float]:
-    """A knob's value at a frame, or its values."""
+    """Return a knob's value at a frame, or its values."""
     if isinstance(knob, str):
         return float(knob)
     values = [element_at(element, frame) for element in knob]
@@ -100,7 +100,7 @@ def test_translation_and_angles_put_the_camera_where_it_is(unit_m):
 
 
 def about(axis: str, angle: float) -> np.ndarray:
-    """Right-handed turn about an axis by radians."""
+    """Return a right-handed rotation about an axis by radians."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array(
         {
@@ -140,7 +140,7 @@ def test_a_camera_that_stands_still_has_no_curves():
 
 
 def shaped(**opening: float):
-    """A moving camera whose opening has a shape, its tracks constant."""
+    """Return a moving camera whose opening has a shape, its tracks constant."""
     return moving_camera(**{name: (value,) * FRAMES.count for name, value in opening.items()})
 
 

@@ -21,7 +21,7 @@ STAGE_TENTHS_OF_MM = {1.0: 0.01, 0.01: 1.0, 0.3048: 1 / 30.48, 0.0254: 1 / 2.54}
 
 
 def assert_same(found, expected):
-    """Every track and the placement, within what float32 can hold."""
+    """Check every track and the placement, within the precision of float32."""
     for name in LENS_TRACKS:
         track = getattr(expected, name)
         assert getattr(found, name) == (track and pytest.approx(track, rel=1e-6))

@@ -49,7 +49,7 @@ np.save(sys.argv[2], np.array(image.pixels[:]).reshape({SIDE}, {SIDE}, 4)[::-1, 
 
 
 def spread_px(light: np.ndarray, part: tuple[float, float] = (1.0, 1.0)) -> float:
-    """Standard deviation around the picture's middle, along both axes, each times a factor."""
+    """Return the standard deviation about the picture's middle along both axes, scaled."""
     y, x = np.indices(light.shape) + 0.5 - SIDE / 2
     return float(np.sqrt(np.sum(light * ((part[0] * x) ** 2 + (part[1] * y) ** 2)) / light.sum()))
 

@@ -15,7 +15,7 @@ ANGLES = st.floats(-179, 179)
 
 
 def turn(axis: int, angle_deg: float) -> np.ndarray:
-    """A right-handed turn about an axis."""
+    """Return a right-handed turn about an axis."""
     cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
     matrix = np.eye(3)
     i, j = (axis + 1) % 3, (axis + 2) % 3

@@ -28,7 +28,7 @@ def lens_header(focus_m: float = 2.24) -> dict:
 
 @pytest.fixture
 def plate(tmp_path):
-    """A sequence that moves: a pattern for its files, 16 x 9 pixels."""
+    """Return a sequence that moves: a pattern for its files, 16 x 9 pixels."""
     for index, (frame, eye) in enumerate(zip(FRAMES, dolly(), strict=True)):
         header = lens_header(2.0 + index) | {"worldToCamera": exr_attribute(eye, TARGET)}
         write_file(tmp_path / f"plate.{frame}.exr", rgb(9, 16), **header)
@@ -100,7 +100,7 @@ def test_what_only_some_frames_tell_is_refused(plate, tmp_path):
 
 
 def file_at_rate(path, *fraction: int) -> str:
-    """Only the older part of the library can write a fraction."""
+    """Write an EXR with a frame rate; only the older API of the library writes fractions."""
     header = OpenEXR.Header(2, 2) | {"framesPerSecond": Imath.Rational(*fraction)}
     file = OpenEXR.OutputFile(str(path), header)
     file.writePixels(dict.fromkeys("RGB", np.zeros((2, 2), np.float32).tobytes()))

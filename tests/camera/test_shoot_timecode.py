@@ -19,7 +19,7 @@ START = Timecode(13, 36, 49, 7)
 
 
 def table(first: Timecode, count: int, rate: float = 24.0) -> CameraSamples:
-    """A table whose focus is the number of its row and 1 m more."""
+    """Return a table whose focus is the number of its row and 1 m more."""
     timecodes = tuple(first.later(n, rate) for n in range(count))
     focus_m = tuple(1.0 + n for n in range(count))
     frames = tuple(range(count))

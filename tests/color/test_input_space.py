@@ -31,7 +31,7 @@ known = pytest.mark.parametrize("primaries", KNOWN, ids=lambda primaries: primar
 
 
 def orange_plate(path, primaries, **attributes):
-    """One orange, written in these primaries, which the header tells unless told otherwise."""
+    """Write a plate of one orange in these primaries, which the header names by default."""
     values = np.linalg.inv(to_rec709(primaries)) @ ORANGE
     size = (12, 16)
     channels = {name: np.full(size, v, np.float32) for name, v in zip("RGB", values, strict=True)}

@@ -36,14 +36,14 @@ SHOT = replace(
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """Names on the command line are of this folder, and there is a shot in it."""
+    """Return names on the command line are of this folder, and there is a shot in it."""
     monkeypatch.chdir(tmp_path)
     write_shot("s.heatlens.json", SHOT.with_key(1006, LensParameter.FOCUS_DISTANCE, 3.83))
     return tmp_path
 
 
 def said(capsys, *words: str) -> str:
-    """What is said on stderr; stdout names the file that was written alone."""
+    """Return what is said on stderr; stdout names the file that was written alone."""
     assert main([*words]) == 0
     found = capsys.readouterr()
     assert found.out == f"{words[words.index('-o') + 1]}\n"
@@ -52,7 +52,7 @@ def said(capsys, *words: str) -> str:
 
 
 def refused(capsys, folder, *words: str) -> str:
-    """What is said on stderr: code 2, a line, and the folder as it was."""
+    """Return what is said on stderr: code 2, a line, and the folder as it was."""
     before = folder_of(folder / "any")
     assert main([*words]) == 2
     found = capsys.readouterr()

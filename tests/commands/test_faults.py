@@ -34,7 +34,7 @@ from support.window_plates import room_file
 
 @pytest.fixture
 def reports(tmp_path, monkeypatch) -> Path:
-    """The folder that reports of this test go to."""
+    """Return the folder that reports of this test go to."""
     folder = tmp_path / "reports"
     monkeypatch.setenv("HEATLENS_LOG_DIR", str(folder))
     monkeypatch.delenv("HEATLENS_DEBUG", raising=False)

@@ -30,7 +30,7 @@ def plate(tmp_path):
 
 
 def focus_said(said: str) -> str:
-    """`2.24 m` of "... focus 2.24 m (--focus-at 3,3)"."""
+    """Return `2.24 m` of "... focus 2.24 m (--focus-at 3,3)"."""
     return said.rpartition(", focus ")[2].partition(" (")[0]
 
 
@@ -97,7 +97,7 @@ def open_plate(tmp_path_factory):
 
 
 def answered(option: str, plate) -> int:
-    """Exit code; a result is there if and only if it is 0, and nothing else ever is."""
+    """Return the exit code; check that there is a result only if it is 0."""
     out = plate.with_name("out.exr")
     code = main(["render", str(plate), "-o", str(out), "--quality=draft", option])
     assert set(folder_of(out)) == {"plate.exr"} | ({"out.exr"} if code == 0 else set())

@@ -12,7 +12,7 @@ from support.exr_files import distances, rgb, window, write_file, write_parts
 
 
 def run_info(capsys, *words):
-    """Standard output of `heatlens info WORDS`; it must succeed and leave stderr empty."""
+    """Return stdout of `heatlens info WORDS`, which must succeed with an empty stderr."""
     parser = argparse.ArgumentParser()
     info.register(parser.add_subparsers())
     args = parser.parse_args(["info", *map(str, words)])
@@ -23,7 +23,7 @@ def run_info(capsys, *words):
 
 
 def lines_of(text):
-    """Label -> value of the aligned lines."""
+    """Return the aligned lines as label -> value."""
     return {line[:16].strip(): line[16:] for line in text.splitlines()}
 
 

@@ -14,7 +14,7 @@ from support.gltf_files import GltfWriter
 
 @pytest.fixture
 def scene(tmp_path):
-    """Two squares and a camera; nothing moves."""
+    """Return two squares and a camera; nothing moves."""
     writer = GltfWriter()
     mesh = writer.mesh()
     writer.node(name="near", mesh=mesh, translation=[-1.0, 0.0, 0.0])

@@ -24,7 +24,7 @@ def plate(tmp_path):
 
 
 def refused(capsys, *words: object) -> str:
-    """What is said on stderr of a wrong command line: short, code 2, nothing on stdout."""
+    """Return what is said on stderr of a wrong command line: short, code 2, nothing on stdout."""
     with pytest.raises(SystemExit) as stopped:
         main([str(word) for word in words])
     said = capsys.readouterr()

@@ -20,7 +20,7 @@ def plate(tmp_path):
 
 
 def said_of(capsys, *words: object) -> str:
-    """The one line on stderr of what is refused."""
+    """Return the one line on stderr of what is refused."""
     assert main([str(word) for word in words]) == 2
     said = capsys.readouterr()
     assert said.out == "" and len(said.err.splitlines()) == 1

@@ -30,7 +30,7 @@ def _plates():
 
 
 def _in_turns(*turns):
-    """The pictures of several steps, one step of each after the other."""
+    """Return the pictures of several steps, one step of each after the other."""
     found = [None] * len(turns)
     while any(picture is None for picture in found):
         for at, steps in enumerate(turns):
@@ -90,7 +90,7 @@ def test_what_was_let_go_can_be_loaded_again(renderers):
 
 
 def _moving_scene():
-    """Two spheres and a box that wander over the table."""
+    """Return two spheres and a box that wander over the table."""
     scene = still_life()
     there = np.stack([instance.to_world for instance in scene.instances])
 

@@ -23,7 +23,7 @@ WIDE = ("--f-stop", 0.5, "--focus-distance", 3, "--focal-length", 40)  # exact i
 
 
 def write_scene(path: Path) -> Path:
-    """A square at 3 m and another behind it, between them a camera's axis; two cameras."""
+    """Return a square at 3 m and another behind it, between them a camera's axis; two cameras."""
     writer = GltfWriter()
     mesh = writer.mesh()
     writer.node(name="near", mesh=mesh, translation=[-1.0, 0.0, 0.0])
@@ -45,7 +45,7 @@ def shot_of(scene: Path, lens: Lens, **settings: object) -> Shot:
 
 
 def headless(renderer, scene: Path, out: Path, **settings: object) -> np.ndarray:
-    """What the renderer makes with the lens that `out` tells of."""
+    """Return what the renderer makes with the lens that `out` tells of."""
     camera = read_scene(scene).cameras[0]
     header, _ = picture(out)
     f_stop = float(header["aperture"])

@@ -24,13 +24,13 @@ PULL = ("--key", "focus@1001=0.94", "--key", "focus@1024=3.83")
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """Names on the command line are of this folder."""
+    """Work in a temporary folder and return it."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 def made(capsys, *words: str, plate: str = "plate.####.exr") -> tuple[Shot, str]:
-    """The shot in the file that was written, and what was said on stderr."""
+    """Return the shot in the file that was written, and what was said on stderr."""
     assert main(["shot", "new", plate, "-o", "s.heatlens.json", *words]) == 0
     said = capsys.readouterr()
     assert said.out == "s.heatlens.json\n"
@@ -39,7 +39,7 @@ def made(capsys, *words: str, plate: str = "plate.####.exr") -> tuple[Shot, str]
 
 
 def refused(capsys, folder, *words: str) -> str:
-    """What is said on stderr: code 2, and the folder as it was."""
+    """Return what is said on stderr: code 2, and the folder as it was."""
     before = folder_of(folder / "s.heatlens.json")
     assert main(["shot", *words]) == 2
     said = capsys.readouterr()

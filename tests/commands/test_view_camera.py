@@ -18,7 +18,7 @@ from support.window_plates import LENS, QUICK, room_file
 
 @pytest.fixture
 def started(monkeypatch):
-    """What the window is started with, in the place of a window."""
+    """Return what the window is started with, in the place of a window."""
     starts = []
     monkeypatch.setattr("heatlens.ui.window.run_window", starts.append)
     return starts

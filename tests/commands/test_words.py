@@ -18,7 +18,7 @@ def plate(tmp_path):
 
 
 def words_of(capsys, *words: str) -> str:
-    """What a wrong command line is answered with."""
+    """Return what a wrong command line is answered with."""
     with pytest.raises(SystemExit) as stopped:
         main(list(words))
     assert stopped.value.code == 2

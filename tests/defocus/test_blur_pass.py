@@ -54,7 +54,7 @@ def blurred(
 def random_plate(
     rng: np.random.Generator, size: tuple[int, int], coc_max: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Colours in 0..1; a coc with flat parts, ramps, jumps and points in focus."""
+    """Return colours in 0..1; a coc with flat parts, ramps, jumps and points in focus."""
     width, height = size
     x = rng.random((height, width, 4), np.float32)
     coc = coc_max * rng.random((height, width), np.float32) ** 4

@@ -39,7 +39,7 @@ def stored(name: str) -> Fit:
 
 
 def check_exact(fit: Fit) -> None:
-    """Light, variance, symmetry and stability, which no fit may give up."""
+    """Check light, variance, symmetry and stability, which every fit must keep."""
     assert fit.mix.sum().real == pytest.approx(1.0, abs=1e-9)
     assert 2 * (fit.mix.sum(axis=1) @ fit.poles).real == pytest.approx(1 / 16, rel=1e-9)
     np.testing.assert_allclose(fit.mix, fit.mix.T, atol=1e-12)

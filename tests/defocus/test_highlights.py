@@ -146,7 +146,7 @@ FINE = 16  # points along a pixel's side
 
 
 def round_lamp(side: int, middle: tuple[float, float], radius_px: float) -> FloatArray:
-    """A lamp of brightness 100 at FINE x FINE points of each pixel."""
+    """Return a lamp of brightness 100 at FINE x FINE points of each pixel."""
     at = (np.arange(FINE * side) + 0.5) / FINE
     return np.where(np.hypot(at[:, None] - middle[0], at - middle[1]) < radius_px, 100.0, 0.0)
 
@@ -157,7 +157,7 @@ def pixels_of(fine: FloatArray) -> FloatArray:
 
 
 def through_a_lens(fine: FloatArray, coc_px: float) -> FloatArray:
-    """Each point as a disc; the picture goes on at its other side."""
+    """Return each point as a disc; the picture goes on at its other side."""
     side = len(fine)
     at = np.minimum(np.arange(side), side - np.arange(side)) / FINE
     disc = (np.hypot(at[:, None], at) < coc_px / 2).astype(np.float64)

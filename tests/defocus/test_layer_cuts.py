@@ -11,7 +11,7 @@ COCS = st.lists(st.floats(-300, 300), min_size=1, max_size=40).map(lambda v: np.
 
 
 def nearer_than(cut: Cut, coc: np.ndarray) -> np.ndarray:
-    """As lib/layer.lib.glsl has it."""
+    """Compute it as lib/layer.lib.glsl does."""
     t = np.clip((coc - cut.at_px + cut.half_width_px) / (2 * cut.half_width_px), 0, 1)
     return 1 - t * t * (3 - 2 * t)
 

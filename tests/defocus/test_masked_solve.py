@@ -47,7 +47,7 @@ def solver(request: pytest.FixtureRequest, session_context: moderngl.Context) ->
 
 @pytest.fixture
 def plate(rng: np.random.Generator) -> Plate:
-    """Not a number wherever no tile is worked on: whoever reads that spreads it."""
+    """Return a plate that is NaN outside active tiles, so that reading there shows."""
     shape = SIZE[::-1]
     outside = np.repeat(np.repeat(tile_map() == 0, TILE, 0), TILE, 1)[: shape[0], : shape[1]]
     color = rng.random((*shape, 4), np.float32)

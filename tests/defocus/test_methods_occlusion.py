@@ -11,7 +11,7 @@ from support.plates import Image, coc_plate_of
 
 
 def two_halves(left_coc: float, right_coc: float) -> Image:
-    """White on the left of black, each with its coc."""
+    """Return white on the left and black on the right, each with its coc."""
     color = np.zeros((64, 96, 3), np.float32)
     color[:, :48] = 1.0
     coc = np.full((64, 96), right_coc, np.float32)

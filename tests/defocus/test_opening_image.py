@@ -95,7 +95,7 @@ def test_both_say_the_same(
 
 
 def assert_cdf(grid: ImageGrid, points: Array, square: Array) -> None:
-    """The shares of the light above a point, and left of it in its row, are its numbers."""
+    """Check that a point's coordinates are the shares of light above and left of it."""
     cells = grid.cells
     column, row = (points * (1, -1) + 1).T * IMAGE_SIDE / 2
     for x, y, (wanted_x, wanted_y) in zip(column, row, square, strict=True):

@@ -26,7 +26,7 @@ def filled(
     known: FloatArray,
     cut: LayerCut,
 ) -> FloatArray:
-    """The coc of a layer with this (H, W) diameter as far as it is known, 0..1."""
+    """Return the coc of a layer with this (H, W) diameter as far as it is known, 0..1."""
     size = diameter.shape[1::-1]
     state, out = new_texture(ctx, size, 2), new_texture(ctx, size, 1)
     rows = new_texture(ctx, solver.between_size(size), 2)

@@ -68,7 +68,7 @@ def test_what_is_over_is_poisoned(ctx: moderngl.Context, monkeypatch: pytest.Mon
 
 @pytest.fixture(scope="module")
 def pictures(session_context: moderngl.Context) -> dict[str, dict[str, np.ndarray]]:
-    """The pictures of all settings by whether scratch is poisoned: "" no, "1" yes."""
+    """Return the pictures of all settings by whether scratch is poisoned: "" no, "1" yes."""
     color, depth = room(160, 96)
     alpha = np.linspace(0.2, 1.0, 160, dtype=np.float32) * np.ones((96, 1, 1), np.float32)
     rgba = np.concatenate([color, alpha.reshape(96, 160, 1)], axis=2)

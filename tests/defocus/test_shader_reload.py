@@ -35,7 +35,7 @@ class Clock:
 
 
 def limited(ctx: moderngl.Context, program: ComputeProgram) -> float:
-    """What the pass makes of 2.0."""
+    """Return what the pass makes of 2.0."""
     color = new_texture(ctx, (1, 1), 4)
     color.write(np.full(4, 2.0, np.float32))
     images = {"color_img": color}

@@ -20,7 +20,7 @@ from support.plates import lens_blurring, plate_of, room
 
 
 def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, float], int]]:
-    """For each layer: its mask (tiles down, across), its ends in pixels, its reduction."""
+    """Return for each layer its mask (tiles down, across), its ends in px, its reduction."""
     size = coc.shape[::-1]
     picture = Fragments(
         *(new_texture(ctx, size, channels) for channels in (4, 1)),

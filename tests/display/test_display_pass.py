@@ -34,7 +34,7 @@ BRANCHES = np.array([-4, -0.25, -(2.0**-8), 0, 0.18, 1], np.float32)
 
 
 def ramp() -> np.ndarray:
-    """Every mixture of 21 levels, shadows to lamps and some below black: (147, 63, 3)."""
+    """Return every mixture of 21 levels, shadows to lamps and some below black: (147, 63, 3)."""
     levels = np.concatenate([BRANCHES, LEVELS])
     return np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(147, 63, 3)
 
@@ -65,20 +65,20 @@ def shared_screen(session_context: moderngl.Context) -> Iterator[DisplayPass]:
 
 @pytest.fixture
 def screen(ctx: moderngl.Context, shared_screen: DisplayPass) -> DisplayPass:
-    """One for the file, as programs take long to compile; each test finds the plain curve."""
+    """Return one screen for all tests, as programs compile slowly; reset its curve."""
     shared_screen.set_transform(srgb_transform())
     return shared_screen
 
 
 def texture_of(ctx: moderngl.Context, rgb: np.ndarray) -> moderngl.Texture:
-    """Half transparent, which must not matter."""
+    """Return a half transparent picture; its alpha must not matter."""
     texture = new_texture(ctx, (rgb.shape[1], rgb.shape[0]), 4)
     upload(texture, np.concatenate([rgb, np.full_like(rgb[..., :1], 0.5)], axis=2))
     return texture
 
 
 def shown(ctx: moderngl.Context, screen: DisplayPass, rgb: np.ndarray, **view: float) -> np.ndarray:
-    """Display values (H, W, 3), unrounded."""
+    """Return display values (H, W, 3), not rounded."""
     out = new_texture(ctx, (rgb.shape[1], rgb.shape[0]), 4)
     screen.run(texture_of(ctx, rgb), out, **view)
     rgba = download(out)
@@ -263,7 +263,7 @@ def test_a_plain_picture_may_have_another_size(ctx, screen):
 
 
 def slope(width: int, height: int) -> np.ndarray:
-    """0..1 rightwards in red and downwards in green, at the pixels' centres."""
+    """Return 0..1 rightwards in red and downwards in green, at the pixels' centres."""
     x, y = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
     return np.stack([x, y, 0 * x], axis=-1).astype(np.float32)
 

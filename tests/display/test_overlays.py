@@ -49,7 +49,7 @@ def room_plate(width: int = 77, height: int = 53) -> Plate:
 
 
 def coc_room(width: int = 77, height: int = 53) -> Plate:
-    """The same room, its blur in the file."""
+    """Return the same room, its blur in the file."""
     color, depth = room(width, height)
     return coc_plate_of(color, coc_px(depth, coc_line(LENS, width)))
 
@@ -70,7 +70,7 @@ def drawn(
     peaking: Peaking | None = None,
     light: np.ndarray | None = None,
 ) -> np.ndarray:
-    """(H, W, 4) bytes; `light` in the place of the plate's."""
+    """Return (H, W, 4) bytes; `light` replaces that of the plate."""
     values = plate.coc_px if plate.depth_m is None else plate.depth_m
     size = values.shape[::-1]
     depth, out = new_texture(ctx, size, 1), ctx.texture(size, 4)
@@ -216,7 +216,7 @@ def test_the_widest_blur_has_the_fullest_colour(ctx, overlays, make):
 
 
 def ramp_plate(width: int = 240) -> Plate:
-    """A floor: dioptres falling evenly from 1 at the left to 0.2 at the right."""
+    """Return a floor: dioptres falling evenly from 1 at the left to 0.2 at the right."""
     dioptres = np.tile(np.linspace(1.0, 0.2, width), (6, 1))
     return plate_of(np.zeros((6, width, 3), np.float32), (1 / dioptres).astype(np.float32))
 

@@ -27,7 +27,7 @@ def texture_of(ctx: moderngl.Context, pixels: np.ndarray) -> moderngl.Texture:
 def painted(
     ctx: moderngl.Context, pictures: PicturePass, *placed: PlacedPicture, size=SCREEN
 ) -> np.ndarray:
-    """(H, W, 4) bytes of a screen that was (10, 20, 30, 255), the top row first."""
+    """Return (H, W, 4) bytes drawn over a screen of (10, 20, 30, 255), top row first."""
     texture = ctx.texture(size, 4)
     target = ctx.framebuffer([texture])
     target.clear(10 / 255, 20 / 255, 30 / 255, 1.0)

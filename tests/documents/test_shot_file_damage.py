@@ -13,7 +13,7 @@ from support.shot_files import FULL, refusal, written
 
 
 def read_or_refuse(path: Path, content: bytes) -> None:
-    """Nothing but a shot or an InputError comes of any content."""
+    """Read a shot file; any content must give a shot or an InputError."""
     path.write_bytes(content)
     try:
         assert isinstance(read_shot(path), Shot)
@@ -49,7 +49,7 @@ ANY_JSON = st.recursive(
 
 
 def places_of(value, place=()):
-    """The way to every value inside a JSON value."""
+    """Return the way to every value inside a JSON value."""
     yield place
     if not isinstance(value, dict | list):
         return

@@ -12,7 +12,7 @@ from support.shot_files import FIFTY, refusal, written
 
 
 def changed(path: Path, **entries) -> str:
-    """The JSON of a file with other entries at the top."""
+    """Return the JSON of a file with other entries at the top."""
     return json.dumps(json.loads(path.read_text()) | entries)
 
 

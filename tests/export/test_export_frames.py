@@ -80,7 +80,7 @@ def test_frames_may_differ_in_size(capsys, shot_file, out, tmp_path):
 
 @pytest.fixture
 def gappy(shot_file, tmp_path):
-    """1003 and 1006 have no plate."""
+    """Return a sequence in which 1003 and 1006 have no plate."""
     for frame in (1003, 1006):
         (tmp_path / "plates" / f"plate.{frame}.exr").unlink()
     return shot_file

@@ -35,7 +35,7 @@ PLAIN = ("--view", "sRGB curve")
 
 
 def decoded(path) -> np.ndarray:
-    """(frames, H, W, 3) in 0..255, by the matrix and range of Rec.709 video."""
+    """Return (frames, H, W, 3) in 0..255, decoded as Rec.709 video."""
     with av.open(str(path)) as container:
         frames = [
             frame.reformat(
@@ -49,7 +49,7 @@ def decoded(path) -> np.ndarray:
 
 
 def box(data: bytes, name: bytes) -> bytes:
-    """What follows the name of a box of the file."""
+    """Return what follows the name of a box of the file."""
     at = data.index(name)
     return data[at + 4 : at + 16]
 

@@ -22,14 +22,14 @@ BIN = Path(sys.executable).parent  # where the commands of this environment are
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
-    """A shot, in the working folder."""
+    """Return a shot, in the working folder."""
     write_shot_file(tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 def submitted(capsys, *words: str) -> tuple[str, str]:
-    """The template, and what is said beside it."""
+    """Return the template, and what is said beside it."""
     assert main(["export", *words, "--submit", "openjd"]) == 0
     said = capsys.readouterr()
     return said.out, said.err

@@ -33,13 +33,13 @@ PLAIN = ("--view", "sRGB curve")
 
 
 def light(path) -> np.ndarray:
-    """(H, W, 3) of an EXR."""
+    """Return the colours (H, W, 3) of an EXR."""
     channels = exr(path)[1]
     return np.stack([channels[name] for name in "RGB"], axis=-1).astype(np.float32)
 
 
 def codes(display: np.ndarray) -> np.ndarray:
-    """0..1 to 0..255, not rounded."""
+    """Return 0..1 to 0..255, not rounded."""
     return np.clip(display, 0, 1) * 255
 
 

@@ -104,7 +104,7 @@ def test_a_log_file_gets_the_end_alone(tmp_path):
 
 
 def read_all(descriptor: int) -> str:
-    """All that is written to a terminal until its other end is closed."""
+    """Return all that is written to a terminal until its other end is closed."""
     data = b""
     while select.select([descriptor], [], [], 60)[0]:
         try:

@@ -49,14 +49,14 @@ def shot_file(tmp_path) -> Path:
 
 @pytest.fixture
 def square(tmp_path) -> Path:
-    """A scene that stands still, without a camera."""
+    """Return a scene that stands still, without a camera."""
     path = tmp_path / "square.glb"
     square_scene().write(path)
     return path
 
 
 def light(path) -> np.ndarray:
-    """(H, W, 3) of an EXR."""
+    """Return the colours (H, W, 3) of an EXR."""
     channels = exr(path)[1]
     return np.stack([channels[name] for name in "RGB"], axis=-1)
 

@@ -32,7 +32,7 @@ KILLS = 12
 
 @pytest.fixture(scope="module")
 def long_shot(tmp_path_factory) -> tuple[Path, dict[str, bytes]]:
-    """A shot of many frames, and the files of its undisturbed export."""
+    """Return a shot of many frames, and the files of its undisturbed export."""
     folder = tmp_path_factory.mktemp("long")
     path = folder / "s.heatlens.json"
     write_shot(path, shot_of(write_plates(folder / "plates", MANY), MANY))

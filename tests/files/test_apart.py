@@ -28,7 +28,7 @@ PATIENCE_S = 60.0
 
 @pytest.fixture
 def endless(usd_path, monkeypatch) -> Path:
-    """A stage that takes minutes to open, with the time to do so."""
+    """Return a stage that takes minutes to open, with the time to do so."""
     for name, value in LONG.items():
         monkeypatch.setenv(name, value)
     usd_path.write_text(bomb())

@@ -27,7 +27,7 @@ def plate(tmp_path):
 
 @pytest.fixture
 def barred(monkeypatch, tmp_path) -> Path:
-    """A folder that is there and may not be written in, whoever runs the tests."""
+    """Return a folder that is there and may not be written in, whoever runs the tests."""
     folder = tmp_path / "barred"
     folder.mkdir()
     access = os.access

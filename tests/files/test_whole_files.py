@@ -94,7 +94,7 @@ def test_a_movie_that_was_cut_is_made_again(capsys, tmp_path, shot_file, suffix)
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """A file system of a few hundred kilobytes, where the test may mount one."""
+    """Return a file system of a few hundred kilobytes, where the test may mount one."""
     folder = tmp_path / "small"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=160k", "tmpfs", str(folder)]

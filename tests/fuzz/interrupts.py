@@ -145,7 +145,7 @@ class Bench:
         )
 
     def _environment(self, temporary: Path) -> dict[str, str]:
-        """No preferences and no window of the user's."""
+        """Return the environment without the user's preferences and windows."""
         folders = {"HEATLENS_CONFIG_DIR": "config", "HEATLENS_CACHE_DIR": "cache"}
         own = {name: str(self.folder / folder) for name, folder in folders.items()}
         return own | {"TMPDIR": str(temporary), "DISPLAY": self.display, "WAYLAND_DISPLAY": ""}

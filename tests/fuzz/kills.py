@@ -118,7 +118,7 @@ class Exports:
         time.sleep(rng.choice((0.0, rng.uniform(0.0, 0.05), rng.uniform(0.0, 0.4))))
 
     def _wrong(self, kind: str, out: Path) -> list[str]:
-        """Names of files that are neither a frame of the whole export nor a part of one."""
+        """Return names of files that are neither a frame of the whole export nor a part of one."""
         whole = self.whole[kind]
         return [
             name
@@ -137,7 +137,7 @@ class Outcome:
 
 
 def _send(process: subprocess.Popen[str], how: signal.Signals, target: str) -> None:
-    """To the process that was started, to the one that works for it, or to both."""
+    """Send a signal to the started process, to its worker, or to both."""
     if process.poll() is not None:
         return
     if target == "group":
@@ -187,7 +187,7 @@ def many(exports: Exports, kinds: list[str], kills: int, seed: int) -> Iterator[
 
 
 def main() -> int:
-    """Kill exports as the command line says; 1 where a file was not what it should be."""
+    """Kill exports as the command line says; return 1 if a file is wrong."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--kills", type=int, default=50, help="of all kinds together")
     parser.add_argument("--only", default=",".join(KINDS), help="kinds of files")

@@ -61,7 +61,7 @@ def with_checksums(data: bytes) -> bytes:
 
 
 def jpeg(folder: Path) -> list[Path]:
-    """Colour, in one pass and in several, with a turn told; depth in grey."""
+    """Return JPEG files: colour in one pass and in several, with a rotation; grey depth."""
     exif = Image.Exif()
     exif[0x0112] = 6
     return [
@@ -85,7 +85,7 @@ def tiff(folder: Path) -> list[Path]:
 
 
 def with_depth_inside(folder: Path) -> list[Path]:
-    """JPEGs that carry their depth: in XMP, and behind the picture."""
+    """Return JPEGs that contain their depth: in XMP, or after the picture."""
     near_m, far_m = _ENDS.values()
     return [
         jpeg_with_gdepth(folder / "gdepth.jpg", near_m, far_m, _DEPTHS),
@@ -94,7 +94,7 @@ def with_depth_inside(folder: Path) -> list[Path]:
 
 
 def heic(folder: Path) -> list[Path]:
-    """Colour alone, with a map beside it, and colour with a map inside."""
+    """Return colour alone, with a map beside it, and colour with a map inside."""
     pillow_heif.register_heif_opener()
     depths = disparity(metres(64, 64), 1, 10)
     save(folder / "map.png", np.round(depths * 65535).astype("u2"))

@@ -180,7 +180,7 @@ class Mutants:
             number += 1
 
     def _outcome(self, path: Path, data: bytes) -> str:
-        """How the file at `path` is answered when it holds `data`."""
+        """Return how the file at `path` is answered when it holds `data`."""
         from heatlens.errors import FaultError, HeatlensError
 
         self._put(path, data)
@@ -305,7 +305,7 @@ def _done(job: Job, folder: Path, is_stopped: Callable[[], bool]) -> Counts:
 
 
 def main() -> int:
-    """Fuzz what the command line names; 1 where a mutant was not well answered."""
+    """Fuzz what the command line names; return 1 if a mutant was not well answered."""
     args = _arguments()
     sys.path[:0] = [str(_HERE.parents[1]), str(_HERE.parents[2] / "app")]
     if args.worker:

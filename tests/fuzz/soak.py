@@ -66,7 +66,7 @@ def alive(frames: int) -> Alive:
 
 
 def gl_objects() -> dict[str, int]:
-    """How many objects of each kind there are, by asking for each name whether it is one."""
+    """Return how many objects of each kind there are, by asking for each name whether it is one."""
     library = ctypes.CDLL("libGL.so.1")
     found = {}
     for kind, kinds in _KINDS.items():
@@ -149,7 +149,7 @@ KINDS = {"renderer": rendered, "window": drawn}
 
 
 def main() -> int:
-    """Soak what the command line names; 1 where something grew."""
+    """Soak what the command line names; return 1 if memory grew."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--frames", type=int, default=1000, help="of each")
     parser.add_argument("--only", default=",".join(KINDS))

@@ -40,7 +40,7 @@ LAYERED_PASSES = set(PASS_COSTS) - {"limits"}  # those are for a frame of one la
 
 @pytest.fixture(scope="module", autouse=True)
 def one_context(session_context: moderngl.Context) -> Iterator[None]:
-    """The command draws with the session's context; one of its own would become the current."""
+    """Let the command use the session's context; a new one would become current."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("heatlens.commands.bench.headless_context", lambda: session_context)
         yield
@@ -48,7 +48,7 @@ def one_context(session_context: moderngl.Context) -> Iterator[None]:
 
 
 def bench(capsys, *words: str) -> str:
-    """Stdout of a bench that must succeed; progress went to stderr."""
+    """Return stdout of a bench that must succeed; progress goes to stderr."""
     assert main(["bench", "--size", "64x48", "--runs", "2", *words]) == 0
     said = capsys.readouterr()
     assert all(line.startswith("heatlens: ") for line in said.err.splitlines())
@@ -61,7 +61,7 @@ NOT_HERE = {"limits", "alpha", "colours", "proxy", "gather", "scatter", "pyramid
 
 
 def numbers_in(value: object) -> Iterator[float]:
-    """Every number of a JSON value."""
+    """Return every number of a JSON value."""
     if isinstance(value, dict | list):
         for inner in value.values() if isinstance(value, dict) else value:
             yield from numbers_in(inner)

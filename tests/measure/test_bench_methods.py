@@ -45,7 +45,7 @@ REPORT = MethodReport(
 
 @pytest.fixture(scope="module", autouse=True)
 def one_context(session_context: moderngl.Context) -> Iterator[None]:
-    """The command draws with the session's context; one of its own would become the current."""
+    """Let the command use the session's context; a new one would become current."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("heatlens.commands.bench.headless_context", lambda: session_context)
         yield

@@ -63,7 +63,7 @@ def legend_of(axes) -> list[str]:
 
 
 def figure_drawn(tmp_path, monkeypatch, times, errors):
-    """The figure that `write_plot` wrote."""
+    """Return the figure that `write_plot` wrote."""
     figures: list = []
     made = plot._whole_figure
     monkeypatch.setattr(plot, "_whole_figure", lambda *a: figures.append(made(*a)) or figures[-1])

@@ -25,7 +25,7 @@ def run(*argv: object) -> int:
 
 @pytest.fixture
 def exr(tmp_path):
-    """Writes a flat grey picture over a data window, and names it."""
+    """Return a function that writes a flat grey picture and returns its path."""
 
     def write(name, value, data=Box(0, 0, 16, 12), display=Box(0, 0, 16, 12)):  # noqa: B008
         grey = np.full(data.shape, value, np.float32)

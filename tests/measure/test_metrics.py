@@ -49,7 +49,7 @@ def test_flat_pictures(result, truth, psnr_db, ssim, relmse):
 
 
 def ssim_by_the_paper(a: np.ndarray, b: np.ndarray) -> float:
-    """Equation 13 of Wang et al. 2004, window by window, in 7 x 7 pixels of equal weight."""
+    """Compute equation 13 of Wang et al. 2004 in windows of 7 x 7 pixels, equally weighted."""
     height, width, channels = a.shape
     found = []
     for y, x, c in np.ndindex(height - 6, width - 6, channels):

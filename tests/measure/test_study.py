@@ -62,7 +62,7 @@ def drawn_with_the_sessions_context(ctx: moderngl.Context, monkeypatch):
 
 @pytest.fixture(scope="module")
 def plate(tmp_path_factory) -> Path:
-    """The room, with the lens in its header."""
+    """Return the room, with the lens in its header."""
     color, depth = room(WIDTH, HEIGHT)
     channels = {name: color[..., i] for i, name in enumerate("RGB")} | {"Z": depth}
     return write_file(tmp_path_factory.mktemp("study") / "room.exr", channels, **CAMERA)

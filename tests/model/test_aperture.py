@@ -18,7 +18,7 @@ unit = st.floats(0.0, 1.0, exclude_max=True)
 
 
 def even_grid(side: int) -> np.ndarray:
-    """(side^2, 2) middles of the cells of the unit square."""
+    """Return the (side^2, 2) middles of the cells of the unit square."""
     at = (np.arange(side) + 0.5) / side
     return np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
 

@@ -35,7 +35,7 @@ LENSES = st.builds(
 
 
 def coc_mm(lens: Lens, depth_m: float) -> float:
-    """Diameter on the sensor: a picture as many pixels wide as the sensor has millimetres."""
+    """Return the diameter on the sensor, by a picture of one pixel per millimetre."""
     one_px_a_mm = replace(lens, sensor_width_mm=1.0, acceptable_coc_mm=lens.coc_limit_mm)
     return float(coc_px(depth_m, coc_line(one_px_a_mm, 1)))
 

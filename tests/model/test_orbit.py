@@ -33,7 +33,7 @@ LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
 @st.composite
 def upright(draw) -> tuple[Pose, tuple[float, float, float]]:
-    """A camera that looks at a pivot, not straight up or down."""
+    """Return a camera that looks at a pivot, not straight up or down."""
     eye, pivot = draw(PLACES), draw(PLACES)
     arm = np.subtract(eye, pivot)
     assume(np.hypot(arm[0], arm[2]) > 0.1 * np.linalg.norm(arm) and np.linalg.norm(arm) > 0.01)

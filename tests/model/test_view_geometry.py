@@ -43,7 +43,7 @@ POINTS = st.tuples(st.floats(-5000, 12000), st.floats(-5000, 12000))
 
 
 def inside(viewport: Viewport, part: tuple[float, float]) -> tuple[float, float]:
-    """A window position at a part of the viewport's width and height."""
+    """Return a window position at a part of the viewport's width and height."""
     (x, y), (width, height) = viewport.corner, viewport.size
     return x + part[0] * width, y + part[1] * height
 

@@ -31,7 +31,7 @@ def plate(tmp_path):
 
 
 def listed(made) -> tuple[np.ndarray, np.ndarray]:
-    """Distances and red of a plate's only list a pixel, (48, n)."""
+    """Return distances and red of a plate's only list a pixel, (48, n)."""
     lists = made.fragments
     assert lists is not None and set(np.diff(lists.starts.astype(np.int64))) == {
         2 * lists.count // 48

@@ -26,7 +26,7 @@ def plate_of(tmp_path, depth, light: float = 0.5, **options):
 
 
 def ramp(value: float) -> np.ndarray:
-    """Metres from 1 to 6, one pixel of another value."""
+    """Return metres from 1 to 6, one pixel of another value."""
     depth = np.broadcast_to(np.linspace(1, 6, WIDTH, dtype=np.float32), (HEIGHT, WIDTH)).copy()
     depth[10, 10] = value
     return depth

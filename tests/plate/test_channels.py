@@ -21,7 +21,7 @@ def header(*names, part="", sampling=1):
 
 
 def chosen(*headers, layer=None, depth=None, coc=False):
-    """Full names of red, alpha and depth."""
+    """Return full names of red, alpha and depth."""
     color = choose_color(FILE, headers, layer)
     alpha = color.alpha.full_name if color.alpha else None
     return color.rgb[0].full_name, alpha, choose_depth(FILE, headers, depth, color, coc).full_name
@@ -123,7 +123,7 @@ def test_luminance_and_chroma_are_refused_not_shown_grey():
 
 
 def stereo_parts(*names, view=True):
-    """Parts with their colour or depth, each of the eye that its name ends in."""
+    """Return parts with their colour or depth, each of the eye that its name ends in."""
     made = []
     for name in names:
         channels = ["Z"] if "depth" in name else ["R", "G", "B"]

@@ -27,7 +27,7 @@ SAMPLES = st.tuples(
 
 
 def over(samples: list[Sample]) -> tuple[float, float]:
-    """Premultiplied grey and coverage of samples over each other."""
+    """Return premultiplied grey and coverage of samples over each other."""
     grey, cover = 0.0, 0.0
     for light, part, _ in sorted(samples, key=lambda sample: sample[2]):
         grey, cover = grey + (1 - cover) * light, cover + (1 - cover) * part
@@ -35,7 +35,7 @@ def over(samples: list[Sample]) -> tuple[float, float]:
 
 
 def list_of(plate, pixel: int) -> tuple[bool, np.ndarray, np.ndarray]:
-    """Whether the list begins with what is seen, and its distances and coverages."""
+    """Return whether the list begins with what is seen, and its distances and coverages."""
     lists = plate.fragments
     first, end = int(lists.starts[pixel]) >> 1, int(lists.starts[pixel + 1]) >> 1
     with np.errstate(divide="ignore"):
@@ -174,7 +174,7 @@ def test_info_tells_of_a_deep_file(tmp_path, capsys):
 
 
 def layered(prefix: str, light: float, metres: float) -> dict[str, np.ndarray]:
-    """One opaque sample a pixel of 2 x 3, in a layer."""
+    """Return one opaque sample a pixel of 2 x 3, in a layer."""
     values = {"R": light, "G": light, "B": light, "A": 1.0, "Z": metres}
     made = {prefix + name: np.empty((2, 3), object) for name in values}
     for name, value in values.items():

@@ -19,7 +19,7 @@ TILED = tiled_header() | {"type": OpenEXR.deeptile}
 
 
 def channels(seed=0, most=5):
-    """Pixels of none to `most` - 1 samples; smooth and rough values, so that some rows pack."""
+    """Return pixels of 0 to `most` - 1 samples, smooth and rough, so that some rows pack."""
     chance = np.random.default_rng(seed)
     counts = chance.integers(0, most, SIZE)
     made = {name: np.empty(SIZE, object) for name in NAMES}
@@ -76,7 +76,7 @@ def deep(tmp_path):
 
 
 def places_of(path):
-    """Where the offsets of the chunks are in the file, and the offsets."""
+    """Return where the offsets of the chunks are in the file, and the offsets."""
     data = path.read_bytes()
     first = data.index(struct.pack("<i", 0) + struct.pack("<Q", 4 * SIZE[1]))
     table = first - 8 * SIZE[0]

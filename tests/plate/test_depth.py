@@ -16,7 +16,7 @@ NAN = math.nan
 
 
 def read(*values, channel="Z", **options):
-    """The result for one row of values."""
+    """Return the result for one row of values."""
     row = np.array([values], dtype=np.float32)
     return read_depth(row, f"shot.exr: depth channel {channel!r}", channel, PlateOptions(**options))
 

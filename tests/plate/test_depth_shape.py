@@ -20,7 +20,7 @@ NUKE = {"nuke/version": "15.1v3"}
 
 
 def corner(floor_m=1.2, wall_m=6.0, side=0.4):
-    """Distances (H, W) of a floor and two walls that meet at an angle, through a pinhole."""
+    """Return distances (H, W) of a floor and two walls that meet at an angle, through a pinhole."""
     y, x = np.mgrid[:HEIGHT, :WIDTH].astype(np.float64)
     u, v = (x - WIDTH / 2) / WIDTH, (y - HEIGHT / 2) / WIDTH
     floor = np.divide(floor_m, v, out=np.full_like(v, np.inf), where=v > 1e-6)
@@ -29,7 +29,7 @@ def corner(floor_m=1.2, wall_m=6.0, side=0.4):
 
 
 def spheres():
-    """Distances (H, W) of two balls, seen through a pinhole; nothing flat."""
+    """Return distances (H, W) of two balls, seen through a pinhole; nothing flat."""
     y, x = np.mgrid[:HEIGHT, :WIDTH].astype(np.float64)
     u, v = (x - WIDTH / 2) / WIDTH, (y - HEIGHT / 2) / WIDTH
     depth = np.full((HEIGHT, WIDTH), np.inf)

@@ -20,7 +20,7 @@ COMPRESSIONS = [name for name in dir(OpenEXR) if name.endswith("_COMPRESSION")]
 
 
 def patched(path, name: str, value: bytes, at: int = 0):
-    """Other bytes in the value of an attribute of the only header."""
+    """Return other bytes in the value of an attribute of the only header."""
     data = bytearray(path.read_bytes())
     place = data.index(name.encode() + b"\0")
     start = data.index(b"\0", data.index(b"\0", place) + 1) + 5

@@ -215,7 +215,7 @@ def test_the_library_says_nothing_itself(tmp_path, capfd):
 
 
 def seed_file(path, kind):
-    """An 8x6 file of one of the layouts under fire; ZIP, whose checksum notices any change."""
+    """Return an 8x6 file of one layout, ZIP compressed, whose checksum notices changes."""
     if kind == "parts":
         return write_parts(path, ({"name": "rgba"}, rgb()), ({"name": "d"}, {"Z": distances()}))
     layout = tiled_header() if kind == "tiled" else {}
@@ -223,7 +223,7 @@ def seed_file(path, kind):
 
 
 def assert_refused_or_right(path):
-    """An InputError, or the very pixels that were written; any other exception fails the test.
+    """Check that reading raises InputError or returns the written pixels.
 
     A bit in the header may rename a channel, move a window or alter an attribute, which is
     another valid file: what must never happen is a picture of the wrong values.

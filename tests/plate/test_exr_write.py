@@ -22,7 +22,7 @@ def ramp(dtype=np.float32):
 
 
 def written(tmp_path, channels, **options):
-    """Header and channels as they come back."""
+    """Return header and channels as they come back."""
     path = tmp_path / "out.exr"
     windows = {"data_window": WINDOW, "display_window": WINDOW} | options
     write_exr(path, channels, **windows)

@@ -53,7 +53,7 @@ def test_no_more_plates_exist_than_the_budget_holds(budget, workers, plays):
 
 
 def assert_consistent(cache, present, damaged):
-    """Nothing is ever ready that is not the frame asked for; what has no file stays missing."""
+    """Check that ready frames are the requested ones, and missing frames stay missing."""
     states = cache.states()
     assert list(states) == list(range(14))
     assert set(names(states, "missing")) == set(range(14)) - present

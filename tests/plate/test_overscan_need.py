@@ -25,7 +25,7 @@ def plate(near_m: float, far_m: float, margin: int = 0):
 
 
 def radius_px(depth_m: float, focus_m: float, width_px: int) -> float:
-    """A f / (S - f) |1 - S / z| on the sensor, in pixels."""
+    """Return A f / (S - f) |1 - S / z| on the sensor, in pixels."""
     f_m, opening_m = 0.05, 0.025
     disc_m = opening_m * f_m / (focus_m - f_m) * abs(1 - focus_m / depth_m)
     return disc_m / 0.036 * width_px / 2

@@ -16,7 +16,7 @@ DISPLAY = Box(0, 0, 32, 24)
 
 
 def picture(data: Box, display: Box = DISPLAY) -> Picture:
-    """Every pixel says where it is: red its x, green its y."""
+    """Return a picture whose pixels say where they are: red x, green y."""
     y, x = np.mgrid[data.y0 : data.y1, data.x0 : data.x1].astype(np.float32)
     return Picture(Path("a.exr"), np.stack([x, y, 0 * x], axis=-1), data, display)
 

@@ -19,7 +19,7 @@ def plate(pixels=1):
 
 
 def put(shelf, frame, order, pixels=1):
-    """Reserve and put, as one read does; False where there was no room."""
+    """Reserve and put as one read does; return False if there was no room."""
     if not shelf.reserve(frame, order):
         return False
     shelf.put(frame, Held(plate(pixels), None), order)

@@ -19,7 +19,7 @@ POSE = looking_at((3.0, 1.5, 6.0), (0.5, 0.2, -2.0))
 
 
 def camera_points(depth=DEPTH, focal=1.2):
-    """Points (H, W, 3) that a pinhole sees, along -z; 0 where nothing is hit."""
+    """Return points (H, W, 3) that a pinhole sees, along -z; 0 where nothing is hit."""
     y, x = np.mgrid[: depth.shape[0], : depth.shape[1]]
     u, v = (
         (x + 0.5 - depth.shape[1] / 2) / depth.shape[1],
@@ -35,7 +35,7 @@ def world_points():
 
 
 def as_rows(left_handed=False):
-    """worldToCamera for points as rows; RenderMan's looks along +z."""
+    """Return the worldToCamera matrix for row vectors; RenderMan's camera looks along +z."""
     matrix = POSE.world_to_camera.T.copy()
     if left_handed:
         matrix[:, 2] *= -1

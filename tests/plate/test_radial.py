@@ -9,7 +9,7 @@ from heatlens.plate.radial import checked_lens_mm, planar_depth_m
 
 
 def ray_lengths(data, display, aspect, focal_length_mm, sensor_width_mm, depth_m):
-    """Lengths of the rays that end on the plane at `depth_m`, pixel by pixel."""
+    """Return lengths of the rays that end on the plane at `depth_m`, pixel by pixel."""
     lengths = np.empty((data.height, data.width), np.float32)
     pixel_mm = sensor_width_mm / display.width
     for row in range(data.height):

@@ -15,7 +15,7 @@ DEPTHS = [1.0, 2.0, 2.5, 7.0, np.inf]
 
 @st.composite
 def stacks(draw) -> list[Surface]:
-    """One to four surfaces of 2 x 3 pixels; colours are exact in half."""
+    """Return one to four surfaces of 2 x 3 pixels; colours are exact in half."""
     surfaces = []
     for _ in range(draw(st.integers(1, 4))):
         cover = draw(st.lists(st.sampled_from(COVERS), min_size=6, max_size=6))
@@ -29,7 +29,7 @@ def stacks(draw) -> list[Surface]:
 
 
 def fragments_of(surfaces: list[Surface], pixel: int) -> list[Fragment]:
-    """(distance, coverage, red) near to far; what is at one distance is one fragment."""
+    """Return (distance, coverage, red) near to far, one fragment for each distance."""
     found = []
     for surface in surfaces:
         *rgb, cover = surface.color.reshape(-1, 4)[pixel]

@@ -39,7 +39,7 @@ def plate(depth_m: np.ndarray, camera: CameraHeader = UNKNOWN):
 
 
 def ramp(height: int = 9, width: int = 12) -> np.ndarray:
-    """Metres 1 to 12 across."""
+    """Return metres 1 to 12 across."""
     return np.tile(np.arange(1, width + 1, dtype=np.float32), (height, 1))
 
 

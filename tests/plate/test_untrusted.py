@@ -28,7 +28,7 @@ NASTY = "\x1b]0;PWN\x07\x1b[31m\nheatlens: forged line\u202e\x9b2J"
 
 
 def gltf(folder, **changes):
-    """One triangle whose bytes are in a.bin, with entries of the file replaced."""
+    """Return one triangle whose bytes are in a.bin, with entries of the file replaced."""
     (folder / "a.bin").write_bytes(TRIANGLE)
     value = {
         "asset": {"version": "2.0"},
@@ -109,7 +109,7 @@ def test_pictures_have_one_budget(monkeypatch):
 
 @pytest.fixture
 def pipe(tmp_path):
-    """A named pipe that nobody writes to: whoever opens it waits."""
+    """Return a named pipe that nobody writes to: whoever opens it waits."""
     os.mkfifo(tmp_path / "pipe")
     return tmp_path / "pipe"
 

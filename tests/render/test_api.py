@@ -25,7 +25,7 @@ def plate(tmp_path):
 
 
 def commanded(tmp_path, *words: object) -> np.ndarray:
-    """What `heatlens render` writes."""
+    """Return what `heatlens render` writes."""
     out = tmp_path / "out.exr"
     assert main(["render", *map(str, words), "-o", str(out)]) == 0
     return picture(out)[1]

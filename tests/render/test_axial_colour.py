@@ -24,7 +24,7 @@ LENS = replace(lens_blurring(14.0, 96), model=LensModel.RENDERER, axial_colour_m
 
 
 def plate(rng: np.random.Generator) -> Plate:
-    """A room with noise on its walls."""
+    """Return a room with noise on its walls."""
     color, depth = room()
     return plate_of(color + rng.random(color.shape, np.float32), depth)
 

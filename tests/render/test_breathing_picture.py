@@ -26,7 +26,7 @@ def renderer(session_context):
 
 
 def gradient() -> np.ndarray:
-    """(H, W, 3): red is the place across, green the place down, from the middle of the picture."""
+    """Return (H, W, 3): red is x and green is y, from the middle of the picture."""
     y, x = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32) + 0.5
     return np.dstack([10 + x - WIDTH / 2 + WIDTH, 10 + y - HEIGHT / 2 + HEIGHT, np.ones_like(x)])
 

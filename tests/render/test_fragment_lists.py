@@ -30,14 +30,14 @@ def wall(light: Image | float, depth_m: float, shape: tuple[int, int]) -> Plate:
 
 
 def stripes(height: int = HEIGHT, width: int = WIDTH) -> Image:
-    """Upright stripes of two colours, 4 pixels wide."""
+    """Return upright stripes of two colours, 4 pixels wide."""
     is_light = (np.arange(width) // 4 % 2).astype(np.float32)
     tint = np.array([0.9, 0.6, 0.2], np.float32)
     return np.broadcast_to((0.1 + 0.7 * is_light)[None, :, None] * tint, (height, width, 3))
 
 
 def card_before(back: Image, back_m: float) -> tuple[Plate, Plate]:
-    """A grey card, 40 pixels wide, in front of `back`: the flat plate, and the back alone."""
+    """Return a plate with a grey card 40 px wide in front of `back`, and `back` alone."""
     is_card = np.zeros((HEIGHT, WIDTH), bool)
     is_card[:, 60:100] = True
     color = np.where(is_card[..., None], np.float32(0.4), back)
@@ -46,7 +46,7 @@ def card_before(back: Image, back_m: float) -> tuple[Plate, Plate]:
 
 
 def disc(diameter: float, samples: int = 16) -> Image:
-    """The disc as pixels see it, light 1."""
+    """Return the disc as pixels see it, light 1."""
     side = 2 * int(diameter / 2 + 1) + 1
     at = (np.arange(side * samples) + 0.5) / samples - side / 2
     inside = at[:, None] ** 2 + at**2 <= diameter**2 / 4
@@ -136,7 +136,7 @@ def test_a_hidden_highlight_beside_the_rim_shows_as_half_a_disc(ctx, renderer):
 
 
 def half_covered(is_measured: bool) -> Plate:
-    """Every pixel shows a half of a near and a half of a far surface."""
+    """Return a plate whose pixels show half of a near and half of a far surface."""
     near, far = np.float32([0.8, 0.2, 0.1]), np.float32([0.1, 0.3, 0.6])
     shape, count = (HEIGHT, WIDTH), HEIGHT * WIDTH
     rgba = np.ones((count, 2, 4), np.float32)

@@ -95,7 +95,7 @@ def test_one_slow_picture_does_not_decide(settings, other):
 
 @pytest.fixture(scope="module", params=[FAR_M, NEAR_M], ids=["behind", "in front"])
 def lamp(request, renderer):
-    """A point of light over a grey in which no ripple of the kernel falls below black."""
+    """Return a point of light over a grey in which no ripple of the kernel falls below black."""
     color = np.full((HEIGHT, WIDTH, 3), 0.5, np.float32)
     color[60, 96] += 1000.0
     renderer.load(plate_of(color, np.full((HEIGHT, WIDTH), request.param, np.float32)))

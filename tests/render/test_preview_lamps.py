@@ -23,7 +23,7 @@ def lamp(request, renderer):
 
 
 def enlarged(picture: np.ndarray) -> np.ndarray:
-    """(HEIGHT, WIDTH) of a smaller picture, bilinear, as the window draws it."""
+    """Enlarge a smaller picture to (HEIGHT, WIDTH), bilinear as in the window."""
     for axis, side in enumerate((HEIGHT, WIDTH)):
         few = picture.shape[axis]
         at = (np.arange(side) + 0.5) * few / side

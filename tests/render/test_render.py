@@ -26,7 +26,7 @@ def rendered(
     lens: Lens = LENS,
     settings: DefocusSettings | None = None,
 ) -> Image:
-    """(H, W, 4) of `plate` through `lens`."""
+    """Return (H, W, 4) of `plate` through `lens`."""
     renderer.load(plate)
     return renderer.pixels(Shot(lens, settings or DefocusSettings()))
 

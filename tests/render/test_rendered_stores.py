@@ -29,7 +29,7 @@ def key_of(number: int) -> str:
 
 
 def picture_of(number: int, height: int = 4, width: int = 6) -> KeptPicture:
-    """A picture that is like no other."""
+    """Return a picture that is like no other."""
     pixels = np.full((height, width, 4), number, np.float16)
     pixels[0, 0] = np.arange(4)
     return KeptPicture(pixels, *WINDOWS, pixel_aspect=1.25)

@@ -15,7 +15,7 @@ LINK = re.compile(r"\]\(([^)#:]+)\)")
 
 
 def names_in(path: Path) -> set[str]:
-    """Every name that a module defines, methods with their class: "Lens", "Lens.at"."""
+    """Return every name that a module defines, methods with their class: "Lens", "Lens.at"."""
     found: set[str] = set()
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):

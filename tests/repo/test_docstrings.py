@@ -25,7 +25,7 @@ NO_VERBS = frozenset(
 
 
 def unfinished_folders() -> list[str]:
-    """The patterns of packages that pyproject.toml still excepts from the rule."""
+    """Return the patterns of packages that pyproject.toml still excepts from the rule."""
     config = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     return list(config["tool"]["ruff"]["lint"].get("per-file-ignores", {}))
 
@@ -46,7 +46,7 @@ def begins_with_no_verb(docstring: str) -> bool:
 
 
 def fragments_in(path: Path) -> Iterator[str]:
-    """Every function that is no property and whose docstring is a fragment, with its line."""
+    """Return functions, not properties, whose docstring is a fragment, with their lines."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.FunctionDef) and not is_property(node):
             docstring = ast.get_docstring(node)

@@ -37,7 +37,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 
 def layer_of(module: str) -> str:
-    """Layer of a dotted module below heatlens: "plate.depth" is in "plate"."""
+    """Return the layer of a dotted module below heatlens: "plate.depth" is in "plate"."""
     first = module.partition(".")[0]
     if first == "__main__":
         return LAYERS[-1]  # python -m heatlens is the command line
@@ -45,7 +45,7 @@ def layer_of(module: str) -> str:
 
 
 def imported_modules(source: str) -> Iterator[str]:
-    """Every module that `source` names in an import, dotted; relative ones as they are written."""
+    """Return the dotted modules that `source` imports; relative ones as written."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -81,7 +81,7 @@ def test_every_file_is_in_a_known_layer(path):
 
 
 def importing_layer(path: Path) -> str:
-    """That of the file; the package itself hands on what `api` has, and loads it when asked."""
+    """Return the layer of a file; the package itself counts as `api`, which it re-exports."""
     return "api" if module_of(path) == "__init__" else layer_of(module_of(path))
 
 
@@ -126,7 +126,7 @@ def test_only_the_window_names_its_state_and_its_panels(path):
 
 
 def _names_in(source: str) -> set[str]:
-    """Every name in the source, also one in a quoted annotation."""
+    """Return every name in the source, also one in a quoted annotation."""
     tree = ast.parse(source)
     names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     return names | {
@@ -137,7 +137,7 @@ def _names_in(source: str) -> set[str]:
 
 
 def arrows_of(path: Path, modules: Collection[str]) -> set[str]:
-    """The modules that a file imports, those under TYPE_CHECKING and in functions as well."""
+    """Return the modules that a file imports, also under TYPE_CHECKING and in functions."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -181,7 +181,7 @@ def test_no_folder_of_the_window_imports_itself_in_a_circle():
 
 
 def _folder_of(module: str) -> str | None:
-    """The folder of ui that a module lies in; None for others, and for the files of ui itself."""
+    """Return the folder of ui that a module lies in; None for all other modules."""
     parts = module.split(".")
     return parts[1] if parts[0] == "ui" and len(parts) > 2 else None
 

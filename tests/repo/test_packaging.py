@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def check_metadata(said: Message) -> None:
-    """What a package index and `pip show` tell: facts that are real, and no address."""
+    """Check the metadata for package indexes: real facts and no address."""
     assert said["License-Expression"] == "MIT" and "depth of field" in said["Keywords"]
     assert not said.get_all("Project-URL") and not said["Home-page"]
     classifiers = said.get_all("Classifier") or []
@@ -29,7 +29,7 @@ def check_metadata(said: Message) -> None:
 
 
 def packages_of(extra: str, needed: list[str]) -> set[str]:
-    """The names of the packages that an extra installs."""
+    """Return the names of the packages that an extra installs."""
     lines = [line for line in needed if line.endswith(f"extra == '{extra}'")]
     return {re.split(r"[^\w.-]", line)[0] for line in lines}
 

@@ -17,7 +17,7 @@ MANUAL = ROOT / "app" / "MANUAL.md"
 
 
 def blocks() -> list[str]:
-    """Each block of shell commands."""
+    """Return each block of shell commands."""
     return [b.split("```")[0] for b in (ROOT / "README.md").read_text().split("```sh\n")[1:]]
 
 
@@ -57,7 +57,7 @@ def test_the_example_in_python_runs(session_context: object) -> None:
 
 
 def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
-    """It, its commands, and theirs."""
+    """Return the parser, those of its commands, and those of their actions."""
     yield parser
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
@@ -66,7 +66,7 @@ def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser
 
 
 def examples() -> list[str]:
-    """Command lines of README and manual, in their blocks and their text, and of every help."""
+    """Return the command lines in README, manual and every help text."""
     text = (ROOT / "README.md").read_text() + MANUAL.read_text()
     lines = [line for line in code_lines() if line.startswith("heatlens ")]
     lines += re.findall(r"`(?:\S*/)?(heatlens (?:\w+ )?[^\s`]*[-.][^\s`]*[^`\n]*)`", text)
@@ -90,7 +90,7 @@ def test_every_example_can_be_typed(line):
 
 
 def runnable() -> list[str]:
-    """The block that can be run from top to bottom, but what takes minutes or waits for others."""
+    """Return the block of commands to run, without those that take minutes or wait."""
     block = next(b for b in blocks() if "heatlens --demo" in b)
     lines = [line for line in block.splitlines() if line.startswith("heatlens ")]
     return [line for line in lines if "# minutes" not in line and "--listen" not in line]

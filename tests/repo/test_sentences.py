@@ -12,7 +12,7 @@ from support.exr_files import distances, rgb, write_file
 
 
 def refused(capsys, *words: object) -> str:
-    """What is said on stderr, whether options or files are wrong: code 2 and two lines at most."""
+    """Return stderr of a refused command line: code 2 and at most two lines."""
     try:
         code = main([str(word) for word in words])
     except SystemExit as stopped:

@@ -32,7 +32,7 @@ AT_PX = (4.25, -3.25)  # right of and above the middle, between two pixels' edge
 
 
 def lamp_at(depth_m: float) -> Scene:
-    """A square that a pinhole sees QUAD_PX wide around AT_PX, and nothing else."""
+    """Return a square that a pinhole sees QUAD_PX wide around AT_PX, and nothing else."""
     half, metre_px = QUAD_PX / 2, FOCAL_PX / depth_m
     square = quads(
         [np.array([(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)])]
@@ -60,7 +60,7 @@ class Lab:
         self.raster.place(1)
 
     def seen(self, lens: Lens, *views: int, sums: Accumulation | None = None) -> np.ndarray:
-        """(H, W, 4) after asking for each number of views in turn."""
+        """Return (H, W, 4) after requesting each number of views in turn."""
         sums = sums or Accumulation(self.ctx, self.raster)
         for count in views:
             self.out.write(np.full((*SIZE, 4), 7, np.float32).tobytes())
@@ -70,7 +70,7 @@ class Lab:
         return download(self.out)
 
     def seen_in_colors(self, lens: Lens, views: int) -> np.ndarray:
-        """(H, W, 4) of so many points of the lens, each drawn as often as there are colours."""
+        """Return (H, W, 4) of this many points of the lens, each drawn once for each colour."""
         sums = Accumulation(self.ctx, self.raster)
         list(sums.steps(view_through(lens), pupil_of(lens), views, self.out, lens))
         return download(self.out)
@@ -84,7 +84,7 @@ def lab(session_context: moderngl.Context) -> Iterator[Lab]:
 
 
 def spread(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and variance along x and y, in pixels from the picture's middle."""
+    """Return mean and variance along x and y, in pixels from the picture's middle."""
     weights = light / light.sum()
     places = [np.arange(n) + 0.5 - n / 2 for n in SIZE]
     sums = [weights.sum(axis=0), weights.sum(axis=1)]

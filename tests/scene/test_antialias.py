@@ -37,7 +37,7 @@ class Lab:
         self.out = new_texture(ctx, SIZE, 4)
 
     def meant(self, across: int) -> np.ndarray:
-        """(H, W, 3): the mean of so many samples across in every pixel, each a picture."""
+        """Return (H, W, 3), the mean of many pictures with one sample a pixel each."""
         found = np.zeros((SIZE[1], SIZE[0], 3))
         steps = (np.arange(across) + 0.5) / across - 0.5
         for y in steps.tolist():
@@ -47,7 +47,7 @@ class Lab:
         return found / across**2
 
     def antialiased(self, across: int, own: Antialias | None = None) -> tuple[np.ndarray, ...]:
-        """(H, W, 3), and where it is done, (H, W)."""
+        """Return the antialiased picture (H, W, 3), and which pixels were changed (H, W)."""
         own = own or Antialias(self.ctx, self.raster)
         for _ in own.steps(self.view, across, 1, "key"):
             pass

@@ -29,7 +29,7 @@ def panes(*alphas, **more):
 
 @pytest.fixture(scope="module")
 def both(session_context):
-    """How the rasteriser and the rays see a scene: means of 64 samples a pixel."""
+    """Return how the rasteriser and the rays see a scene: means of 64 samples a pixel."""
     ctx = session_context
     raster = SceneRaster(ctx)
     antialias, rays = Antialias(ctx, raster), RayTracer(ctx, raster)

@@ -18,7 +18,7 @@ Ray = tuple[Array, Array]
 
 
 def walked(nodes: NDArray[np.void], root: int = 0) -> Iterator[tuple[np.void, int, int | None]]:
-    """Every node below a root, with its depth and where its parent is."""
+    """Return every node below a root, with its depth and where its parent is."""
     left: list[tuple[int, int, int | None]] = [(root, 0, None)]
     while left:
         at, depth, parent = left.pop()
@@ -29,7 +29,7 @@ def walked(nodes: NDArray[np.void], root: int = 0) -> Iterator[tuple[np.void, in
 
 
 def check_tree(tree: Bvh, low: NDArray[np.float32], high: NDArray[np.float32], most: int) -> None:
-    """Each item in one leaf, inside its box; children inside their parents; not too deep."""
+    """Check that each item is in one leaf and its box, children in parents, and the depth."""
     seen: list[int] = []
     for node, depth, parent in walked(tree.nodes):
         assert depth <= BVH_DEPTH_MOST
@@ -70,7 +70,7 @@ def test_a_tree_stays_shallow_over_items_that_tempt_it_to_peel_one_at_a_time(
 
 
 def met(nodes: NDArray[np.void], root: int, ray: Ray) -> list[int]:
-    """The triangles of the leaves that a ray goes through."""
+    """Return the triangles of the leaves that a ray goes through."""
     found: list[int] = []
     left = [root]
     while left:

@@ -20,7 +20,7 @@ actors = st.sampled_from(sorted(ACTORS))
 
 
 def in_camera(name: str, frame: float) -> np.ndarray:
-    """(3,) the middle of an actor in the camera's axes."""
+    """Return the middle (3,) of an actor in the camera's axes."""
     body = joints_at(ACTORS[name], frame)["body"][:, 3]
     return (TRACK.pose_at(frame).world_to_camera @ body)[:3]
 

@@ -19,7 +19,7 @@ TINY = ("--size", "24x16")
 
 
 def write_scene(path, *cameras: tuple[str, float]):
-    """A square at the origin, and cameras 3 m before it; each with its vertical angle."""
+    """Return a square at the origin, and cameras 3 m before it; each with its vertical angle."""
     writer = GltfWriter()
     writer.node(name="square", mesh=writer.mesh())
     for name, angle in cameras:
@@ -109,7 +109,7 @@ def test_a_plate_without_a_lens_asks_for_none(capsys, bare, tmp_path):
 
 
 def street(folder, size_m: float):
-    """Ten squares of 1 m, one behind the other over `size_m`, and a floor."""
+    """Return ten squares of 1 m, one behind the other over `size_m`, and a floor."""
     writer = GltfWriter()
     mesh = writer.mesh()
     for number in range(10):

@@ -12,7 +12,7 @@ from support.gltf_files import SQUARE, SQUARE_CORNERS, SQUARE_UVS
 
 
 def places(mesh):
-    """Every corner with its texture coordinates, in an order that packing cannot change."""
+    """Return every corner with its texture coordinates, in an order that packing cannot change."""
     rows = np.hstack([mesh.positions_m, mesh.uvs])[mesh.triangles].reshape(-1, 5)
     return np.array(sorted(np.round(rows, 3).tolist()))
 

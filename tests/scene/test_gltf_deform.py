@@ -26,7 +26,7 @@ AWAY = [[0, 0, 0], [6, 0, 0]]
 
 
 def skinned(shares, attributes=(), joints=None, matrices=None):
-    """A square on two bones, of which the second moves 6 m in a second; `shares` (4, 2)."""
+    """Return a square on two bones, of which the second moves 6 m in a second; `shares` (4, 2)."""
     writer = GltfWriter()
     weights = np.pad(np.float32(shares), ((0, 0), (0, 2)))
     numbers = np.tile(np.uint8([0, 1, 0, 0]), (4, 1)) if joints is None else joints
@@ -47,7 +47,7 @@ def skinned(shares, attributes=(), joints=None, matrices=None):
 
 
 def at(scene: Scene, frame: float):
-    """The square's vertices in the world."""
+    """Return the square's vertices in the world."""
     mesh = scene.shapes_at(frame)[0] if scene.deforms else scene.meshes[0]
     return (
         mesh.positions_m @ scene.transforms_at(frame)[0, :3, :3].T

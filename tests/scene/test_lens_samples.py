@@ -15,7 +15,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def counted(cells: np.ndarray, split: int, levels: int) -> int:
-    """How many of the 2^levels boxes, 2^split across, hold a point."""
+    """Return how many of the 2^levels boxes, 2^split across, hold a point."""
     across, down = 2**split, 2 ** (levels - split)
     return len({(int(x * across), int(y * down)) for x, y in cells})
 
@@ -106,7 +106,7 @@ def test_discrepancy_is_far_below_that_of_random_points(
 
 
 def star(points: np.ndarray) -> float:
-    """The greatest difference between a corner's area and its share of points, on a grid."""
+    """Return the greatest difference between a corner's area and its share of points, on a grid."""
     grid = np.linspace(0, 1, 33)
     inside = points[None, :, :] <= grid[:, None, None]
     shares = inside[:, :, 0].astype(float) @ inside[:, :, 1].T / len(points)

@@ -18,19 +18,19 @@ RIGHT, UP, OUT = np.eye(3)
 
 
 def picture(texel: tuple[int, int, int]) -> np.ndarray:
-    """One texel, everywhere."""
+    """Return one texel, everywhere."""
     return np.full((1, 1, 4), (*texel, 255), np.uint8)
 
 
 def noise(side: int = 16) -> np.ndarray:
-    """Bumps of all directions that change from texel to texel."""
+    """Return bumps of all directions that change from texel to texel."""
     pixels = np.random.default_rng(7).integers(60, 200, (side, side, 4))
     pixels[..., 2] = 230
     return pixels.astype(np.uint8)
 
 
 def lit(mesh: Mesh, image: np.ndarray | None = None, place=None, **look: object) -> Scene:
-    """By a lamp at night, so that only normals make a difference; bumpy with an image."""
+    """Return a scene with one lamp at night, so that only normals make a difference."""
     material = CLAY if image is None else replace(CLAY, normal_map=0, **look)
     places = None if place is None else [(0, place)]
     images = () if image is None else (image,)
@@ -39,19 +39,19 @@ def lit(mesh: Mesh, image: np.ndarray | None = None, place=None, **look: object)
 
 
 def bent(mesh: Mesh, normal: np.ndarray) -> Mesh:
-    """With other normals at its vertices."""
+    """Return the mesh with other normals at its vertices."""
     return replace(mesh, normals=np.tile(np.float32(normal), (len(mesh.normals), 1)))
 
 
 def tilted(texel, scale: float, along, up, out) -> np.ndarray:
-    """The formula of glTF 2.0, section 3.9.3."""
+    """Return the formula of glTF 2.0, section 3.9.3."""
     x, y, z = 2 * np.array(texel) / 255 - 1
     normal = scale * x * along + scale * y * up + z * out
     return normal / np.linalg.norm(normal)
 
 
 def same(found: np.ndarray, expected: np.ndarray, share: float = 2e-3) -> None:
-    """Of pictures with something in them; half floats of neither."""
+    """Check that two pictures that are not empty agree within half float precision."""
     assert expected.max() > 0.05
     np.testing.assert_allclose(found, expected, rtol=share, atol=share * expected.max())
 

@@ -19,7 +19,7 @@ TOLD = np.tile(np.float32([0, 3, 0, -1]), (4, 1))
 
 
 def bumpy(attributes=(), kind="PNG", look=(), **info) -> GltfWriter:
-    """A square with a map of normals."""
+    """Return a square with a map of normals."""
     writer = GltfWriter()
     material = {"normalTexture": {"index": writer.picture(BUMPS, kind), **info}, **dict(look)}
     attributes = {"TEXCOORD_0": SQUARE_UVS, **dict(attributes)}

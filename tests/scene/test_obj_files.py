@@ -19,7 +19,7 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl skin\nf 1/1 2/1 3/1\n"
 
 @pytest.fixture
 def scene(tmp_path) -> Path:
-    """A triangle with a picture on it, in a folder of its own."""
+    """Return a triangle with a picture on it, in a folder of its own."""
     folder = tmp_path / "scene"
     (folder / "maps").mkdir(parents=True)
     (folder / "a map.png").write_bytes(encoded(RED))

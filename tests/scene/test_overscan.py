@@ -24,7 +24,7 @@ AHEAD = SceneCamera("ahead", CameraTrack((PoseKey(1, looking_at((0, 0, 0), (0, 0
 
 
 def lamp_beside_the_frame() -> Scene:
-    """A dim wall, and on it a bright square whose nearest edge is 2 % of the width outside."""
+    """Return a dim wall with a bright square whose edge is 2 % of the width outside."""
     half_width_m = WALL_M * 36 / 50 / 2
     aside_m = half_width_m * 1.04 + 0.1
     places = [(0, moved(z=-WALL_M)), (1, moved(aside_m, 0, -WALL_M + 0.01))]

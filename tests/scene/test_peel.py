@@ -45,7 +45,7 @@ def scene_with(meshes: Sequence[Mesh], places: Sequence[tuple[int, Array]]) -> S
 
 
 def peeled(renderer: FrameRenderer, scene: Scene) -> tuple[Peeled, int]:
-    """The lists, and the number of the pixel in the middle of the picture."""
+    """Return the lists, and the number of the pixel in the middle of the picture."""
     renderer.load_scene(scene)
     lists = renderer.look(SHOT).peeled
     assert lists is not None
@@ -54,7 +54,7 @@ def peeled(renderer: FrameRenderer, scene: Scene) -> tuple[Peeled, int]:
 
 
 def list_at(lists: FragmentLists, pixel: int) -> list[tuple[tuple[float, ...], float, float]]:
-    """Colour, coverage and metres of each fragment."""
+    """Return colour, coverage and metres of each fragment."""
     first, end = lists.starts[pixel] >> 1, lists.starts[pixel + 1] >> 1
     with np.errstate(divide="ignore"):
         depth_m = 1 / lists.dioptres[first:end]

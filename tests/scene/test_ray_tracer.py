@@ -37,19 +37,19 @@ class Stage:
         self.out = new_texture(ctx, view.size, 4)
 
     def traced(self, rays: int, pupil: Pupil = WIDE, seed: int = 0, key: object = 0) -> Picture:
-        """(H, W, 4) the mean of `rays` rays."""
+        """Return (H, W, 4), the mean of `rays` rays a pixel."""
         for _ in self.tracer.steps(self.view, pupil, rays, self.out, key, seed):
             pass
         return download(self.out)
 
     def points(self, view: SceneView) -> Picture:
-        """(H, W, 4) a ray through the point of each pixel and of the lens that a view names."""
+        """Return (H, W, 4), one ray a pixel through the view's points of pixel and lens."""
         for _ in self.tracer.steps(view, PINHOLE, 1, self.out, object(), pixel_side_px=0.0):
             pass
         return download(self.out)
 
     def drawn(self, view: SceneView) -> Picture:
-        """(H, W, 4) by the rasteriser."""
+        """Return (H, W, 4) drawn by the rasteriser."""
         self.raster.draw(view, self.out)
         return download(self.out)
 
@@ -65,7 +65,7 @@ def still_view(size: tuple[int, int] = (96, 54), focus_m: float = 3.0) -> SceneV
 
 @pytest.fixture(scope="module")
 def life(session_context: moderngl.Context) -> Iterator[Stage]:
-    """The still life, seen by both."""
+    """Return the still life, seen by both."""
     stage = Stage(session_context, still_life(), still_view())
     yield stage
     stage.release()
@@ -198,7 +198,7 @@ def test_it_converges_to_what_accumulation_does(ctx: moderngl.Context) -> None:
 
 
 def blocks(picture: Picture) -> NDArray[np.float64]:
-    """The mean light of each 3 x 3 pixels."""
+    """Return the mean light of each 3 x 3 pixels."""
     height, width = picture.shape[:2]
     light = picture[..., :3].astype(np.float64)
     return light.reshape(height // 3, 3, width // 3, 3, 3).mean(axis=(1, 3))

@@ -25,7 +25,7 @@ FRAMES = (1, 9, 17)
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory) -> Scene:
-    """A square that moves away, before another."""
+    """Return a square that moves away, before another."""
     return read_scene(write_scene(tmp_path_factory.mktemp("scene") / "scene.glb"))
 
 

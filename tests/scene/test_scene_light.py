@@ -27,7 +27,7 @@ OF_WHITE = 1 - (0.04 * 0.4524 - 0.0024) * (1 + 0.04 * (1 / 0.45 - 1)) + 0.04 / 4
 
 
 def drawn(raster: SceneRaster, scene: Scene, view: SceneView = VIEW) -> Array:
-    """(H, W, 4) of one sample a pixel."""
+    """Return (H, W, 4) with one sample a pixel."""
     raster.load(scene)
     raster.place(1)
     color = new_texture(raster._ctx, view.size, 4)

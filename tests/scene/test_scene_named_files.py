@@ -32,7 +32,7 @@ JSON = st.recursive(
 
 @pytest.fixture
 def scene(tmp_path) -> Path:
-    """A square with a picture on it; its bytes and the picture lie beside the file."""
+    """Return a square with a picture on it; its bytes and the picture lie beside the file."""
     folder = tmp_path / "scene"
     folder.mkdir()
     writer = textured(folder / "a map.png", "a%20map.png")
@@ -52,7 +52,7 @@ def textured(picture: Path, uri: str) -> GltfWriter:
 
 
 def mark(scene: Path) -> str:
-    """By what the first frame of an export is known again."""
+    """Return the fingerprint of the first frame of an export."""
     shot = Shot(Lens(50.0, 2.0, 2.0, 36.0), source=str(scene))
     job = ExportJob(shot, (1,), parse_output(scene.parent.parent / "n.exr"))
     return planned(job).frames[0].fingerprint

@@ -23,7 +23,7 @@ LIGHT = (0.5, 2.25, 500.0)
 
 
 def drawn(raster: SceneRaster, scene: Scene, view: SceneView = VIEW) -> Array:
-    """(H, W, 4) of one sample a pixel."""
+    """Return (H, W, 4) with one sample a pixel."""
     raster.load(scene)
     raster.place(1)
     return drawn_again(raster, view)
@@ -38,7 +38,7 @@ def drawn_again(raster: SceneRaster, view: SceneView = VIEW) -> Array:
 
 
 def pinhole(raster: SceneRaster, scene: Scene, view: SceneView = VIEW) -> tuple[Array, Array]:
-    """Colour (H, W, 4) of one sample a pixel and depth (H, W)."""
+    """Return colour (H, W, 4) of one sample a pixel and depth (H, W)."""
     color = drawn(raster, scene, view)
     return color, depth_again(raster, view)
 
@@ -52,14 +52,14 @@ def depth_again(raster: SceneRaster, view: SceneView = VIEW) -> Array:
 
 
 def rays(view: SceneView) -> Array:
-    """(H, W, 3) through the pixels' middles in the camera's axes, one metre deep."""
+    """Return rays (H, W, 3) through the middles of pixels, one metre deep."""
     x, y = np.meshgrid(np.arange(view.size[0]) + 0.5, np.arange(view.size[1]) + 0.5)
     across, up = x - view.size[0] / 2, view.size[1] / 2 - y
     return np.stack([across / view.focal_px, up / view.focal_px, -np.ones_like(x)], axis=-1)
 
 
 def turned(view: SceneView, eye: tuple[float, float, float]) -> SceneView:
-    """The view from `eye` to the origin."""
+    """Return the view from `eye` to the origin."""
     return replace(view, world_to_camera=looking_at(eye, (0.0, 0.0, 0.0)).world_to_camera)
 
 
@@ -94,7 +94,7 @@ def test_depth_of_a_sphere_lies_between_those_of_its_corners_and_its_faces(
 
 
 def sphere_depth(view: SceneView, centre: tuple, radius: float) -> Array:
-    """Planar depth of the near side, infinite beside it."""
+    """Return planar depth of the near side, infinite beside it."""
     along = rays(view)
     a, b = (along**2).sum(-1), along @ np.array(centre)
     inside = b * b - a * (np.dot(centre, centre) - radius**2)
@@ -166,7 +166,7 @@ def test_a_lamp_smaller_than_a_pixel_has_its_light(raster: SceneRaster) -> None:
 
 
 def covered(edge_px: float, slope: float) -> Array:
-    """(H, W): the share of each pixel on the left of the edge, from 64x64 points in it."""
+    """Return (H, W), the share of each pixel left of the edge, by 64x64 points in it."""
     fine = (np.arange(64) + 0.5) / 64
     y = np.arange(SIZE[1])[:, None, None, None] + fine[:, None] - SIZE[1] / 2
     x = np.arange(SIZE[0])[:, None, None] + fine

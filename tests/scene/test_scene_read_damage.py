@@ -16,7 +16,7 @@ def path(tmp_path):
 
 
 def refusal(path, data=None):
-    """What is said of a file with these bytes."""
+    """Return what is said of a file with these bytes."""
     if data is not None:
         path.write_bytes(data)
     with pytest.raises(InputError) as caught:
@@ -27,7 +27,7 @@ def refusal(path, data=None):
 
 
 def rich_scene():
-    """A file with everything that is read."""
+    """Return a file with everything that is read."""
     writer = GltfWriter()
     writer.picture(np.zeros((2, 2, 3)))
     shine = {"baseColorTexture": {"index": 0}, "roughnessFactor": 0.5}
@@ -47,7 +47,7 @@ RICH = rich_scene().glb()
 
 
 def check_survives(path, data):
-    """A scene whose numbers can be used, or a sentence."""
+    """Check that reading gives a usable scene or one sentence."""
     path.write_bytes(data)
     try:
         scene = read_scene(path)
@@ -91,7 +91,7 @@ def test_with_some_bytes_changed(fuzzed, flips):
 
 
 def places_in(value, found=()):
-    """Every place in a JSON value, as the steps that lead there."""
+    """Return every place in a JSON value, as the steps that lead there."""
     yield found
     steps = enumerate(value) if isinstance(value, list) else ()
     for key, inner in value.items() if isinstance(value, dict) else steps:
@@ -184,7 +184,7 @@ def test_triangles_of_vertices_that_are_not_there(path):
 
 
 def changed(name, **entries):
-    """The rich scene with entries of the first of a list changed; None takes one away."""
+    """Return the rich scene with entries of the first of a list changed; None takes one away."""
     writer = rich_scene()
     writer.json[name][0] |= entries
     for entry in (entry for entry, value in entries.items() if value is None):

@@ -18,7 +18,7 @@ def path(tmp_path):
 
 
 def corners_of(mesh):
-    """(T, 3, 3) places of the triangles' corners."""
+    """Return the corners (T, 3, 3) of the triangles."""
     return mesh.positions_m[mesh.triangles]
 
 
@@ -142,7 +142,7 @@ def test_a_mesh_spread_over_a_list_stands_at_each_place(path):
 
 
 def textured(**material):
-    """A square with a material, and one texture of four colours."""
+    """Return a square with a material, and one texture of four colours."""
     writer = GltfWriter()
     writer.picture(CHECKERS)
     number = writer.add("materials", **material)

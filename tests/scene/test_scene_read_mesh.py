@@ -57,7 +57,7 @@ LIGHTS = np.vectorize(CURVE.get)(SHADES)
 
 
 def shaded_ply(is_face):
-    """A strip of three triangles, a colour for each or for its first three vertices."""
+    """Return a strip of three triangles, a colour for each or for its first three vertices."""
     places = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0)]
     corners = [(0, 1, 2), (2, 1, 3), (2, 3, 4)]
     tint = [f"property uchar {name}" for name in ("red", "green", "blue")]

@@ -15,7 +15,7 @@ BOX = [(0, 0, 0), (100, 0, 0), (100, 200, 0), (0, 200, 0), (50, 300, 0)]
 
 
 def stage_at(path, up="Y", unit_m=0.01):
-    """A stage with one mesh: a square and a triangle on top of it."""
+    """Return a stage with one mesh: a square and a triangle on top of it."""
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, up)
     UsdGeom.SetStageMetersPerUnit(stage, unit_m)

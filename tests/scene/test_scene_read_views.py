@@ -21,7 +21,7 @@ def path(tmp_path):
 
 
 def with_camera(writer, node=(), **perspective):
-    """A square scene with a camera more."""
+    """Return a square scene with a camera more."""
     perspective = {"yfov": 0.5, "aspectRatio": 1.5, "znear": 0.1} | perspective
     camera = writer.add("cameras", type="perspective", perspective=perspective)
     return writer.node(**{"camera": camera, "name": "hero", **dict(node)})

@@ -48,7 +48,7 @@ def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]
 
 @pytest.fixture
 def scene_gui(ctx: moderngl.Context, window: Gui, monkeypatch) -> Gui:
-    """At rest, in a picture of three bands."""
+    """Open a scene at rest whose picture is drawn in three bands."""
     monkeypatch.setattr(bands, "_LEAST_PX", SIZE[0] * 64)
     gui = as_opened(window)
     raster = gui.session.renderer._source._drawer._raster
@@ -61,7 +61,7 @@ def scene_gui(ctx: moderngl.Context, window: Gui, monkeypatch) -> Gui:
 
 @pytest.fixture
 def work(scene_gui: Gui, monkeypatch) -> Work:
-    """Of everything that is drawn from now on."""
+    """Record everything that is drawn from now on."""
     found = Work()
 
     def counted(draw):

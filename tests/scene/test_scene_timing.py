@@ -22,7 +22,7 @@ BLENDER = SceneTiming("2", 25.0, 101)
 
 @pytest.fixture
 def path(tmp_path):
-    """Two clips from second 4.04 to 5.04, and a camera that moves in both."""
+    """Return two clips from second 4.04 to 5.04, and a camera that moves in both."""
     writer = GltfWriter()
     writer.node(mesh=writer.mesh())
     lens = {"yfov": 0.5, "aspectRatio": 1.5, "znear": 0.1}

@@ -17,7 +17,7 @@ FOCUS = LensParameter.FOCUS_DISTANCE
 
 
 def keyed():
-    """A shot with a focus pull and a camera of its own."""
+    """Return a shot with a focus pull and a camera of its own."""
     shot = Shot(LENS, framing=Framing(640, 360, track=TRACK))
     curve = shot.curves.of(FOCUS)
     for frame, value in ((1, 4.0), (9, 2.0)):

@@ -26,7 +26,7 @@ LENS = Lens(100.0, 1.4, 2.0, 36.0)
 
 @pytest.fixture(scope="module")
 def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
-    """Large lamps in front of the focus and behind it."""
+    """Return large lamps in front of the focus and behind it."""
     held = SceneRaster(session_context)
     places = [(0, moved(0.12, 0.1, -1.4)), (0, moved(-0.4, -0.3, -5.0))]
     held.load(scene_of([sphere(0.08, 3)], places, [lamp((8.0, 5.0, 3.0))], daylight=NIGHT))

@@ -16,7 +16,7 @@ TOLD = ("--f-stop=2", "--focus-distance=2.5", "--size=32x18", "--quality=draft")
 
 @pytest.fixture
 def scene(tmp_path) -> Path:
-    """A shot that refers to a prop with a picture, and lies on a layer of its own."""
+    """Return a shot that refers to a prop with a picture, and lies on a layer of its own."""
     folder = tmp_path / "scene"
     folder.mkdir()
     (folder / "map.png").write_bytes(encoded([[[200, 30, 30]]]))

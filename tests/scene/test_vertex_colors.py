@@ -129,7 +129,7 @@ TINT = (0.25, 0.5, 0.875)
 
 
 def tinted(mesh: Mesh, colors) -> Mesh:
-    """All vertices of one colour, or each of its own."""
+    """Return all vertices of one colour, or each of its own."""
     shape = (len(mesh.positions_m), np.shape(colors)[-1])
     return replace(mesh, colors=np.broadcast_to(np.float32(colors), shape))
 

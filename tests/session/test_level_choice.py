@@ -15,7 +15,7 @@ BUDGETS = st.floats(1e-4, 1.0)
 
 
 def predict(per_px_s: float):
-    """A machine on which a pixel costs so much, and better quality more."""
+    """Return a function that predicts seconds: this many a pixel, more at better quality."""
 
     def seconds(settings: DefocusSettings) -> float:
         width, height = proxy_size(SIZE, settings.proxy)

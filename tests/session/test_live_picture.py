@@ -53,7 +53,7 @@ class Machine:
 
 
 def shots(count: int, defocus: DefocusSettings = FILM) -> list[Shot]:
-    """As many as a drag goes through."""
+    """Return the shots of a drag, this many."""
     return [Shot(replace(LENS, focus_distance_m=1.0 + 0.01 * i), defocus) for i in range(count)]
 
 
@@ -63,7 +63,7 @@ def machine_and_picture(full_seconds: float) -> tuple[Machine, LivePicture]:
 
 
 def taught(full_seconds: float, wished: DefocusSettings = FILM) -> tuple[Machine, LivePicture]:
-    """One that has met every rung."""
+    """Return a live picture that knows the time of every preview level."""
     machine, live = machine_and_picture(full_seconds)
     for rung in cheaper(wished):
         width, height = proxy_size(SIZE, rung.proxy)
@@ -72,7 +72,7 @@ def taught(full_seconds: float, wished: DefocusSettings = FILM) -> tuple[Machine
 
 
 def possible(wished: DefocusSettings) -> list[DefocusSettings]:
-    """The pictures that are large enough to tell anything."""
+    """Return the pictures that are large enough to tell anything."""
     rungs = cheaper(wished)
     large = [rung for rung in rungs if proxy_size(SIZE, rung.proxy)[0] >= 160]
     return large or [rung for rung in rungs if rung.proxy == wished.proxy]

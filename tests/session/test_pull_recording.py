@@ -23,7 +23,7 @@ def session(opened):
 
 
 def perform(session, frames=range(FIRST, LAST + 1), distance_m=pulled_m) -> None:
-    """Arm, play, and move the focus while each frame is seen."""
+    """Arm, play, and move the focus while each frame is shown."""
     session.recording.arm()
     session.timeline.play(1)
     for frame in frames:

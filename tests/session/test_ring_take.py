@@ -66,7 +66,7 @@ def opened(tmp_path_factory):
 
 @pytest.fixture
 def session(opened):
-    """The window's session, which follows a ring."""
+    """Return the window's session, which follows a ring."""
     ready(opened, FOCUS, IRIS, f_stop=2.8)
     ring = RingHand(Ring(), opened.editing, opened.say)
     opened.ring = ring

@@ -56,7 +56,7 @@ def sight_of(machine: Machine) -> ScenePreview:
 
 
 def refined(sight: ScenePreview, machine: Machine) -> int:
-    """Frames of the window until the whole picture is there, none of them held up."""
+    """Return frames of the window until the whole picture is there, none of them held up."""
     dearest_s = machine.per_px_s * SIZE[0] * SIZE[1]
     for count in range(1000):
         if sight.is_whole:

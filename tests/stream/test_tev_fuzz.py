@@ -27,7 +27,7 @@ MAX_VALUES = 4096
 
 @st.composite
 def damaged(draw):
-    """A good packet with bytes changed and its end cut off or grown; its length is true."""
+    """Return a good packet with bytes changed and its end cut off or grown; its length is true."""
     body = bytearray(draw(st.sampled_from(GOOD))[4:])
     for _ in range(draw(st.integers(0, 6))):
         body[draw(st.integers(0, min(len(body) - 1, 90)))] = draw(st.integers(0, 255))
@@ -74,7 +74,7 @@ def test_a_length_that_cannot_be(length):
 
 @pytest.fixture(scope="module")
 def server():
-    """One for all examples: what one leaves behind must not harm the next."""
+    """Return one receiver for all examples; no example may harm the next."""
     with serving(images=TevImages(max_values=MAX_VALUES)) as server:
         yield server
 

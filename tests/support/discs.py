@@ -25,7 +25,7 @@ def analytic_disc(diameter: float, samples: int = 16) -> Picture:
 
 
 def radius_at_half_height(picture: Picture, diameter: float) -> float:
-    """Mean over 32 directions; the height is the mean over the inner half of the disc."""
+    """Return mean over 32 directions; the height is the mean over the inner half of the disc."""
     side = len(picture)
     y, x = np.mgrid[:side, :side] - side // 2
     plateau = picture[np.hypot(x, y) <= diameter / 4].mean()

@@ -30,7 +30,7 @@ class FakeRenderer:
 
     @property
     def loaded(self) -> SimpleNamespace:
-        """The plate as it would lie on the GPU."""
+        """Return the plate as it would lie on the GPU."""
         assert self._loaded is not None
         return self._loaded
 

@@ -13,7 +13,7 @@ def stage_with(path, *prims: str) -> Usd.Stage:
 
 
 def bomb(levels: int = 8, width: int = 8) -> str:
-    """Prims that each refer to `width` of the level below: three kilobytes, `width ** levels`."""
+    """Write prims that each refer to `width` of the level below: `width ** levels` in all."""
     rows = ["#usda 1.0", 'def Xform "L0"\n{\ndef Camera "C"\n{\n}\n}']
     for level in range(1, levels + 1):
         refers = f"(\nreferences = </L{level - 1}>\n)\n{{\n}}"

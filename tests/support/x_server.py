@@ -163,7 +163,7 @@ class Window:
         return last
 
     def activate(self) -> None:
-        """Bring it to the front under a window manager, and let it come to rest there."""
+        """Bring the window to the front under a window manager, and wait until it rests."""
         self.screen.hand("windowactivate", "--sync", self.id)
         self.until(lambda: self.screen.hand("getwindowfocus") == self.id, "the focus of keys")
         self.rest()
@@ -195,6 +195,6 @@ class Window:
                 self.keys("ctrl+q")
 
     def closed(self) -> tuple[int, str]:
-        """Exit code, and what was said, once the process has ended."""
+        """Wait until the process has ended; return its exit code and output."""
         _, said = self.process.communicate(timeout=WAIT_S)
         return self.process.returncode, said

@@ -11,7 +11,7 @@ from heatlens.source.shot_camera import camera_of_shot
 
 
 def pulled(gui) -> Shot:
-    """A shot like the window's with another lens, and focus that moves."""
+    """Return a shot like the window's with another lens, and focus that moves."""
     shot = replace(gui.session.shot, frames=FrameRange(1, 5))
     shot = replace(shot, lens=replace(shot.lens, focal_length_mm=85.0, f_stop=2.0))
     focus = LensParameter.FOCUS_DISTANCE

@@ -31,7 +31,7 @@ def ticks_from(near_m: float, unit: str, width: float = WIDTH) -> list[Tick]:
 
 
 def round_m(unit: str) -> np.ndarray:
-    """All that may be written, made another way: by the decimals of the numbers."""
+    """Return all that may be written, made another way: by the decimals of the numbers."""
     numbers = np.array([float(f"{step}e{power}") for power in range(-4, 8) for step in STEPS])
     if unit == "m":
         return numbers

@@ -35,7 +35,7 @@ WAIT_S = 90.0  # a bound for what must come
 
 
 def written(folder: Path) -> Path:
-    """Three small plates; the pattern of their names."""
+    """Return three small plates; the pattern of their names."""
     color, depth = room(48, 32)
     box = Box(0, 0, 48, 32)
     for number, frame in enumerate(FRAMES):

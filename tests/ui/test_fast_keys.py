@@ -30,7 +30,7 @@ class Hand:
 
 
 def typed(keys: FastKeys, key: imgui.Key, is_down: bool, mods: int = 0) -> None:
-    """An event as ImGui's own callback takes it in behind ours: the modifier first."""
+    """Send an event as ImGui's own callback handles it after ours: the modifier first."""
     keys.before(_GLFW[key], glfw.PRESS if is_down else glfw.RELEASE, mods)
     if key in _MODS:
         imgui.get_io().add_key_event(_MODS[key], is_down)

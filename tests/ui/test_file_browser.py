@@ -25,7 +25,7 @@ def written(path, near=1.0):
 
 @pytest.fixture
 def plates(tmp_path):
-    """A folder with a still, a sequence and a folder that holds another still."""
+    """Return a folder with a still, a sequence and a folder that holds another still."""
     written(tmp_path / "still.exr")
     for frame in (1001, 1002, 1004):
         written(tmp_path / f"shot.{frame}.exr", frame / 1000)

@@ -21,7 +21,7 @@ _SHOWING = (
 
 @pytest.fixture
 def shown(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
-    """All texts that ImGui is given to show; what steers is found in them at the end."""
+    """Return all texts that ImGui is given to show."""
     texts: list[str] = []
     for name in _SHOWING:
         original = getattr(imgui, name)

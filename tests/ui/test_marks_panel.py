@@ -41,7 +41,7 @@ def steps(gui) -> int:
 
 
 def marked(gui, pixel: tuple[int, int]) -> None:
-    """Ctrl+Shift+click on a pixel of the picture."""
+    """Set a mark with Ctrl+Shift+click on a pixel."""
     gui.frame(30)
     for mod in (K.mod_ctrl, K.mod_shift):
         gui.hold(mod)
@@ -122,7 +122,7 @@ def test_a_mark_is_deleted_and_comes_back(gui):
 
 
 def pulled(gui, frames: str) -> None:
-    """Shift+M, the frames typed, Enter."""
+    """Pull the focus: Shift+M, type the number of frames, Enter."""
     gui.key(K.m, shift=True)
     gui.frame(3)
     gui.key(K.a, ctrl=True)

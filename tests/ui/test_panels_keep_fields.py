@@ -38,7 +38,7 @@ Draw = Callable[[Any], Any]
 
 @pytest.fixture
 def screen() -> Iterator[None]:
-    """An ImGui of its own that draws into nothing."""
+    """Return an ImGui of its own that draws into nothing."""
     before, context = imgui.get_current_context(), imgui.create_context()
     imgui.set_current_context(context)
     io = imgui.get_io()
@@ -52,7 +52,7 @@ def screen() -> Iterator[None]:
 
 
 def drawn(draw: Draw, value: Any) -> Any:
-    """The value after a panel has been drawn some frames, each handed on to the next."""
+    """Return the value after a panel has been drawn some frames, each handed on to the next."""
     for _ in range(FRAMES):
         imgui.new_frame()
         imgui.set_next_window_size(TALL)
@@ -64,7 +64,7 @@ def drawn(draw: Draw, value: Any) -> Any:
 
 
 def unheard(sentence: str) -> None:
-    """No panel has anything to say of a value that is allowed."""
+    """Fail if a panel reports a problem, since all values are allowed."""
     raise AssertionError(sentence)
 
 

@@ -25,7 +25,7 @@ RAMP = np.linspace(0.25, 0.75, HEIGHT * WIDTH, dtype=np.float32).reshape(HEIGHT,
 
 
 def channels():
-    """A depth in metres, a mist of 0 to 1 that may be anything, and a second layer of colours."""
+    """Return channels: depth in metres, a mist of 0 to 1, and a second colour layer."""
     layer = {f"diffuse.{name}": values for name, values in rgb(HEIGHT, WIDTH).items()}
     return rgb(HEIGHT, WIDTH) | layer | {"Z": 8 * RAMP, "mist.V": RAMP}
 

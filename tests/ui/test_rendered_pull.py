@@ -38,12 +38,12 @@ def gui(ctx, tmp_path) -> Iterator[Gui]:
 
 
 def rendered(gui: Gui) -> list[int]:
-    """The frames under the bar."""
+    """Return the frames under the bar."""
     return [frame for run in gui.session.pull.runs for frame in run]
 
 
 def fill(gui: Gui, count: int = COUNT) -> None:
-    """Until so many frames are rendered and lie in memory."""
+    """Wait until this many frames are rendered and in memory."""
     pull, store = gui.session.pull, gui.session.pull.store
     gui.until(lambda: len(pull.rendered) >= count, f"{count} rendered frames", 120.0)
     store.wait()

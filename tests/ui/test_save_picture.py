@@ -31,7 +31,7 @@ CAMERA = lens_attributes(85.0, 2.0, 3.0, 24.9, 18.7)
 
 @pytest.fixture
 def plate(tmp_path):
-    """Anamorphic, with alpha, larger than its display window, carrying what somebody wrote."""
+    """Write an anamorphic plate with alpha, overscan and header entries of its own."""
     depth = np.broadcast_to(np.linspace(1, 9, WIDTH, dtype=np.float32), (HEIGHT, WIDTH)).copy()
     alpha = np.linspace(0.5, 1, HEIGHT * WIDTH, dtype=np.float16).reshape(HEIGHT, WIDTH)
     colour = {name: values / 700 for name, values in rgb(HEIGHT, WIDTH, np.float32).items()}
@@ -54,7 +54,7 @@ def gui(ctx, plate):
 
 
 def save(gui, name):
-    """Through the dialog, the name typed."""
+    """Save through the dialog, typing the name."""
     gui.do("Save picture...")
     gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")
     gui.frame(2)
@@ -98,7 +98,7 @@ def test_the_exr_is_byte_for_byte_that_of_the_command_line(
 
 
 def expected_png(gui):
-    """Through the transform on the CPU, by the documented order of steps; without the overscan."""
+    """Compute the PNG on the CPU: transform in the documented order, without the overscan."""
     session = gui.session
     pixels = session.renderer.pixels(session.shot)[SEEN]
     alpha = pixels[..., 3:]
@@ -197,7 +197,7 @@ def test_a_folder_that_is_none_is_said(gui, tmp_path, name):
 
 
 def tool(folder, name, script):
-    """A stand-in for the tool of a desktop."""
+    """Write a stand-in for the clipboard tool of a desktop."""
     path = folder / name
     path.write_text(f"#!/bin/sh\n{script}\n")
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
@@ -205,7 +205,7 @@ def tool(folder, name, script):
 
 @pytest.fixture
 def desktop(tmp_path, monkeypatch):
-    """A folder of tools that alone is looked in, and a display that they believe in."""
+    """Return a folder of tools that alone is looked in, and a display that they believe in."""
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", f"{folder}:/usr/bin:/bin")

@@ -30,7 +30,7 @@ def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]
 
 @pytest.fixture
 def gui(ctx: moderngl.Context, window: Gui) -> Gui:
-    """The focus has a curve, which is seen; nothing is marked."""
+    """Open a scene and show the curve of its focus; there are no marks."""
     reset_timeline(window)
     gui = as_opened(window)
     gui.session.editing.begin(gui.session.shot.with_key(1, LensParameter.FOCUS_DISTANCE, 3.0))
@@ -42,7 +42,7 @@ def gui(ctx: moderngl.Context, window: Gui) -> Gui:
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The frames that distances were asked at."""
+    """Return the frames that distances were asked at."""
     frames: list[int] = []
     measure = FrameRenderer.scene_depth_m
 
@@ -59,7 +59,7 @@ def marked(gui: Gui, *marks) -> None:
 
 
 def measured(gui: Gui) -> list[dict[int, float]]:
-    """Dioptres by frame of each mark, once all are known."""
+    """Return dioptres by frame of each mark, once all are known."""
     tracks = gui.session.scene_tracks
     gui.until(lambda: tracks._next() is None, "all marks")
     return [dict(at for line in track.lines for at in line) for track in tracks.tracks()]

@@ -15,7 +15,7 @@ from support.window_plates import QUICK
 
 
 def stl(path):
-    """A triangle of 1 x 2 x 3."""
+    """Return a triangle of 1 x 2 x 3."""
     corners = np.diag((1.0, 2.0, 3.0)).ravel()
     path.write_bytes(bytes(80) + struct.pack("<I12fH", 1, *np.zeros(3), *corners, 0))
     return path

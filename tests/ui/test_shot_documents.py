@@ -29,7 +29,7 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
 
 
 def forget(documents: ShotDocuments) -> None:
-    """No document, as before the first one; what is kept has nothing to do with a test before."""
+    """Reset the documents and autosaves of earlier tests."""
     documents.path = documents.offer = None
     documents._saved = documents._kept = documents._reading = documents._coming = None
     documents._complained = ""
@@ -51,7 +51,7 @@ def edited(gui) -> Shot:
 
 
 def saved_as(gui, path: Path) -> None:
-    """Ctrl+Shift+S, and the name typed in the browser."""
+    """Save with Ctrl+Shift+S, typing the name in the browser."""
     gui.key(K.s, ctrl=True, shift=True)
     gui.frame(3)
     gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")

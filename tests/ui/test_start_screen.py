@@ -28,7 +28,7 @@ STILL = str(data_dir("assets") / "still_life.exr")
 
 @pytest.fixture
 def begun(ctx):
-    """Begins windows without a plate; closed afterwards."""
+    """Return a function that opens windows without a plate, and close them afterwards."""
     made = []
 
     def begin(preferences=None, size=(1280, 800), source="", **start):
@@ -57,7 +57,7 @@ def titles(gui: Gui) -> list[str]:
 
 
 def choose(gui: Gui, how: str, row: int) -> None:
-    """By the mouse, the arrows or the digit."""
+    """Choose a card by the mouse, the arrow keys or its digit."""
     if how == "click":
         gui.click(gui.middle(f"start {titles(gui)[row]}"))
     elif how == "digit":
@@ -202,7 +202,7 @@ def test_every_command_can_be_given(gui_begun, action):
 
 @pytest.fixture(scope="module")
 def gui_begun(session_context):
-    """One for all commands."""
+    """Return one window for all tests."""
     context = imgui.create_context()
     imgui.set_current_context(context)
     gui = Gui(session_context, Start("", defocus=QUICK), (640, 400))

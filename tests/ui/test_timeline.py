@@ -32,7 +32,7 @@ def clock(gui) -> Clock:
 
 
 def seen(gui) -> int:
-    """The frame whose plate is on the screen."""
+    """Return the frame whose plate is on the screen."""
     session = gui.session
     gui.until(lambda: session.seen.frame == frame(gui), "the picture")
     if isinstance(session.seen, KeptFrame):  # rendered before, from the plate of its job
@@ -200,7 +200,7 @@ def test_a_still_has_no_timeline(gui, tmp_path):
 
 @pytest.fixture
 def gappy(gui, tmp_path):
-    """Frames 1001 to 1005; 1003 is missing, 1004 damaged."""
+    """Return frames 1001 to 1005; 1003 is missing, 1004 damaged."""
     pattern = sequence_files(tmp_path, 1001, 1005)
     (tmp_path / "shot.1003.exr").unlink()
     damaged = tmp_path / "shot.1004.exr"

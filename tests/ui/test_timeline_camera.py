@@ -32,7 +32,7 @@ def window(session_context, tmp_path_factory) -> Iterator[Gui]:
 
 @pytest.fixture
 def gui(ctx, window) -> Gui:
-    """The camera has three keys, the focus one."""
+    """Open a scene whose camera has three keys and whose focus has one."""
     session, opened = window.session, window.session.source.opened.first
     keys = tuple(PoseKey(f, Pose((x, 0.5, 3.0))) for f, x in PLACES.items())
     framing = replace(opened.shot.framing, width_px=48, height_px=27, track=CameraTrack(keys))
@@ -47,7 +47,7 @@ def gui(ctx, window) -> Gui:
 
 
 def camera(gui) -> dict[float, float]:
-    """Metres to the right by frame."""
+    """Return metres to the right by frame."""
     return {key.frame: key.pose.position_m[0] for key in gui.session.shot.framing.track.keys}
 
 

@@ -56,7 +56,7 @@ def steps(gui) -> int:
 
 
 def per_dioptre(gui) -> float:
-    """Screen units, from two keys."""
+    """Return screen units, from two keys."""
     return (place(gui, 1002)[1] - place(gui, 1004)[1]) / (1 / 1.5 - 1 / 3.0)
 
 

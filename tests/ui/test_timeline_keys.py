@@ -31,7 +31,7 @@ def gui(ctx, film) -> Gui:
 
 @pytest.fixture
 def keyed(gui) -> Gui:
-    """Three keys of the focus, one of the f-stop."""
+    """Set three keys of the focus and one of the f-stop."""
     shot = gui.session.shot
     for number, distance_m in KEYED.items():
         shot = shot.with_key(number, FOCUS, distance_m)
@@ -59,7 +59,7 @@ def place(gui, number: int, parameter=FOCUS) -> tuple[float, float]:
 
 
 def drag_key(gui, number: int, to: int, parameter=FOCUS, through: tuple[int, ...] = ()) -> None:
-    """From a key's diamond to the column of a frame."""
+    """Drag a key's diamond to a frame."""
     start = place(gui, number, parameter)
     gui.press(start)
     for column in (*through, to):

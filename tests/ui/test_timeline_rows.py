@@ -47,7 +47,7 @@ def gui(ctx, film) -> Gui:
 
 
 def choose(gui: Gui, parameter: LensParameter) -> None:
-    """By the name of its row; then its curve."""
+    """Select a row by its name, then show its curve."""
     gui.click(gui.middle(f"row {parameter}"))
     gui.key(K.c, shift=True)
     gui.frame(3)

@@ -10,7 +10,7 @@ K = imgui.Key
 
 
 def column_em(gui) -> float:
-    """Width of the column of panels in letters."""
+    """Return width of the column of panels in letters."""
     return imgui.internal.find_window_by_name("Lens").size.x / gui.ui.scale.em
 
 

@@ -22,7 +22,7 @@ def ids(action: Action) -> str:
 
 
 def of(gui, action: Action) -> Action:
-    """The same action, bound to this window."""
+    """Return the same action, bound to this window."""
     return next(other for other in gui.screen.actions if other.name == action.name)
 
 
@@ -37,7 +37,7 @@ def keyed(gui, action: Action) -> None:
 
 
 def closed(gui) -> None:
-    """Whatever it opened is closed again, as by hand."""
+    """Close again what an action opened, as a user would."""
     if gui.ui.dialogs.browser.is_open:
         gui.frame(3)
         gui.key(K.escape)
@@ -48,7 +48,7 @@ def closed(gui) -> None:
 
 
 def state(gui) -> tuple:
-    """All that an action can change and that is seen at once."""
+    """Return all that an action can change and that is seen at once."""
     session = gui.session
     ui = gui.ui
     others = (ui.shows_keys, ui.is_over, ui.dialogs.browser.is_open, session.source.version)

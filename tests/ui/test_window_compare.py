@@ -28,7 +28,7 @@ HANDLE_EM = 1.6  # letters and grip reach so far from the line
 
 @pytest.fixture(scope="module")
 def own(session_context) -> FrameRenderer:
-    """A renderer that is not the window's."""
+    """Return a renderer that is not the window's."""
     return FrameRenderer(session_context)
 
 
@@ -82,7 +82,7 @@ def test_flip_shows_b_alone(gui):
 
 
 def beside_the_handle(gui) -> np.ndarray:
-    """(H, W) True where neither line, grip nor letters of the wipe are."""
+    """Return (H, W), True outside the line, grip and labels of the wipe."""
     em, x0 = imgui.get_font_size(), gui.session.picture_view.geometry.origin[0]
     line = round(gui.session.view.wipe * WIDTH)
     x = np.arange(WIDTH)

@@ -18,7 +18,7 @@ def focus_m(gui) -> float:
 
 
 def steps(gui) -> int:
-    """How many steps undo could go back once the hand rests."""
+    """Return how many steps undo could go back once the hand rests."""
     gui.rest()
     return len(gui.session.editing.history.past)
 
@@ -188,7 +188,7 @@ def test_keys_that_a_text_field_uses_do_nothing_else_while_it_is_typed_in(gui):
 
 
 def typed_over(gui, name: str, text: str) -> None:
-    """Ctrl+click on a number that is dragged, and type."""
+    """Ctrl+click on a number field and type."""
     gui.later()
     gui.io.add_key_event(K.mod_ctrl, True)
     gui.click(gui.middle(name))

@@ -20,7 +20,7 @@ def focus_m(gui) -> float:
 
 
 def steps(gui) -> int:
-    """How many steps undo could go back once the hand rests."""
+    """Return how many steps undo could go back once the hand rests."""
     gui.rest()
     return len(gui.session.editing.history.past)
 

@@ -26,7 +26,7 @@ def gui(ctx, tmp_path):
 
 
 def in_the_viewport(gui) -> np.ndarray:
-    """(H, W, 3) 0..1: the part of the window that shows pictures, without the panels around."""
+    """Return (H, W, 3) in 0..1: the viewport without the panels around it."""
     viewport = gui.session.picture_view.viewport
     x, y = (round(place) for place in viewport.corner)
     width, height = (round(side) for side in viewport.size)

@@ -38,7 +38,7 @@ class Hand(RuleBasedStateMachine):
         self.first = gui.session.shot
 
     def at(self, point: tuple[float, float]) -> tuple[float, float]:
-        """A place in the window at parts of the picture's sides."""
+        """Return a place in the window at parts of the picture's sides."""
         return self.gui.at_picture(point[0] * WIDTH, point[1] * HEIGHT)
 
     def anywhere(self, point: tuple[float, float]) -> tuple[float, float]:
@@ -155,7 +155,7 @@ class Hand(RuleBasedStateMachine):
         assert gui.session.shot == last
 
     def goes(self, step) -> None:
-        """Back to the start, or forward to the end."""
+        """Go to the first or the last frame."""
         before = None
         while self.gui.session.shot != before:
             before = self.gui.session.shot
@@ -165,7 +165,7 @@ class Hand(RuleBasedStateMachine):
         assert not (history.past if step == self.gui.session.editing.undo else history.future)
 
     def arrived(self) -> None:
-        """Until the plate is read as the shot says."""
+        """Wait until the plate is read with the options of the shot."""
         self.gui.frame()
         self.gui.until(lambda: not self.gui.session.source.opener.opening, "the plate")
         self.gui.frame()

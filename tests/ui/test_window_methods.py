@@ -20,7 +20,7 @@ OF_PLATES = [method for method in Method if not method.needs_scene]
 
 @pytest.fixture(scope="module")
 def own(session_context) -> FrameRenderer:
-    """A renderer that is not the window's."""
+    """Return a renderer that is not the window's."""
     return FrameRenderer(session_context)
 
 
@@ -33,7 +33,7 @@ def gui(gui):
 
 @pytest.fixture
 def asked(gui, monkeypatch) -> list[Method]:
-    """The method of every picture that is begun for B."""
+    """Return the method of every picture that is begun for B."""
     found: list[Method] = []
     steps = gui.session.renderer.steps
 
@@ -47,7 +47,7 @@ def asked(gui, monkeypatch) -> list[Method]:
 
 
 def alone(gui, own: FrameRenderer, method: Method) -> np.ndarray:
-    """(H, W, 3) bytes of the shot as it is, by `method`, made anew from the file."""
+    """Return (H, W, 3) bytes of the shot by `method`, rendered again from its file."""
     shot = gui.session.shot
     own.load(read_plate(gui.session.source.plate.path))
     return displayed(gui, own.pixels(replace(shot, defocus=replace(shot.defocus, method=method))))
@@ -62,7 +62,7 @@ def by_method(gui, method: Method, compare: Compare = Compare.FLIP) -> None:
 
 
 def picked(gui, name: str, item: str) -> None:
-    """An item of a list, by hand."""
+    """Pick an item of a drop-down with the mouse."""
     gui.later()
     gui.click(gui.middle(name))
     gui.frame(2)
@@ -71,7 +71,7 @@ def picked(gui, name: str, item: str) -> None:
 
 
 def with_panel(gui, name: str) -> None:
-    """It has all the room."""
+    """Show only this panel, so that it has all the room."""
     gui.ui.panels = {panel: panel == name for panel in gui.ui.panels}
     gui.frame(3)
 

@@ -34,7 +34,7 @@ FILM = DefocusSettings()
 
 @pytest.fixture(scope="module")
 def own(session_context) -> FrameRenderer:
-    """A renderer that is not the window's."""
+    """Return a renderer that is not the window's."""
     return FrameRenderer(session_context)
 
 

@@ -25,7 +25,7 @@ K = imgui.Key
 
 @pytest.fixture(scope="module")
 def own(session_context) -> FrameRenderer:
-    """A renderer that is not the window's."""
+    """Return a renderer that is not the window's."""
     return FrameRenderer(session_context)
 
 
@@ -37,7 +37,7 @@ def shows_the_renderers_picture(gui: Gui, own: FrameRenderer) -> None:
 
 
 def looked_at_in_every_way(gui: Gui) -> None:
-    """Every overlay and comparison, near and far: nothing breaks, and OpenGL has no error."""
+    """Show every overlay and comparison at two zooms, and check OpenGL for errors."""
     for overlay in Overlay:
         gui.session.view = replace(gui.session.view, overlay=overlay)
         gui.frame(2)
@@ -55,7 +55,7 @@ def looked_at_in_every_way(gui: Gui) -> None:
 
 @pytest.fixture
 def coc_window(gui, tmp_path) -> Gui:
-    """The room, its blur in the file."""
+    """Return the room, its blur in the file."""
     color, depth = room(WIDTH, HEIGHT)
     blur = coc_px(depth, coc_line(LENS, WIDTH)).astype(np.float32)
     path = write_plate(tmp_path / "blur.exr", color, Z=blur)

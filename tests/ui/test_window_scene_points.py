@@ -33,7 +33,7 @@ def gui(ctx: moderngl.Context, window: Gui) -> Gui:
 
 @pytest.fixture
 def moving(gui: Gui, monkeypatch: pytest.MonkeyPatch) -> Iterator[Gui]:
-    """A large picture that the hand moves, drawn as small as can be; the pointer is on it."""
+    """Open a large scene that is being moved, so that it is drawn at the smallest scale."""
     session = gui.session
     width, height = LARGE
     session.editing.do(

@@ -93,12 +93,12 @@ class Machine:
         return slot
 
     def views_drawn(self) -> float:
-        """In views of full size."""
+        """Return the drawing work so far, in views of full size."""
         return (self.now - 100.0) / self.per_view_s
 
 
 def settle(machine: Machine, live: LivePicture) -> list[DefocusSettings]:
-    """What is seen one after the other until the whole picture is there."""
+    """Return what is seen one after the other until the whole picture is there."""
     seen = [live.shown.settings]
     machine.now += live.seconds_to_rest()
     for _ in range(10_000):
@@ -145,7 +145,7 @@ def test_further_views_are_added_to_the_picture_that_is_there():
 
 @pytest.fixture
 def scene_gui(ctx, small_demo):
-    """A window with a small scene, looked at in few pixels."""
+    """Return a window with a small scene, looked at in few pixels."""
     quick = DefocusSettings(layers=1, views=8)
     with gui_of(ctx, "demo", defocus=quick) as gui:
         gui.do("1:1")

@@ -30,7 +30,7 @@ def fine(request, ctx, tmp_path):
 
 
 def on_screen(gui, scale: float) -> np.ndarray:
-    """(H, W, 3) bytes where the picture lies at 1:1, in pixels of the screen."""
+    """Return (H, W, 3) bytes of the picture at 1:1, in pixels of the screen."""
     x, y = (c * scale for c in gui.session.picture_view.geometry.origin)
     assert (x, y) == (round(x), round(y))
     return gui.screenshot()[round(y) : round(y) + HEIGHT, round(x) : round(x) + WIDTH]

@@ -38,7 +38,7 @@ GIVEN = {
 
 @contextmanager
 def listening(ctx, options=PlateOptions(), lens=GIVEN):  # noqa: B008
-    """A window that waits for a renderer, with an ImGui of its own."""
+    """Return a window that waits for a renderer, with an ImGui of its own."""
     before, context = imgui.get_current_context(), imgui.create_context()
     imgui.set_current_context(context)
     stream = StreamSource("127.0.0.1", 0)
@@ -59,13 +59,13 @@ def address(gui):
 
 
 def frame_of_room(width=WIDTH, height=HEIGHT):
-    """(H, W, 4): its colours and its distances."""
+    """Return colours and distances of the room, (H, W, 4)."""
     color, depth = room(width, height)
     return np.ascontiguousarray(np.dstack([color[..., :3], depth]).astype(np.float32))
 
 
 def sent(gui, values, name="beauty", channels=CHANNELS, creates=True):
-    """By the real client; frames of the window until it is on the GPU."""
+    """Send a frame with the real client, and draw until it is on the GPU."""
     before = gui.session.source.version
     with Ipc(*address(gui)) as client:
         if creates:
@@ -75,7 +75,7 @@ def sent(gui, values, name="beauty", channels=CHANNELS, creates=True):
 
 
 def shows(gui, values):
-    """The whole picture is the one that the renderer makes of these values."""
+    """Return whether the picture is the one that the renderer makes of these values."""
 
     def is_it():
         plate = gui.session.source.plate

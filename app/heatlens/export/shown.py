@@ -1,7 +1,5 @@
 """Convert a rendered frame by the view transform, and crop it to the display window."""
 
-from collections.abc import Callable
-
 import moderngl
 import numpy as np
 
@@ -10,8 +8,6 @@ from heatlens.export.job import Look
 from heatlens.gpu.textures import download, new_texture
 from heatlens.plate.picture_write import in_display_window
 from heatlens.plate.plate import FloatImage, Plate
-
-BurnIn = Callable[[FloatImage], FloatImage]
 
 
 class ShownPictures:

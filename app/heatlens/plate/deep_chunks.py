@@ -25,7 +25,6 @@ _BAND_SAMPLES = 1 << 19  # unpacked at once; a single row, or row of tiles, may 
 _BAND_MOST = 12_000_000  # samples in such a row
 _SMALLER_MOST = 1100  # the greatest ratio by which a compression shrinks black deep pixels
 _NONE, _RLE, _ZIPS = 0, 1, 2
-_ONE_LEVEL_MASK = 0xF
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,9 +116,8 @@ class DeepPart:
         self._compression = header["compression"][0]
         self._tile: tuple[int, int] | None = None
         if header.get("type", b"").startswith(b"deeptile"):
-            width, height, mode = struct.unpack("<IIB", header["tiles"])
+            width, height, _mode = struct.unpack("<IIB", header["tiles"])
             self._tile = width, height
-            self._has_levels = mode & _ONE_LEVEL_MASK != 0
         if self._compression not in (_NONE, _RLE, _ZIPS):
             raise CutError(f"deep pixels have no compression of number {self._compression}")
 
