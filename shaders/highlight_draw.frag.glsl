@@ -37,8 +37,11 @@ out vec4 out_light;
 #define SAME_COC_PX 1.0
 #define SAME_COC_PART 0.25
 
-// The four pixels around a place, in the order of textureGather, and how much each weighs there.
-vec4 cocs_around(vec2 at) { return textureGather(coc_tx, at / vec2(textureSize(coc_tx, 0))); }
+// The four pixels around a place, in the order of textureGather, and how much each weighs there. GPUs round
+// the place that they gather at; it is where the four meet, so that they are those of the weights.
+vec4 cocs_around(vec2 at) {
+    return textureGather(coc_tx, (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)));
+}
 vec4 weights_around(vec2 at) {
     vec2 high = fract(at - 0.5), low = 1.0 - high;
     return vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y);
