@@ -79,6 +79,18 @@ def test_without_a_plate_it_offers_the_demo_the_still_life_and_a_file(begun):
     assert gui.session.source.plate is None and gui.session.source.opener.opening is None
 
 
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_the_hint_is_whole_in_large_letters(begun, scale):
+    gui = begun()
+    gui.session.preferences.change(ui_scales={"": scale})
+    gui.frame(4)
+    x0, y0, x1, y1 = gui.rect("start hint")
+    card = gui.rect("start Open ...")
+    assert x0 >= card[0] and x1 <= card[2] + 1 and y0 >= card[3]
+    assert y1 <= imgui.internal.find_window_by_name("Picture").inner_rect.max.y
+    assert (y1 - y0 > 1.5 * gui.ui.scale.em) == (scale == 2.0)  # in two lines
+
+
 def test_recent_files_follow_as_far_as_they_are_there(begun, tmp_path):
     plate, shot = room_file(tmp_path / "room.exr"), tmp_path / "a.heatlens.json"
     shot.write_text(json.dumps({}))

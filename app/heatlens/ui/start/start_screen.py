@@ -125,8 +125,12 @@ def _words(layout: StartLayout, corner: ImVec2, hint: str) -> None:
         y = corner.y + layout.hint.end
         draw.add_line(ImVec2(corner.x, y), ImVec2(corner.x + layout.width, y), theme.colors.box)
     y = corner.y + layout.hint.y + 0.4 * em
-    draw.add_text(ImVec2(corner.x, y), bright, fitted(hint, layout.width))
-    if layout.is_roomy:
+    is_one_line = imgui.calc_text_size(hint).x <= layout.width
+    font, at = imgui.get_font(), ImVec2(corner.x, y)
+    draw.add_text(font, em, at, bright, hint, wrap_width=layout.width)
+    lines = imgui.calc_text_size(hint, wrap_width=layout.width)
+    probe.note_at("start hint", (at.x, at.y, at.x + lines.x, at.y + lines.y))
+    if layout.is_roomy and is_one_line:
         at = ImVec2(corner.x, y + _LINE_EM * em)
         draw.add_text(at, theme.colors.text_dim, fitted(_DROP_HINT, layout.width))
 
