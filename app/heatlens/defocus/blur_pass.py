@@ -1,4 +1,4 @@
-"""The diffusion of one image: rows, then columns, with a kernel's poles on shared conductances."""
+"""Diffuse one image along rows, then columns, with the poles of a kernel."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a 
 
 @dataclass(frozen=True)
 class BlurTargets:
-    """The textures that the blur works in and ends in, all of the picture's size."""
+    """The scratch and result textures of the blur, all of the picture's size."""
 
     poles: moderngl.TextureArray  # `pole_layers` of `PACKED`, or of float32
     out_color: moderngl.Texture  # RGBA
@@ -29,13 +29,13 @@ class Diffusion:
     """The picture to diffuse, and how far.
 
     color          RGBA
-    coc            diameter in pixels; its sign does not count
-    kernel         how a point of light spreads
-    axis_scales    diameter along x and y over `coc`
-    least_px       a coc under this counts as this
-    resampled_px_2 square of the diameter that the picture is blurred by already
-    shape          the discs, in pixels of the picture, where their width is not the same everywhere
-    is_in_front    all of the picture is in front of the focus, whatever the sign of `coc`
+    coc            diameter in pixels; the sign is ignored
+    kernel         the shape to which a point of light spreads
+    axis_scales    diameter along x and y, relative to `coc`
+    least_px       smaller values of coc count as this
+    resampled_px_2 squared diameter of the blur that the picture has already
+    shape          the shape of the discs in pixels of the picture, if it varies over the picture
+    is_in_front    all of the picture is in front of the focus, regardless of the sign of `coc`
     """
 
     color: moderngl.Texture
@@ -49,7 +49,7 @@ class Diffusion:
 
     @property
     def shape_uniforms(self) -> dict[str, object]:
-        """The uniforms of a shape that is no ellipse; none for others."""
+        """The uniforms of a shape that is not an ellipse; empty for ellipses."""
         if self.shape is None or self.shape.is_plain:
             return {}
         uniforms = self.shape.diffusion_uniforms
@@ -60,7 +60,7 @@ class Diffusion:
 
 
 def pole_layers(kernel: Kernel, storage: Storage = PACKED) -> int:
-    """Return how many layers the image between rows and columns has."""
+    """Return the number of layers of the intermediate image between rows and columns."""
     return len(kernel.poles) * (2 if kernel.is_complex and storage != PACKED else 1)
 
 
@@ -71,9 +71,9 @@ class BlurPass:
         self._solver = solver
 
     def run(self, what: Diffusion, targets: BlurTargets, mask: TileMask | None = None) -> None:
-        """Diffuse a picture, or the tiles of it that `mask` names; the others are not touched.
+        """Diffuse a picture, or only its tiles in `mask`.
 
-        The target may be `what.color` itself: what is in focus stays there as it is.
+        The target may be `what.color` itself; pixels in focus keep their values.
         """
         for _ in self.steps(what, targets, mask):
             pass

@@ -1,4 +1,4 @@
-"""Mixed silhouette pixels split into fragments: what is near in them and what is far."""
+"""Split mixed pixels of silhouettes into a near and a far fragment."""
 
 from dataclasses import dataclass
 
@@ -16,16 +16,16 @@ from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 @dataclass(frozen=True)
 class Fragments:
-    """The picture as the layers take it apart, all of one size.
+    """The picture with its silhouette pixels split, in textures of one size.
 
     color   rgb
     coc     signed diameter, pixels
     kind    whole, far rim or near rim
-    far     far rim: rgb far fragment, a coverage of the near one; near rim: rgb and coverage of its
-            own; elsewhere not written. Half is enough: what is in focus is not read from here
-    near    far rim: rgb near fragment, a its coc; near rim: a the coc of what shines through
-    lists   what lies behind, where the plate tells it
-    around  luminance around each block of 2 x 2 pixels, which highlights exceed; None where the
+    far     far rim: rgb of the far fragment, a = coverage of the near one; near rim: its own rgb
+            and coverage; elsewhere not written. Half float is enough: pixels in focus do not use it
+    near    far rim: rgb of the near fragment, a = its coc; near rim: a = coc of the surface behind
+    lists   the surfaces behind, if the plate has fragment lists
+    around  luminance around each block of 2 x 2 pixels, which highlights exceed; None if the
             picture still has its highlights
     """
 
@@ -38,7 +38,7 @@ class Fragments:
     around: moderngl.Texture | None = None
 
     def textures(self) -> dict[str, moderngl.Texture]:
-        """Return the textures by the names that shaders read them under."""
+        """Return the textures by their sampler names."""
         return {
             "color_tx": self.color,
             "coc_tx": self.coc,
@@ -49,7 +49,7 @@ class Fragments:
 
 
 class FragmentPass:
-    """Fills in kind, far and near of a `Fragments` from its colour and coc."""
+    """Computes kind, far and near of a `Fragments` from its colour and coc."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._find = ListProgram(ctx, "fragments_find.comp.glsl")
@@ -57,9 +57,9 @@ class FragmentPass:
         self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
 
     def run(self, picture: Fragments, at_infinity_px: float, pixels: moderngl.Buffer) -> None:
-        """Fill the picture's fragments; `pixels` is scratch.
+        """Split the silhouette pixels of `picture`; `pixels` is scratch memory.
 
-        `at_infinity_px` is the coc of what is infinitely far away.
+        `at_infinity_px` is the coc of a point at infinity.
         """
         clear_list(pixels)
         buffers = {"pixel_list_block": pixels}

@@ -1,4 +1,4 @@
-"""Depth of field by gathering: each pixel is the mean of what lies in its disc."""
+"""Compute depth of field by gathering: each pixel is the mean of the pixels in its disc."""
 
 import math
 from collections.abc import Iterator
@@ -12,13 +12,13 @@ from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import DISC_RAMP_PX, PIXEL_GROUP
 
-_SAMPLES_PER_STEP = 2**24  # a fifth of a second on a processor: a window answers in between
+_SAMPLES_PER_STEP = 2**24  # about 0.2 s on a processor, then a window can handle input
 _LOOPS_MAX = 60_000  # Mesa's software rasteriser stops an invocation's loops after 65535 rounds
 
 
 @dataclass(frozen=True, slots=True)
 class GatherStep:
-    """Rows of the picture from `band_start`, and rows of the disc from its centre, both ends in."""
+    """A band of picture rows from `band_start`, and a range of disc rows, both ends included."""
 
     band_start: int
     band_rows: int
@@ -27,7 +27,7 @@ class GatherStep:
 
 
 def disc_reach_px(optics: Optics) -> tuple[int, int]:
-    """Return half the box (x, y) that holds the widest disc of the plate with its rim."""
+    """Return half the size (x, y) of the box around the widest disc of the plate and its rim."""
     radius = (max(abs(optics.nearest_px), abs(optics.farthest_px)) + optics.disc.wider_px) / 2
     x, y = (math.ceil(radius * scale + DISC_RAMP_PX) for scale in optics.disc.half_extents)
     return x, y
@@ -36,7 +36,7 @@ def disc_reach_px(optics: Optics) -> tuple[int, int]:
 def gather_steps(size: tuple[int, int], reach: tuple[int, int]) -> list[GatherStep]:
     """Divide the work into parts of at most `_SAMPLES_PER_STEP` samples if a row of tiles allows.
 
-    A disc wider than the picture is no more work than one that fills it.
+    A disc wider than the picture costs no more than one that fills it.
     """
     reach_x, reach_y = (min(r, side - 1) for r, side in zip(reach, size, strict=True))
     across = 2 * reach_x + 2
@@ -54,7 +54,8 @@ def gather_steps(size: tuple[int, int], reach: tuple[int, int]) -> list[GatherSt
 class GatherPass:
     """The mean over a disc of each pixel's own circle of confusion, a sample for each pixel of it.
 
-    A silhouette that is blurred itself stays as sharp as it was: no pixel outside it looks so far.
+    A weakness of the method: a blurred foreground keeps a sharp silhouette, because the pixels
+    outside it have small discs.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:

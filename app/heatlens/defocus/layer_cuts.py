@@ -1,8 +1,8 @@
-"""Where the picture is cut into depth layers, by signed circle of confusion.
+"""Choose where the picture is cut into depth layers, by signed circle of confusion.
 
-Near cuts stand at fixed diameters, so that they do not move when lens or scene do: a pixel passes
-them smoothly as its own circle of confusion changes. A cut exists from the first pixel on that
-reaches into its transition, so that it comes and goes without a jump in a rack focus.
+Near cuts are at fixed diameters, so that they do not move when the lens or the scene moves: a pixel
+passes them smoothly as its own circle of confusion changes. A cut is used as soon as one pixel is
+within its transition, so that it appears and disappears without a jump during a rack focus.
 """
 
 from dataclasses import dataclass, replace
@@ -11,11 +11,11 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-# Diameters in px, nearest the focus first. -1 parts what is sharp from what is in front of it; then
-# each layer holds a factor of 2.5 of blur, within which one object may insulate another.
+# Diameters in px, nearest the focus first. -1 separates sharp pixels from those in front; each
+# further layer spans a factor of 2.5 in blur, within which one object can insulate another.
 NEAR_CUTS_PX = (-1.0, -4.0, -10.0, -25.0, -62.5)
-# Where there are layers for some cuts only, these are wider apart. Were the cuts nearest to the
-# camera left out instead, a wire would share its layer with much that it hides.
+# With fewer layers the cuts are wider apart. Leaving out those nearest to the camera instead would
+# put a thin foreground object, such as a wire, into one layer with what it hides.
 FEWER_NEAR_CUTS_PX: dict[int, tuple[float, ...]] = {
     0: (),
     1: NEAR_CUTS_PX[:1],
@@ -23,19 +23,19 @@ FEWER_NEAR_CUTS_PX: dict[int, tuple[float, ...]] = {
     3: (-1.0, -5.0, -25.0),
     4: NEAR_CUTS_PX[:4],
 }
-FAR_CUT_PART = 1 / 3  # of the farthest circle of confusion,
-FAR_CUT_LEAST_PX = 2.0  # but not nearer to the focus than this
+FAR_CUT_PART = 1 / 3  # position of the far cut, as a share of the farthest coc ...
+FAR_CUT_LEAST_PX = 2.0  # ... but at least this
 
-# Half width of a cut's transition, as a part of its distance from focus: wide enough to be smooth
-# in a rack focus, narrow enough that few objects live in two layers.
+# Half width of a cut's transition, as a share of its coc: wide enough to be smooth during a rack
+# focus, narrow enough that few objects are in two layers.
 NEAR_SOFTNESS = 0.1
 FAR_SOFTNESS = 0.2
-_BEYOND_PX = 1.0e30  # where no coc is
+_BEYOND_PX = 1.0e30  # larger than any coc
 
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """A limit between two layers: signed coc, and the half width of its transition, pixels."""
+    """A limit between two layers: signed coc and half width of the transition, in pixels."""
 
     at_px: float
     half_width_px: float
@@ -52,26 +52,26 @@ class LayerCut:
 
     near: Cut
     far: Cut
-    is_before_focus: bool = False  # all of it, so that nearer is blurred more
+    is_before_focus: bool = False  # the whole layer is in front of the focus
 
     @property
     def is_farthest(self) -> bool:
-        """Nothing is behind it: it covers all that is seen."""
+        """True for the last layer, which has nothing behind it."""
         return self.far is FARTHER_THAN_ALL
 
     @property
     def is_nearest(self) -> bool:
-        """Nothing is in front of it: no part of it is hidden."""
+        """True for the first layer, of which nothing is hidden."""
         return self.near is NEARER_THAN_ALL
 
 
 def layer_cuts(
     occupied_px: npt.NDArray[np.float64], layers_max: int, proxy: float = 1.0
 ) -> list[LayerCut]:
-    """Return the layers for a picture with these signed coc (ascending), far to near.
+    """Return the layers for the signed coc in a picture (ascending), far to near.
 
-    Empty layers are left out. A picture at `proxy` times the size is cut where the whole picture
-    is, so that its layers are the same. With few layers the near cuts are fewer and wider apart.
+    Empty layers are left out. A picture scaled by `proxy` is cut at the same depths as the whole
+    picture. With few layers the near cuts are fewer and wider apart.
     """
     whole = _cuts_of_whole(occupied_px / proxy, layers_max)
     return whole if proxy == 1.0 else [_scaled(layer, proxy) for layer in whole]
@@ -104,7 +104,7 @@ def _cuts_of_whole(occupied_px: npt.NDArray[np.float64], layers_max: int) -> lis
 
 
 def _holds_any(layer: LayerCut, occupied_px: npt.NDArray[np.float64]) -> bool:
-    """Return whether a coc lies in the layer or its transitions."""
+    """Return True if any coc lies in the layer or its transitions."""
     low = layer.near.at_px - layer.near.half_width_px
     high = layer.far.at_px + layer.far.half_width_px
     first = int(np.searchsorted(occupied_px, low))

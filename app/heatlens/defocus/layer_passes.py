@@ -1,4 +1,4 @@
-"""What happens to one depth layer before and after it is blurred."""
+"""Cut out one depth layer, complete it for the blur, and composite it afterwards."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, WORD_GROUP
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer's pixels, in the tiles that it is worked on in; it may be smaller than the picture.
+    """The pixels of a layer, in its active tiles; it may be smaller than the picture.
 
-    color  rgb times coverage, a coverage, marked where it has to be guessed
-    state  r diameter |coc| in pixels of the layer, g how far it has content, 0..1
-    mask   the tiles, and `listed` the same ones by one
-    told   what fragment lists tell of it (layer_split.comp.glsl); None without lists
-    is_exact  and it was drawn with what is seen, so that it is not matched to that
+    color  rgb premultiplied by coverage, a = coverage; hidden pixels to fill are marked
+    state  r = |coc| in pixels of the layer, g = how much content it has, 0..1
+    mask   the active tiles; `listed` has the same tiles as a list
+    told   what the fragment lists know of it (layer_split.comp.glsl); None without lists
+    is_exact  the lists were rendered with the picture, and need not be matched to it
     """
 
     color: moderngl.Texture
@@ -36,7 +36,7 @@ class Layer:
 
 
 class LayerSplitPass:
-    """One layer out of the picture."""
+    """Cuts one layer out of the picture."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         shader = "layer_split.comp.glsl"
@@ -48,7 +48,7 @@ class LayerSplitPass:
     def steps(
         self, picture: Fragments, plan: LayerPlan, pixels: moderngl.Buffer, out: Layer
     ) -> Iterator[None]:
-        """Write the layer that `plan` cuts out, at its size, and list its hidden `pixels`."""
+        """Write the layer of `plan` at the plan's size, and list its hidden `pixels`."""
         clear_list(pixels)
         uniforms = {
             **_limits(plan.cut),
@@ -77,7 +77,7 @@ class LayerSplitPass:
 
 
 def _of_both_sizes(ctx: moderngl.Context, shader: str) -> dict[bool, ComputeProgram]:
-    """Return programs by whether the layer is smaller than the picture."""
+    """Return two programs, by whether the layer is smaller than the picture."""
     return {False: ComputeProgram(ctx, shader), True: ComputeProgram(ctx, shader, {"REDUCED": 1})}
 
 
@@ -93,10 +93,10 @@ def _limits(cut: LayerCut) -> dict[str, object]:
 class HiddenScratch:
     """The scratch memory of the hidden fill.
 
-    bits    `HiddenFillPass.bits_bytes`: which pixels are seen
-    blocks  `list_bytes` of the picture: each hidden pixel may be guessed for itself
-    cost    RGBA of `block_size`, -1 everywhere
-    match   the same, where there are fragment lists
+    bits    which pixels are visible, of size `HiddenFillPass.bits_bytes`
+    blocks  list of blocks to fill, of size `list_bytes` of the picture
+    cost    RGBA of `block_size`, filled with -1
+    match   like `cost`; only with fragment lists
     """
 
     bits: moderngl.Buffer
@@ -111,7 +111,7 @@ def block_size(size: tuple[int, int]) -> tuple[int, int]:
 
 
 class HiddenFillPass:
-    """Guesses what nearer layers hide, along structures that go on behind them."""
+    """Guesses hidden colours by continuing visible structures behind nearer layers."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._all_program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
@@ -122,7 +122,7 @@ class HiddenFillPass:
 
     @staticmethod
     def bits_bytes(size: tuple[int, int]) -> int:
-        """Return the bytes of the packed seen-masks of a picture: lines of whole 32-bit words."""
+        """Return the bytes of a picture's visibility masks, whose lines are whole 32-bit words."""
         return 4 * sum(_words(size))
 
     def steps(
@@ -154,7 +154,7 @@ class HiddenFillPass:
         yield
         guessed = bits | {"pixel_list_block": scratch.blocks}
         reach = {"reach_px": reach_px}
-        told, out_match, match = _told(layer, scratch)
+        told, out_match, match = _list_textures(layer, scratch)
         exact: dict[str, object] = {"is_exact": layer.is_exact} if told else {}
         for part in slices(size):
             self._cost_program.version(bool(told)).dispatch_indirect(
@@ -176,7 +176,7 @@ class HiddenFillPass:
             yield
 
     def _mark_seen(self, layer: Layer, bits: dict[str, moderngl.Buffer]) -> None:
-        """Set the bit of every pixel in the tiles that the layer is worked on in."""
+        """Set the bits of all pixels in the active tiles of the layer."""
         size = layer.color.size
         self._all_program.dispatch(
             (groups_for(max(_words(size)), WORD_GROUP), HIDDEN_DIRECTIONS),
@@ -188,10 +188,10 @@ class HiddenFillPass:
 _Textures = dict[str, moderngl.Texture]
 
 
-def _told(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
-    """Return what the cost of lists is told from, where its match is written, and who reads it.
+def _list_textures(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
+    """Return the textures that the cost pass reads, the image it writes, and what the fill reads.
 
-    Nothing of all this without lists.
+    All three are empty without lists.
     """
     if layer.told is None or scratch.match is None:
         return {}, {}, {}
@@ -212,7 +212,7 @@ def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:
 
 
 class CocFillPass:
-    """Extends a layer's circle of confusion beyond its content, and softens its silhouettes."""
+    """Extends the coc of a layer beyond its content, and softens it at silhouettes."""
 
     _SYSTEM = LineSystem("lib/fill_system.lib.glsl")
 
@@ -228,9 +228,9 @@ class CocFillPass:
         out_coc: moderngl.Texture,
         mask: TileMask | None = None,
     ) -> Iterator[None]:
-        """Write a diameter to every pixel of `out_coc`, or to those of the tiles in `mask`.
+        """Write a diameter to every pixel of `out_coc`, or only in the tiles of `mask`.
 
-        `rows` is scratch of two channels and the solver's `between_size`.
+        `rows` is scratch memory with two channels and the solver's `between_size`.
         """
         uniforms = {"kappa": 1.0, "is_near": cut.is_before_focus}
         along_rows = Bindings(
@@ -246,7 +246,7 @@ class CocFillPass:
 
 
 class CompositePass:
-    """A blurred layer over what is behind it."""
+    """Composites a blurred layer over the layers behind it."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._programs = _of_both_sizes(ctx, "composite.comp.glsl")
@@ -254,7 +254,7 @@ class CompositePass:
     def run(
         self, blurred: moderngl.Texture, plan: LayerPlan, listed: TileList, color: moderngl.Texture
     ) -> None:
-        """Put a `blurred` layer over `color`, far to near; the farthest one replaces it."""
+        """Composite a `blurred` layer over `color`; the farthest layer replaces it."""
         self._programs[plan.reduction > 1].dispatch_indirect(
             listed.words,
             offset=TileList.OF_PICTURE,
@@ -267,7 +267,7 @@ class CompositePass:
 
 
 class LimitsPass:
-    """No negative light, alpha in 0..1."""
+    """Removes negative light and limits alpha to 0..1."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "limits.comp.glsl")

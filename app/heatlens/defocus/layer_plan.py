@@ -1,7 +1,7 @@
-"""How a layer is worked on: at which size, and how far its blur reaches.
+"""Plan the work on each layer: its size, and how far its blur reaches.
 
-A layer that is blurred much has no detail to lose: it is blurred at 1/2, 1/4 or 1/8 size, as long
-as its circle of confusion stays large enough there for the shape of the disc.
+A strongly blurred layer has no detail to lose: it is processed at 1/2, 1/4 or 1/8 size, as long as
+its circle of confusion there stays large enough for the shape of the disc.
 """
 
 import math
@@ -13,19 +13,19 @@ from heatlens.defocus.layer_cuts import FARTHER_THAN_ALL, LayerCut
 from heatlens.defocus.optics import Optics
 
 REDUCTIONS = (8, 4, 2)
-LEAST_REDUCED_PX = 8.0  # of coc in the smaller picture,
-LEAST_REDUCED_SIDE = 64  # and of its shorter side: its rim is coarser, and there is little to gain
-SPREAD = 1.0  # of the coc: beyond so much of it a kernel's tail is below a thousandth
-MARGIN_PX = 8.0  # the fill's own neighbourhood, and what enlarging a smaller picture takes in
+LEAST_REDUCED_PX = 8.0  # smallest coc of a reduced layer, in its own pixels
+LEAST_REDUCED_SIDE = 64  # smallest shorter side of a reduced layer; below, there is little to gain
+SPREAD = 1.0  # reach of a kernel, relative to the coc: its tail beyond is below a thousandth
+MARGIN_PX = 8.0  # neighbourhood used by the fill, and by enlarging a reduced layer
 
 
 @dataclass(frozen=True, slots=True)
 class LayerPlan:
-    """One layer's work.
+    """The plan of one layer.
 
-    reduction     pixels of the picture along a side of one of the layer's
-    widest_px     largest |coc| in the layer, pixels of the picture
-    uncovered_px  how far behind a silhouette something hidden can still show, pixels of the picture
+    reduction     size of a pixel of the layer, in pixels of the picture
+    widest_px     largest |coc| in the layer, in pixels of the picture
+    uncovered_px  how far behind a silhouette hidden content can show, in pixels of the picture
     """
 
     cut: LayerCut
@@ -35,23 +35,23 @@ class LayerPlan:
 
     @property
     def ends_px(self) -> tuple[float, float]:
-        """Signed coc between which something belongs to the layer."""
+        """The range of signed coc that belongs to the layer, with its transitions."""
         near, far = self.cut.near, self.cut.far
         return near.at_px - near.half_width_px, far.at_px + far.half_width_px
 
     @property
     def is_in_focus(self) -> bool:
-        """Return whether something in the layer may be in focus."""
+        """True if the layer may contain pixels in focus."""
         low_px, high_px = self.ends_px
         return low_px < 1.0 and high_px > -1.0
 
     def size(self, picture: tuple[int, int]) -> tuple[int, int]:
-        """Return width and height of the layer for those of a picture."""
+        """Return width and height of the layer, given those of the picture."""
         return -(-picture[0] // self.reduction), -(-picture[1] // self.reduction)
 
     @property
     def resampled_px_2(self) -> float:
-        """The blur of reducing and enlarging the layer, as the square of a disc's diameter.
+        """The blur caused by reducing and enlarging the layer, as a squared disc diameter.
 
         In pixels of the layer. Variances add, a disc's is d^2 / 16; a box of `reduction` pixels has
         1/12 - 1/(12 reduction^2) more than one pixel, and linear interpolation 1/6 on the mean.
@@ -69,7 +69,7 @@ def layer_plans(cuts: list[LayerCut], optics: Optics, size: tuple[int, int]) -> 
 def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     coc = optics.occupied_px
     low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).ends_px)
-    held = coc[max(low - 1, 0) : high + 1]  # a bin's two ends may lie on both sides
+    held = coc[max(low - 1, 0) : high + 1]  # a limit may lie within a bin
     widest = float(np.max(np.abs(held), initial=0.0))
     narrowest = _least_px(cut, float(held[-1])) * min(optics.disc.spreads)
     fitting = [k for k in REDUCTIONS if side_px >= k * LEAST_REDUCED_SIDE]
@@ -80,7 +80,7 @@ def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
 
 
 def _least_px(cut: LayerCut, farthest_px: float) -> float:
-    """Return the least |coc| of a layer: that of its cut, which does not move in a pull."""
+    """Return the smallest |coc| of a layer, given by its cut, which is constant during a pull."""
     if not cut.is_before_focus:
         return cut.near.at_px - cut.near.half_width_px
     if cut.far is FARTHER_THAN_ALL:
@@ -89,7 +89,7 @@ def _least_px(cut: LayerCut, farthest_px: float) -> float:
 
 
 def reach_tiles(plan: LayerPlan, nearest_px: float, wider_scale: float, tile_px: float) -> int:
-    """Return how many tiles away from a layer's content something of it can still be seen."""
+    """Return how many tiles from its content a layer can still be visible."""
     uncovered = (max(-nearest_px, 0.0) + plan.widest_px) / 2
     reach = wider_scale * max(SPREAD * plan.widest_px, uncovered) + MARGIN_PX
     return math.ceil(reach / tile_px) + 1

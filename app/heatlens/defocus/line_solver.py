@@ -1,9 +1,9 @@
-"""Tridiagonal systems along every row or column of a picture: three strategies, one interface.
+"""Solve tridiagonal systems along every row or column of a picture: three solvers, one interface.
 
-A `LineSystem` names the network (a shader lib file) that a strategy's shader is built around.
-    SweepSolver      one invocation a line; least arithmetic, for software rasterisers
-    PartitionSolver  a run of pixels an invocation, run ends in shared memory; for GPUs
-    CyclicSolver     cyclic reduction, a pass over memory a level; the 2006 memo's, for comparison
+A `LineSystem` names the network, a shader library that the solver's shader includes.
+    SweepSolver      one invocation per line; least arithmetic, for software rasterisers
+    PartitionSolver  a run of pixels per invocation, run ends in shared memory; for GPUs
+    CyclicSolver     cyclic reduction, one pass per level; that of the 2006 memo, for comparison
 """
 
 from abc import ABC, abstractmethod
@@ -19,13 +19,13 @@ from heatlens.gpu.program import ComputeProgram, Image, groups_for
 from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_FOLD, TILE
 from heatlens.gpu.textures import enlarge, new_buffer
 
-SCRATCH_BYTES_MAX = 4 << 20  # a few lines a core; more only spills the processor's caches
-_PIXELS_A_BAND = 1 << 18  # solved in a step: some ten milliseconds without a GPU
+SCRATCH_BYTES_MAX = 4 << 20  # a few lines per core; more would exceed the processor's caches
+_PIXELS_A_BAND = 1 << 18  # pixels per step: some ten milliseconds without a GPU
 Axis = Literal["rows", "columns"]
 
 
 class SolverName(StrEnum):
-    """The strategies, by the words for them on the command line and in reports."""
+    """The solvers, by their names on the command line and in reports."""
 
     SWEEP = "sweep"
     PARTITION = "partition"
@@ -34,7 +34,7 @@ class SolverName(StrEnum):
 
 @dataclass(frozen=True)
 class LineSystem:
-    """The network to solve: its lib file, how many poles, complex or real, extra defines."""
+    """The network to solve: shader library, number of poles, complex or real, extra defines."""
 
     file: str
     poles: int = 1
@@ -52,12 +52,12 @@ class LineSystem:
 
     @property
     def value_bytes(self) -> int:
-        """Bytes of one pixel's Value of one pole."""
+        """Bytes of the shader's `Value` of one pixel and pole."""
         return 32 if self.is_complex else 16
 
     @property
     def num_bytes(self) -> int:
-        """Bytes of one coefficient."""
+        """Bytes of the shader's `Num`, a coefficient."""
         return 8 if self.is_complex else 4
 
 
@@ -83,10 +83,10 @@ class Band:
 
 
 class LineSolver(ABC):
-    """Solves every line of a picture; programs are built once a system and kept."""
+    """Solves every line of a picture; programs are built once for each system."""
 
     name: SolverName
-    _STRIPS = False  # what rows hand to columns lies in strips, see lib/strips.lib.glsl
+    _STRIPS = False  # the intermediate image is stored in strips, see lib/strips.lib.glsl
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -104,7 +104,7 @@ class LineSolver(ABC):
     ) -> None:
         """Solve `system` along `axis` of a picture of `size` (width, height).
 
-        With a `mask` only its tiles are solved, as if nothing lay around them.
+        With a `mask` only its tiles are solved, as if there were nothing around them.
         """
         for _ in self.steps(system, axis, size, bound, mask):
             pass
@@ -133,14 +133,14 @@ class LineSolver(ABC):
             yield
 
     def between_size(self, size: tuple[int, int]) -> tuple[int, int]:
-        """Return the size of a texture for what the rows of a picture pass to its columns."""
+        """Return the size of the intermediate texture between rows and columns."""
         if not self._STRIPS:
             return size
         across, folds = groups_for(size[0], STRIP_COLUMNS), groups_for(size[1], STRIP_FOLD)
         return STRIP_COLUMNS * STRIP_FOLD, across * folds
 
     def release(self) -> None:
-        """Give programs and buffers back."""
+        """Release programs and buffers."""
         for program in self._programs.values():
             program.release()
         for buffer in self._scratch.values():
@@ -150,7 +150,7 @@ class LineSolver(ABC):
         self._whole.release()
 
     def _dispatch(self, program: ComputeProgram, groups: int, band: Band) -> None:
-        """Run a program that solves whole lines and looks at the mask of tiles itself."""
+        """Run a program that solves whole lines and evaluates the mask itself."""
         program.dispatch(
             (groups, 1),
             textures=band.given.textures,
@@ -164,7 +164,7 @@ class LineSolver(ABC):
 
     @abstractmethod
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
-        """Return how many bytes a line needs in each scratch block of the shader."""
+        """Return the bytes that a line needs in each scratch block of the shader."""
 
     def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
         per_line = max(1, sum(self._bytes_per_line(system, length).values()))
@@ -174,7 +174,7 @@ class LineSolver(ABC):
             yield first, min(step, lines - first)
 
     def _buffers(self, band: Band) -> dict[str, moderngl.Buffer]:
-        """Return the scratch buffers by their blocks, grown when a longer line comes."""
+        """Return the scratch buffers by their blocks, enlarged for longer lines."""
         for block, per_line in self._bytes_per_line(band.system, band.length).items():
             need = per_line * band.count
             if block not in self._scratch:
@@ -197,8 +197,8 @@ class SweepSolver(LineSolver):
 
     name = SolverName.SWEEP
     _STRIPS = True
-    LINES_PER_GROUP = 8  # one vector of a software rasteriser's invocations
-    BLOCK = 4  # pixels; with 8 the programs take twice as long to compile and gain little
+    LINES_PER_GROUP = 8  # the vector width of a software rasteriser
+    BLOCK = 4  # pixels; with 8, programs take twice as long to compile and gain little
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
         blocks = groups_for(length, self.BLOCK) * system.poles
@@ -215,12 +215,12 @@ class SweepSolver(LineSolver):
 
 
 class PartitionSolver(LineSolver):
-    """Runs eliminated in registers, run ends by cyclic reduction in shared memory."""
+    """Eliminates runs in registers, and solves run ends by cyclic reduction in shared memory."""
 
     name = SolverName.PARTITION
-    _SLOTS = 512  # 56 bytes each: under the 32 KiB of shared memory that GL 4.3 promises
-    _RUN_LEAST = 4  # pixels an invocation: what fits the registers of a GPU
-    _RUNS_STEP = 64  # so that pictures of many sizes share few programs
+    _SLOTS = 512  # of 56 bytes: fits the 32 KiB of shared memory that GL 4.3 guarantees
+    _RUN_LEAST = 4  # pixels per invocation, which fit the registers of a GPU
+    _RUNS_STEP = 64  # rounding of run counts, so that pictures of many sizes share few programs
     _LINES_MOST = 4
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
@@ -231,14 +231,14 @@ class PartitionSolver(LineSolver):
 
     @staticmethod
     def shared_texels(system: LineSystem) -> int:
-        """Return how many texels of a pixel, between the axes, hold both parts of a pole."""
+        """Return how many texels per pixel of the intermediate image hold both parts of a pole."""
         return system.poles % 2 if _parts(system) == 2 else 0
 
     @classmethod
     def shape(cls, system: LineSystem, length: int) -> dict[str, int]:
-        """Return how a line of `length` pixels is cut, as the shader takes it.
+        """Return how a line of `length` pixels is divided into runs, as defines of the shader.
 
-        RUN, a power of two, divides a tile or holds whole ones.
+        RUN, a power of two, divides a tile or is a multiple of it.
         """
         run = cls._RUN_LEAST
         while run * cls._SLOTS < length:
@@ -261,9 +261,9 @@ class PartitionSolver(LineSolver):
 
 
 def _parts(system: LineSystem) -> int:
-    """Return in how many parts the channels are solved.
+    """Return the number of parts in which the channels are solved.
 
-    Four complex ones do not fit the registers.
+    Four complex channels do not fit the registers of a GPU.
     """
     return 2 if system.is_complex else 1
 

@@ -1,4 +1,4 @@
-"""Fragment lists of a plate on the GPU, and programs that know what to do with them."""
+"""Keep the fragment lists of a plate on the GPU, and programs that can use them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,15 +14,15 @@ from heatlens.model.coc import CocLine
 
 @dataclass(frozen=True)
 class FragmentBuffers:
-    """The lists of one plate, packed as lib/fragment_list.lib.glsl reads them.
+    """The fragment lists of a plate, packed as lib/fragment_list.lib.glsl reads them.
 
-    starts       a word a pixel, and one more
-    words        three words a fragment
+    starts       one word per pixel, and one more
+    words        three words per fragment
     size         width and height of the plate, pixels
-    is_measured  the file tells the coverage of what is seen, so that silhouettes need no guess
-    origin       the plate's first pixel among those that have lists
-    stride       how many of these there are in a row; 0 for the plate's width
-    is_exact     they were drawn with the picture, by the same light, and need not be matched to it
+    is_measured  the file has the coverage of visible surfaces, so that silhouettes need no guess
+    origin       position of the plate's first pixel among the pixels with lists
+    stride       pixels with lists per row; 0 for the plate's width
+    is_exact     the lists were rendered with the picture, and need not be matched to it
     """
 
     starts: moderngl.Buffer
@@ -39,7 +39,7 @@ class FragmentBuffers:
         return replace(self, size=(box.width, box.height), origin=(box.x0, box.y0), stride=stride)
 
     def release(self) -> None:
-        """Give the buffers back to OpenGL."""
+        """Release the buffers."""
         self.starts.release()
         self.words.release()
 
@@ -48,8 +48,8 @@ class FragmentBuffers:
 class ListedFragments:
     """The lists of a plate seen through a lens.
 
-    is_open   behind the last fragment of a list there is nothing: the plate has alpha
-    is_alpha  the picture is the plate's alpha, of which each fragment is full
+    is_open   there is nothing behind the last fragment of a list, because the plate has alpha
+    is_alpha  the picture is the plate's alpha, so that each fragment has the value 1
     """
 
     held: FragmentBuffers
@@ -59,12 +59,12 @@ class ListedFragments:
 
     @property
     def is_exact(self) -> bool:
-        """Return True if what the lists tell need not be matched to what is seen."""
+        """True if the lists need not be matched to the picture."""
         return self.held.is_exact or self.is_alpha
 
     @property
     def is_measured(self) -> bool:
-        """Return True if silhouettes in the picture are not to be guessed."""
+        """True if silhouettes in the picture need not be guessed."""
         return self.held.is_measured
 
     @property
@@ -74,7 +74,7 @@ class ListedFragments:
 
     @property
     def uniforms(self) -> dict[str, object]:
-        """The uniforms that shaders need besides."""
+        """The uniforms that shaders need for the lists."""
         return {
             "lists_size": self.held.size,
             "lists_origin": self.held.origin,
@@ -89,21 +89,21 @@ class ListedFragments:
         return replace(self, held=replace(self.held, words=words))
 
     def of_alpha(self) -> "ListedFragments":
-        """Return the same lists for the plate's alpha, where light does not count but coverage."""
+        """Return the same lists for the plate's alpha, which uses coverage instead of light."""
         return replace(self, is_alpha=True)
 
 
 def listed_through(
     held: FragmentBuffers | None, optics: Optics, has_alpha: bool
 ) -> ListedFragments | None:
-    """Return the lists as a lens sees them; None without lists, or where no lens is known."""
+    """Return the lists seen through a lens; None without lists or without a known lens."""
     if held is None or optics.line is None:
         return None
     return ListedFragments(held, optics.line, is_open=has_alpha)
 
 
 class ListProgram:
-    """A compute program in two versions: for flat pictures and for those with fragment lists."""
+    """A compute program in two versions: with and without fragment lists."""
 
     def __init__(
         self, ctx: moderngl.Context, name: str, defines: Mapping[str, object] | None = None
@@ -111,15 +111,15 @@ class ListProgram:
         self._versions = ProgramVersions(lambda all_: ComputeProgram(ctx, name, all_), defines)
 
     def version(self, with_lists: bool) -> ComputeProgram:
-        """Return the program for pictures with lists, or for those without."""
+        """Return the version for pictures with or without lists."""
         return self._versions.with_(LISTS=with_lists)
 
 
 def list_buffers(lists: ListedFragments | None) -> dict[str, moderngl.Buffer]:
-    """Return the storage blocks of the lists, where there are lists."""
+    """Return the storage blocks of the lists; empty without lists."""
     return {} if lists is None else lists.buffers
 
 
 def list_uniforms(lists: ListedFragments | None) -> dict[str, object]:
-    """Return the uniforms of the lists, where there are lists."""
+    """Return the uniforms of the lists; empty without lists."""
     return {} if lists is None else lists.uniforms

@@ -1,4 +1,4 @@
-"""What the blur has to know of lens and plate, in pixels."""
+"""Describe lens and plate to the blur, in pixels."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -10,11 +10,11 @@ import numpy.typing as npt
 from heatlens.model.coc import CocLine
 from heatlens.model.disc_shape import DiscShape
 
-_UNCOVERED_MARGIN_PX = 8  # a kernel's tail, and the fill's own neighbourhood
+_UNCOVERED_MARGIN_PX = 8  # the tail of a kernel, and the neighbourhood used by the fill
 
 
 class Color(IntEnum):
-    """The colours in the order of their wavelengths, and of their channels."""
+    """The colours, in the order of their channels and from long to short wavelengths."""
 
     RED = 0
     GREEN = 1
@@ -23,12 +23,12 @@ class Color(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Optics:
-    """A lens in front of a plate.
+    """A lens applied to a plate.
 
-    line          signed coc over dioptres; None: the plate brings its coc itself
-    occupied_px   the signed coc there are in the plate, ascending (ends of narrow bins)
-    disc          shape of the discs in the pixels of the plate
-    plate_shift_px what is to be added to the coc that a plate brings itself
+    line           signed coc as a function of dioptres; None if the plate has coc instead of depth
+    occupied_px    the signed coc in the plate, ascending (ends of narrow bins)
+    disc           shape of the discs, in pixels of the plate
+    plate_shift_px correction added to the coc that the plate has
     """
 
     line: CocLine | None
@@ -38,25 +38,25 @@ class Optics:
 
     @property
     def nearest_px(self) -> float:
-        """The least signed coc in the plate."""
+        """The smallest signed coc in the plate."""
         return float(self.occupied_px[0])
 
     @property
     def farthest_px(self) -> float:
-        """The greatest."""
+        """The largest signed coc in the plate."""
         return float(self.occupied_px[-1])
 
     @property
     def at_infinity_px(self) -> float:
-        """Coc of what is infinitely far; the farthest there is where no lens tells."""
+        """The coc at infinity; for a plate with its own coc, its largest one."""
         return self.farthest_px if self.line is None else self.line.at_infinity_px
 
     @property
     def uncovered_px(self) -> int:
-        """How far behind a silhouette something hidden can still show.
+        """How far behind a silhouette hidden content can show.
 
-        The nearer blur uncovers half its diameter, and the farther one brings in light from half
-        of its own beyond that.
+        The blur of the nearer surface uncovers half its diameter; the blur of the farther one adds
+        half of its own.
         """
         uncovering = max(-self.nearest_px, 0.0)
         widest = max(uncovering, abs(self.farthest_px))
@@ -64,7 +64,7 @@ class Optics:
         return math.ceil(reach_px) + _UNCOVERED_MARGIN_PX
 
     def in_color(self, color: Color) -> "Optics":
-        """Return the optics for one colour: green's, or more or less coc by the axial colour."""
+        """Return the optics for one colour, whose focus differs by the axial colour."""
         shift_px = (color - Color.GREEN) * self.disc.axial_px
         line = self.line and replace(self.line, at_infinity_px=self.line.at_infinity_px + shift_px)
         aperture = replace(self.disc.aperture, axial_colour_mm=0.0)
@@ -77,7 +77,7 @@ class Optics:
         )
 
     def scaled(self, proxy: float) -> "Optics":
-        """Return the optics for a picture `proxy` times the size."""
+        """Return the optics for a picture scaled by `proxy`."""
         line = self.line and CocLine(
             self.line.at_infinity_px * proxy, self.line.per_dioptre_px * proxy
         )
@@ -85,5 +85,5 @@ class Optics:
         return replace(self, line=line, occupied_px=self.occupied_px * proxy, disc=disc)
 
     def moved(self, px: tuple[float, float]) -> "Optics":
-        """Return the optics for a picture whose first pixel lies so many pixels left and up."""
+        """Return the optics for a picture that begins this many pixels farther left and up."""
         return replace(self, disc=self.disc.moved(px))

@@ -1,4 +1,4 @@
-"""The field's other ways to blur a plate, beside diffusion and through the same renderer."""
+"""Blur a plate by methods other than diffusion, for comparison."""
 
 import math
 from collections.abc import Iterator
@@ -14,9 +14,9 @@ from heatlens.defocus.scratch import Scratch
 
 
 class OtherMethods:
-    """Each takes RGBA and signed coc and leaves RGBA in the texture "blurred".
+    """The methods; each takes RGBA and signed coc, and writes RGBA to the texture "blurred".
 
-    Alpha is blurred as a fourth colour. Programs are built when a method is first asked for.
+    Alpha is blurred as a fourth colour. Programs are built when a method is first used.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -65,7 +65,7 @@ class OtherMethods:
         self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
         """Blur by `PyramidPass`."""
-        all_levels = level_places(color.size, math.inf)  # room that no lens changes
+        all_levels = level_places(color.size, math.inf)  # enough for every lens
         levels = scratch.texture("pyramid", pyramid_size(all_levels), 4)
         out = scratch.texture("blurred", color.size, 4)
         return self._pyramid.steps(color, coc, optics, levels, out)

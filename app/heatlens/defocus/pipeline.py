@@ -3,8 +3,8 @@
 A picture is rendered in steps, each named after its pass, so that a window can handle input in
 between.
 
-plate -> proxy -> coc -> fragments -> each layer, far to near, in the tiles where it shows and at
-the size that its blur allows: split, fill what is hidden, extend its coc, blur, composite -> out
+plate -> proxy -> coc -> fragments -> for each layer, far to near, in its visible tiles and at the
+size that its blur allows: split, fill hidden pixels, extend the coc, blur, composite -> out
 """
 
 import math
@@ -38,21 +38,21 @@ from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.model.settings import Bokeh, DefocusSettings, Method
 
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
-_NO_COST = (-1.0, -1.0, -1.0, -1.0)  # as hidden_fill.comp.glsl takes it, for what is seen
-SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)  # they know a disc for each colour themselves
+_NO_COST = (-1.0, -1.0, -1.0, -1.0)  # marks visible pixels for hidden_fill.comp.glsl
+SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)  # handle a focus for each colour by themselves
 
 
 class DefocusPipeline:
-    """Colour and depth to a picture with depth of field, in textures of its own."""
+    """Renders a picture with depth of field from colour and depth, in its own textures."""
 
     def __init__(self, ctx: moderngl.Context, passes: DefocusPasses) -> None:
         self._ctx = ctx
         self._passes = passes
         self.scratch = Scratch(ctx)
-        self._places: moderngl.Texture | None = None  # of the light in the picture's pixels
+        self._places: moderngl.Texture | None = None  # subpixel positions of the light
         self._reduced = ReducedPlate(ctx, passes.proxy, passes.proxy_lists)
         self._rounds = ColorRounds(passes.colors)
-        self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
+        self.on_layer: Callable[[int, int], None] | None = None  # called with layers done, and all
 
     def steps(
         self,
@@ -69,8 +69,8 @@ class DefocusPipeline:
         The next run overwrites it.
 
         `color` is RGBA, `depth` metres, or signed coc in pixels if `optics.line` is None. Without
-        `has_alpha` the result's alpha is 1. `fragments` tell what lies behind the plate; methods of
-        one layer do not ask. `places`, RGBA, tell where in its pixel the light of each stands.
+        `has_alpha` the result's alpha is 1. `fragments` are the surfaces behind the visible ones;
+        methods with one layer ignore them. `places`, RGBA, are subpixel positions of the light.
         """
         self._places = places if settings.proxy == 1.0 else None
         self.scratch.begin_picture()
@@ -96,7 +96,7 @@ class DefocusPipeline:
         has_alpha: bool,
         fragments: FragmentBuffers | None,
     ) -> Steps[moderngl.Texture]:
-        """Blur a picture at the size that is worked on, with one focus for all colours."""
+        """Blur a picture at proxy size, with one focus for all colours."""
         coc = depth
         if optics.line is not None or optics.plate_shift_px:
             coc = self.scratch.texture("coc", depth.size, 1)
@@ -279,10 +279,10 @@ class DefocusPipeline:
         where: tuple[TileMask, TileList],
         optics: Optics,
     ) -> Steps[tuple[Layer, moderngl.Texture]]:
-        """Return a layer without holes, and its coc, in the tiles that are to be worked on."""
+        """Return a layer with hidden pixels filled, and its coc, in the active tiles."""
         size, scratch, reduction = plan.size(picture.coc.size), self.scratch, plan.reduction
         hidden = scratch.buffer("hidden list", list_bytes(picture.coc.size))
-        # Empty everywhere, because enlarging also looks at tiles that are not worked on.
+        # Empty everywhere, because enlarging also reads tiles that are not active.
         color = scratch.filled("layer", size, _NOTHING, reduction)
         state = scratch.texture("layer state", size, 2, reduction=reduction)
         told = None
@@ -323,12 +323,12 @@ class DefocusPipeline:
     def _poles(
         self, name: str, picture_size: tuple[int, int], kernel: Kernel
     ) -> moderngl.TextureArray:
-        """Return the image between rows and columns of a blur, which layers of any size share."""
+        """Return the intermediate image of a blur, which layers of any size share."""
         between = self._passes.solver.between_size(picture_size)
         return self.scratch.array(name, between, pole_layers(kernel), 4, PACKED)
 
     def _named(self, name: str, steps: Iterator[None]) -> Iterator[str]:
-        """Give each of a pass's steps its name; the pass is over after the last."""
+        """Yield the name for each step of a pass; the pass has ended after the last one."""
         for _ in steps:
             yield name
         self.scratch.passed(name)

@@ -1,4 +1,4 @@
-"""From the plate to what the blur works on: the proxy size and the circle of confusion."""
+"""Prepare a plate for the blur: proxy size, circle of confusion, crops and alpha."""
 
 from collections.abc import Collection
 
@@ -9,12 +9,12 @@ from heatlens.model.coc import CocLine
 
 
 def proxy_size(size: tuple[int, int], proxy: float) -> tuple[int, int]:
-    """Return the size of a picture at a proxy scale, at least a pixel each way."""
+    """Return the size of a picture at a proxy scale, at least 1 x 1 pixels."""
     return max(1, round(size[0] * proxy)), max(1, round(size[1] * proxy))
 
 
 class CocPass:
-    """Depth in metres to signed circle of confusion in pixels."""
+    """Converts depth in metres to the signed circle of confusion in pixels."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "coc.comp.glsl")
@@ -27,7 +27,7 @@ class CocPass:
         out_coc: moderngl.Texture,
         shift_px: float = 0.0,
     ) -> None:
-        """Write the diameter of every pixel's disc, negative in front of the focus plane.
+        """Write the disc diameter of every pixel, negative in front of the focus plane.
 
         Without a `line`, `depth` is the diameter already, to which `shift_px` is added.
         """
@@ -51,7 +51,7 @@ class CocPass:
 
 
 class CropPass:
-    """A part of a picture as a picture of its own, of its size or smaller."""
+    """Copies a part of a picture to another picture, at the same or a smaller scale."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "crop.comp.glsl")
@@ -66,8 +66,8 @@ class CropPass:
     ) -> None:
         """Copy the pixels from `origin` on to `out`, whose size decides how many.
 
-        Each pixel of `out` is the mean of `fine` times `fine` pixels, its first three channels
-        multiplied by `light_scale`.
+        Each pixel of `out` is the mean of `fine` x `fine` pixels, with rgb multiplied by
+        `light_scale`.
         """
         self._program.dispatch(
             pixel_groups(out.size),
@@ -82,7 +82,7 @@ class CropPass:
 
 
 class RescalePass:
-    """A picture enlarged or made smaller about a point."""
+    """Scales a picture about a point."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "rescale.comp.glsl")
@@ -94,7 +94,7 @@ class RescalePass:
         ratio: float,
         out: moderngl.Texture,
     ) -> None:
-        """Show in `out`, of the same size, what lies `ratio` times as far from `centre` (x, y)."""
+        """Scale the picture by 1/`ratio` about `centre` (x, y), to `out` of the same size."""
         self._program.dispatch(
             pixel_groups(out.size),
             textures={"from_tx": picture},
@@ -108,7 +108,7 @@ class RescalePass:
 
 
 class AlphaPass:
-    """Alpha defocused as a picture of its own, beside the colour."""
+    """Copies alpha to a picture of its own to be blurred, and back."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._as_color = ComputeProgram(ctx, "alpha_as_color.comp.glsl")
@@ -130,7 +130,7 @@ class AlphaPass:
 
 
 class ColorPass:
-    """Single colours of one picture into another."""
+    """Copies single channels of one picture to another."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "colors_take.comp.glsl")
@@ -138,7 +138,7 @@ class ColorPass:
     def take(
         self, picture: moderngl.Texture, channels: Collection[int], out: moderngl.Texture
     ) -> None:
-        """Copy these `channels` of `picture`, 0 to 3, to `out`; the others stay as they are."""
+        """Copy these `channels` of `picture`, 0 to 3, to `out`; its other channels stay."""
         self._program.dispatch(
             pixel_groups(out.size),
             textures={"picture_tx": picture},
@@ -148,7 +148,7 @@ class ColorPass:
 
 
 class ProxyPass:
-    """A smaller picture: colour averaged, depth sampled."""
+    """Reduces a plate: colour is averaged, depth is sampled."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "proxy.comp.glsl")
@@ -161,7 +161,7 @@ class ProxyPass:
         out_color: moderngl.Texture,
         out_depth: moderngl.Texture,
     ) -> None:
-        """Reduce colour and depth; `depth_scale` is 1 for metres, the proxy's scale for a coc."""
+        """Reduce colour and depth; `depth_scale` is 1 for metres, the proxy scale for coc."""
         self._program.dispatch(
             pixel_groups(out_color.size),
             textures={"color_tx": color, "depth_tx": depth},

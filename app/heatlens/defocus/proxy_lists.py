@@ -1,4 +1,4 @@
-"""Fragment lists of a smaller picture, made of those of the whole one."""
+"""Make the fragment lists of a reduced picture from those of the whole one."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +10,7 @@ from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 FRAGMENT_BYTES = 12
-_MORE_A_PIXEL = 2  # fragments: what had no list of its own where others have one
+_MORE_A_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others
 # Summed up in one dispatch: llvmpipe ends a loop silently after 65,535 rounds, 256 pixels in each.
 _PIXELS_A_SUM = 1 << 22
 _SHADER = "proxy_lists.comp.glsl"
@@ -18,11 +18,11 @@ _SHADER = "proxy_lists.comp.glsl"
 
 @dataclass(frozen=True)
 class ProxyListRoom:
-    """Memory for the lists of a smaller picture.
+    """Memory for the lists of a reduced picture.
 
-    held      the lists, once `ProxyListsPass` has run
-    capacity  fragments that there is room for; lists that find none are empty
-    total     scratch of four bytes
+    held      the lists, valid once `ProxyListsPass` has run
+    capacity  number of fragments there is room for; lists beyond it are empty
+    total     four bytes of scratch memory
     """
 
     held: FragmentBuffers
@@ -33,13 +33,13 @@ class ProxyListRoom:
 def proxy_list_capacity(
     ctx: moderngl.Context, whole: FragmentBuffers, size: tuple[int, int]
 ) -> int:
-    """Return for how many fragments a smaller picture of `size` should have room."""
+    """Return the number of fragments to reserve for a reduced picture of `size`."""
     most = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // FRAGMENT_BYTES
     return min(whole.words.size // FRAGMENT_BYTES + _MORE_A_PIXEL * size[0] * size[1], most)
 
 
 class ProxyListsPass:
-    """Merges the lists of the pixels that each pixel of a smaller picture stands for."""
+    """Merges the lists of the pixels that each pixel of a reduced picture covers."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -64,10 +64,10 @@ class ProxyListsPass:
         room: ProxyListRoom,
         out_depth: moderngl.Texture,
     ) -> None:
-        """Fill `room` with the lists of a picture of `out_depth`'s size.
+        """Write the lists of a picture of the size of `out_depth` to `room`.
 
-        `out_depth` has its depth in metres, and gets that of the nearest fragment where a list
-        begins with what is seen.
+        `out_depth` is the reduced depth in metres. Where a list begins with the visible surface,
+        its depth is replaced by that of the nearest fragment.
         """
         groups, size, out = pixel_groups(out_depth.size), out_depth.size, room.held
         textures = {"color_tx": color, "depth_tx": depth}
@@ -105,7 +105,7 @@ class ProxyListsPass:
 
 
 def _whole_uniforms(whole: FragmentBuffers) -> dict[str, object]:
-    """Return the uniforms of the lists with dioptres in the place of the coc."""
+    """Return the uniforms of the lists, with dioptres instead of coc."""
     return {
         "lists_size": whole.size,
         "lists_origin": whole.origin,

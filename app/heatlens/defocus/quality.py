@@ -1,4 +1,4 @@
-"""What each quality spends."""
+"""Define the cost of each quality: kernel, steps and number of layers."""
 
 from dataclasses import dataclass
 from typing import assert_never
@@ -9,7 +9,7 @@ from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, 
 
 @dataclass(frozen=True)
 class _Spent:
-    """The cost of a quality: the disc's kernel, steps of a Gaussian, depth layers at most."""
+    """The cost of a quality: kernel of the disc, steps of a Gaussian, largest number of layers."""
 
     disc: str
     gaussian_steps: int
@@ -29,9 +29,9 @@ def _spent(quality: Quality) -> _Spent:
 
 
 def kernel_for(settings: DefocusSettings, rim: float = 0.0) -> Kernel:
-    """Return the kernel of a bokeh at a quality; all have the same variance for the same disc.
+    """Return the kernel of a bokeh at a quality; all kernels of a disc have the same variance.
 
-    `rim` is that of discs on one side of the focus, as `Aperture` has it for those behind.
+    `rim` is the rim of discs on one side of the focus, see `Aperture`.
     """
     if settings.method is Method.HEAT:
         return named_kernel("heat")
@@ -48,7 +48,7 @@ def kernel_for(settings: DefocusSettings, rim: float = 0.0) -> Kernel:
 
 
 def layers_for(settings: DefocusSettings) -> int:
-    """Return how many depth layers there are at most."""
+    """Return the largest number of depth layers."""
     if settings.method is not Method.DIFFUSION:
         return 1
     return settings.layers or _spent(settings.quality).layers

@@ -1,10 +1,10 @@
-"""The memory between the passes of a picture: who uses what, from which pass to which.
+"""Manage the memory that passes share, by the passes between which it is used.
 
-Every texture and buffer has a name of its own. `LIFETIMES` says in which pass it is written first
-and after which pass nobody reads it any more; what lives at different times may share memory. The
-pipeline announces each pass that is over (`Scratch.passed`), so that two owners at one time are an
-error. With HEATLENS_POISON_SCRATCH=1 in the environment, what has come to its end is filled with
-NaN: a pass that still reads it shows in the picture.
+Every texture and buffer has its own name. `LIFETIMES` has the pass that writes it first and the
+pass that reads it last; names with separate lifetimes can share memory. The pipeline announces the
+end of each pass (`Scratch.passed`), so that a second owner at the same time raises an error. With
+HEATLENS_POISON_SCRATCH=1 in the environment, memory is filled with NaN at the end of its lifetime,
+which makes a pass that still reads it visible in the picture.
 """
 
 import os
@@ -18,22 +18,22 @@ from heatlens.gpu.textures import Storage, TexturePool
 
 POISON_VARIABLE = "HEATLENS_POISON_SCRATCH"
 
-# The passes as they follow each other. "tiles" to "composite" run once for each layer.
+# The passes in their order. "tiles" to "composite" run once for each layer.
 PASSES = (
     *("proxy", "coc", "alpha", "highlights found", "highlights listed", "fragments", "tiles"),
     *("layer split", "hidden fill", "coc fill", "blur", "composite", "highlights drawn", "limits"),
-    *("colours",),  # each blurred apart, with all before it
-    *("gather", "scatter", "pyramid"),  # each instead of all from "alpha" to "highlights drawn"
+    *("colours",),  # after all passes before it, for each colour
+    *("gather", "scatter", "pyramid"),  # each replaces "alpha" to "highlights drawn"
 )
-AFTER_THE_PICTURE = ""  # a last pass that never comes: the next picture writes over it
+AFTER_THE_PICTURE = ""  # stands for no pass: the memory is used until the next picture
 
 
 @dataclass(frozen=True)
 class Lifetime:
-    """The time from the pass that writes first to the one that reads last.
+    """The lifetime of a name: from the pass that writes it first to the one that reads it last.
 
-    `memory` is the name of what is used. Layers of several sizes have memory for each reduction;
-    `reduction` is set where a use is of one reduction alone.
+    `memory` is the name of the memory. Layers have separate memory for each reduction; `reduction`
+    is set if the name is used for one reduction only.
     """
 
     memory: str
@@ -42,7 +42,7 @@ class Lifetime:
     reduction: int | None = None
 
     def meets(self, other: "Lifetime") -> bool:
-        """Return whether the two want the same memory at the same time."""
+        """Return True if both use the same memory at the same time."""
         sizes = {self.reduction, other.reduction}
         if self.memory != other.memory or (None not in sizes and len(sizes) == 2):
             return False
@@ -131,11 +131,11 @@ class Scratch:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._pool = TexturePool(ctx)
-        self._alive: dict[str, tuple[str, _Held]] = {}  # by memory: whose it is now
+        self._alive: dict[str, tuple[str, _Held]] = {}  # the owner of each memory
         self._poisons = bool(os.environ.get(POISON_VARIABLE))
 
     def begin_picture(self) -> None:
-        """Forget who was alive: the steps of the last picture may have been left unfinished."""
+        """End all lifetimes, because the last picture may not have been finished."""
         self._alive.clear()
 
     def texture(
@@ -146,10 +146,10 @@ class Scratch:
         storage: Storage = "f4",
         reduction: int = 1,
     ) -> moderngl.Texture:
-        """Return the texture called `name`; its content is whatever was last written.
+        """Return the texture called `name`, with its previous content.
 
-        Layers of each `reduction` have textures of their own, or each would be made anew for the
-        next. Raises RuntimeError where its memory still belongs to another name.
+        Each `reduction` has its own texture, so that textures are not created again for each
+        layer. Raise RuntimeError if the memory still belongs to another name.
         """
         memory = _memory(name, reduction)
         return self._given(name, memory, self._pool.texture(memory, size, components, storage))
@@ -161,7 +161,7 @@ class Scratch:
         value: tuple[float, float, float, float],
         reduction: int = 1,
     ) -> moderngl.Texture:
-        """Return the RGBA float32 texture called `name` with `value` in every pixel."""
+        """Return the RGBA float32 texture called `name`, filled with `value`."""
         memory = _memory(name, reduction)
         return self._given(name, memory, self._pool.filled(memory, size, value))
 
@@ -173,13 +173,13 @@ class Scratch:
         components: int,
         storage: Storage = "f4",
     ) -> moderngl.TextureArray:
-        """Return the array called `name`, `layers` deep."""
+        """Return the texture array called `name`, with `layers` layers."""
         memory = _memory(name)
         made = self._pool.array(memory, size, layers, components, storage)
         return self._given(name, memory, made)
 
     def buffer(self, name: str, size_bytes: int) -> moderngl.Buffer:
-        """Return the storage buffer called `name`, at least `size_bytes` large."""
+        """Return the storage buffer called `name`, of at least `size_bytes`."""
         memory = _memory(name)
         return self._given(name, memory, self._pool.buffer(memory, size_bytes))
 
@@ -193,7 +193,7 @@ class Scratch:
         return name
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release all memory."""
         self._alive.clear()
         self._pool.release()
 

@@ -1,4 +1,4 @@
-"""Which line solver suits this OpenGL: measured once, when the context is made."""
+"""Choose the line solver for an OpenGL implementation."""
 
 import time
 from collections.abc import Callable
@@ -13,15 +13,15 @@ from heatlens.defocus.line_solver import LineSolver, PartitionSolver, SweepSolve
 from heatlens.gpu.context import is_software
 from heatlens.gpu.textures import new_array, new_texture, upload
 
-_PROBE_RUNS = 4  # the best counts: a busy machine must not change the choice
-_PROBE_KERNEL = named_kernel("heat")  # the cheapest to build
+_PROBE_RUNS = 4  # the best time counts, so that a busy machine does not change the choice
+_PROBE_KERNEL = named_kernel("heat")  # compiles fastest
 
 
 def fastest_solver(ctx: moderngl.Context) -> LineSolver:
-    """Return the faster of sweep and partition on a probe picture.
+    """Measure sweep and partition on a probe picture, and return the faster solver.
 
-    The probe is large enough to fill a GPU (1024 lines) and small enough not to be felt on a
-    software rasteriser, where 64 lines show the difference as well.
+    The probe has 1024 lines to fill a GPU, but only 64 on a software rasteriser, where they show
+    the difference as well and take little time.
     """
     size = (512, 64) if is_software(ctx) else (1024, 1024)
     solvers = [SweepSolver(ctx), PartitionSolver(ctx)]
@@ -33,10 +33,10 @@ def fastest_solver(ctx: moderngl.Context) -> LineSolver:
 
 
 def settled_solver(ctx: moderngl.Context) -> LineSolver:
-    """Return the solver that is usually faster on such an OpenGL, and always the same.
+    """Return the solver that is usually faster on such an OpenGL, without measuring.
 
-    Two solvers round differently in the last digits. Frames of one shot that are rendered by many
-    processes should not differ, however busy the machines were when these began.
+    The solvers differ in the last digits. Frames of a shot that are rendered by several processes
+    must not differ, so that the choice must not depend on how busy a machine is.
     """
     return SweepSolver(ctx) if is_software(ctx) else PartitionSolver(ctx)
 
@@ -55,7 +55,7 @@ def _probe_seconds(ctx: moderngl.Context, solver: LineSolver, size: tuple[int, i
     upload(coc, np.full(size[::-1], 10.0, np.float32))
     what = Diffusion(color, coc, _PROBE_KERNEL, (1.0, 1.0))
     run = partial(BlurPass(solver).run, what, BlurTargets(poles, out))
-    run()  # builds the programs
+    run()  # compiles the programs
     elapsed = min(_seconds(ctx, run) for _ in range(_PROBE_RUNS))
     for texture in (color, coc, out, poles):
         texture.release()

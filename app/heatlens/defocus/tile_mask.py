@@ -1,4 +1,4 @@
-"""Which tiles of a picture are worked on (lib/tile_mask.lib.glsl, lib/tile_list.lib.glsl)."""
+"""Mark the active tiles of a picture (lib/tile_mask.lib.glsl, lib/tile_list.lib.glsl)."""
 
 import struct
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from heatlens.gpu.program import groups_for
 from heatlens.gpu.shader_constants import TILE
 
 _LIST_HEAD = struct.Struct("7I")  # workgroups x, y, z of both passes; count
-_ALL = b"\xff" * 4  # a word: its tile is worked on
+_ALL = b"\xff" * 4  # the word of an active tile
 TileCount = tuple[int, int]  # across, down
 
 
@@ -20,51 +20,51 @@ def tile_count(size: tuple[int, int]) -> TileCount:
 
 @dataclass(frozen=True)
 class TileMask:
-    """A word a tile, row by row; 0: nothing is to be done there."""
+    """A word for each tile, row by row; 0 for tiles that are not active."""
 
     words: moderngl.Buffer
     tiles: TileCount
 
     @staticmethod
     def bytes_for(size: tuple[int, int]) -> int:
-        """Return the bytes of the words for a picture."""
+        """Return the bytes of the mask of a picture."""
         across, down = tile_count(size)
         return 4 * across * down
 
     @property
     def uniforms(self) -> dict[str, object]:
-        """The uniforms as the shaders take them."""
+        """The uniforms of the shader library."""
         return {"tiles_across": self.tiles[0]}
 
 
 @dataclass(frozen=True)
 class TileList:
-    """The tiles of a mask one by one, for passes with a workgroup a tile."""
+    """The active tiles of a mask as a list, for passes with one workgroup per tile."""
 
     words: moderngl.Buffer
 
-    OF_LAYER = 0  # where the workgroups stand of a pass over the layer, as bytes into `words`,
-    OF_PICTURE = 12  # and of one over the picture, `reduction` times `reduction` to a tile
+    OF_LAYER = 0  # byte offset in `words` of the workgroup counts for a pass over the layer
+    OF_PICTURE = 12  # for a pass over the picture, `reduction` x `reduction` groups per tile
 
     @staticmethod
     def bytes_for(size: tuple[int, int]) -> int:
-        """Return the bytes of a list that can hold every tile of a picture."""
+        """Return the bytes of a list with room for every tile of a picture."""
         return _LIST_HEAD.size + TileMask.bytes_for(size)
 
     def clear(self, reduction: int) -> None:
-        """Empty the list; before the pass that appends to it."""
+        """Empty the list; call this before the pass that appends to it."""
         self.words.write(_LIST_HEAD.pack(0, 1, 1, 0, reduction, reduction, 0))
 
 
 class WholePictures:
-    """Masks of every tile of a picture, made once a size."""
+    """Masks with all tiles active, created once for each picture size."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._words = ctx.buffer(_ALL)
 
     def mask(self, size: tuple[int, int]) -> TileMask:
-        """Return all tiles of a picture of `size`."""
+        """Return the mask of all tiles of a picture of `size`."""
         need = TileMask.bytes_for(size)
         if self._words.size < need:
             self._words.orphan(need)
@@ -72,5 +72,5 @@ class WholePictures:
         return TileMask(self._words, tile_count(size))
 
     def release(self) -> None:
-        """Give the memory back."""
+        """Release the memory."""
         self._words.release()

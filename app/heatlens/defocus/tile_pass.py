@@ -1,4 +1,4 @@
-"""Finds the tiles that each layer is worked on in: near its content and where it is uncovered."""
+"""Find the active tiles of each layer: near its content, and where it is uncovered."""
 
 from dataclasses import dataclass
 
@@ -18,15 +18,15 @@ from heatlens.model.settings import LAYERS_MAX
 
 @dataclass(frozen=True)
 class TileContent:
-    """The content of the picture's tiles: bit l of a word, layer l has content; the nearest coc."""
+    """The content of each tile: bit l of its word is set if layer l has content; nearest coc."""
 
     content: moderngl.Buffer
     nearest: moderngl.Buffer
-    size: tuple[int, int]  # of the picture, pixels
+    size: tuple[int, int]  # size of the picture in pixels
 
 
 class TilePass:
-    """The picture's tiles looked through once, then for each layer those that it needs."""
+    """Examines the tiles of the picture once, then selects those of each layer."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._layers = ListProgram(ctx, "tile_layers.comp.glsl")
@@ -36,7 +36,7 @@ class TilePass:
     def look_through(
         self, picture: Fragments, plans: list[LayerPlan], scratch: Scratch
     ) -> TileContent:
-        """Find which of the layers have content in each tile of the picture."""
+        """Find the layers that have content in each tile of the picture."""
         size, need = picture.coc.size, TileMask.bytes_for(picture.coc.size)
         content, nearest = (scratch.buffer(f"tile {name}", need) for name in ("content", "nearest"))
         found = TileContent(content, nearest, size)
@@ -64,7 +64,7 @@ class TilePass:
         optics: Optics,
         scratch: Scratch,
     ) -> tuple[TileMask, TileList]:
-        """Find the tiles of one layer, at its own size; the next layer's overwrite them."""
+        """Find the active tiles of one layer, at its size; the next call overwrites them."""
         plan = plans[layer]
         size = plan.size(found.size)
         tiles, need = tile_count(size), TileMask.bytes_for(size)
