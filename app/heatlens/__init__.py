@@ -11,17 +11,27 @@
 TYPE_CHECKING = False  # type checkers know this name; importing `typing` would take milliseconds
 if TYPE_CHECKING:
     from heatlens.api import Source, open
-    from heatlens.errors import HeatlensError
+    from heatlens.errors import HeatlensError, HeatlensWarning
     from heatlens.model.lens import Lens
     from heatlens.model.settings import DefocusSettings
     from heatlens.model.shot import Shot
 
 __version__ = "0.1.0"
-__all__ = ["DefocusSettings", "HeatlensError", "Lens", "Shot", "Source", "__version__", "open"]
+__all__ = [
+    "DefocusSettings",
+    "HeatlensError",
+    "HeatlensWarning",
+    "Lens",
+    "Shot",
+    "Source",
+    "__version__",
+    "open",
+]
 
 _HOMES = {
     "DefocusSettings": "heatlens.model.settings",
     "HeatlensError": "heatlens.errors",
+    "HeatlensWarning": "heatlens.errors",
     "Lens": "heatlens.model.lens",
     "Shot": "heatlens.model.shot",
     "Source": "heatlens.api",

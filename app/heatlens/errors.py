@@ -9,6 +9,8 @@ HeatlensError
 │   └── NoWindowError   no window can be opened here
 ├── ShaderError   a shader that does not compile: the file, the line and the driver's message
 └── FaultError    a bug of heatlens itself, which only a new version fixes: exit code 70
+
+HeatlensWarning is no error: it tells Python callers of doubts, which commands print.
 """
 
 FAULT_CODE = 70  # EX_SOFTWARE of sysexits.h: an error within a program
@@ -40,3 +42,7 @@ class ShaderError(HeatlensError):
 
 class FaultError(HeatlensError):
     """A bug of heatlens; the message names the file with the full report."""
+
+
+class HeatlensWarning(UserWarning):
+    """Something doubtful about a source or its lens, in one plain sentence; the picture is made."""

@@ -11,6 +11,8 @@
     heatlens.open("scene.glb", size=(960, 540)).render(f_stop=2, focus_distance_m=3, views=256,
                                                        method="accumulation")
 
+What is doubtful is a `HeatlensWarning`, and what was found out is in `Source.notes`.
+
 The commands use the same functions: `FrameRenderer` draws, `plate_lens` and `first_shot` find the
 lens. OpenGL is started with the first picture and kept, for one thread. `render` leaves its context
 current; code that draws with OpenGL in the same thread must make its own context current again.

@@ -1,18 +1,20 @@
 """Open a file or arrays for rendering."""
 
 import os
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from numpy.typing import ArrayLike
 
-from heatlens.api.source import OnePlate, Plates, Scene, Source, check_names
+from heatlens.api.arguments import check_names, is_single, pair, shown, text, values_of
+from heatlens.api.python_words import python_words
+from heatlens.api.source import OnePlate, Plates, Scene, Source
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.of_arrays import plate_of_arrays
+from heatlens.plate.plate import Plate
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.placing import placed
 from heatlens.source.kind import SourceKind, kind_of
@@ -33,23 +35,46 @@ def open(
     Or an array: colour (H, W, 3 or 4), scene-linear and premultiplied, with `depth_m` (H, W) in
     planar metres, infinite where nothing was hit, or with `coc_px` (H, W), the signed diameter of
     the circle of confusion in pixels. `camera` and `size` (width, height) are for scenes. `reading`
-    takes the fields of `PlateOptions`: depth_channel, depth_convention, scene_unit_m and so on.
+    takes the fields of `PlateOptions`: depth_channel, depth_convention, scene_unit_m and so on, of
+    which `strict` is for arrays too: with it, what `render` would warn of as doubtful is an error.
 
     Raises HeatlensError with what was found and what would help.
     """
-    if not isinstance(source, str | os.PathLike):
-        _refuse("an array", camera=camera, size=size, **reading)
-        return OnePlate(plate_of_arrays(source, depth_m, coc_px))
-    text = os.fspath(source)
-    _refuse("a file", depth_m=depth_m, coc_px=coc_px)
-    if kind_of(text) is SourceKind.SCENE:
-        _refuse("a scene", **reading)
-        return Scene(first_shot(text, size, camera), text)
+    with python_words():
+        check_names("open", reading)
+        options = values_of(PlateOptions, reading)
+        if not isinstance(source, str | os.PathLike):
+            is_strict = options.pop("strict", False)
+            _refuse("an array", camera=camera, size=size, **options)
+            return OnePlate(_plate_of(source, depth_m, coc_px), is_strict)
+        _refuse("a file", depth_m=depth_m, coc_px=coc_px)
+        return _of_name(text("source", source), camera, size, options)
+
+
+def _plate_of(color: ArrayLike, depth_m: ArrayLike | None, coc_px: ArrayLike | None) -> Plate:
+    """Return the plate of arrays. Raises InputError for what is no array at all."""
+    if is_single(color):
+        raise InputError(
+            "heatlens.open takes the name of a file, or an array of colours with depth_m or "
+            f"coc_px beside it, got {shown(color)}."
+        )
+    return plate_of_arrays(color, depth_m, coc_px)
+
+
+def _of_name(
+    name: str, camera: str | None, size: tuple[int, int] | None, options: dict[str, Any]
+) -> Source:
+    """Return the source called `name`. Raises InputError for arguments of another kind of it."""
+    if kind_of(name) is SourceKind.SCENE:
+        _refuse("a scene", **options)
+        seen_px = None if size is None else pair("size", "a size (width, height)", size)
+        seen_by = None if camera is None else text("camera", camera)
+        return Scene(first_shot(name, seen_px, seen_by), name)
     _refuse("plates", camera=camera, size=size)
-    if is_shot_file(text):
-        _refuse("a shot file, which says how its plates are read", **reading)
-        return _of_shot(read_shot(text), text)
-    return Plates(plates_named(text, _plate_options(reading)), None)
+    if is_shot_file(name):
+        _refuse("a shot file, which says how its plates are read", **options)
+        return _of_shot(read_shot(name), name)
+    return Plates(plates_named(name, PlateOptions(**options)), None)
 
 
 def _of_shot(shot: Shot, text: str) -> Source:
@@ -62,11 +87,6 @@ def _of_shot(shot: Shot, text: str) -> Source:
         begun = replace(begun, scene=scene, shot=shot, assumed=frozenset())
         return Scene(begun, shot.source)
     return Plates(plates_named(shot.source, shot.plate_options), shot)
-
-
-def _plate_options(reading: Mapping[str, Any]) -> PlateOptions:
-    check_names(reading, PlateOptions)
-    return PlateOptions(**reading)
 
 
 def _refuse(what: str, **given: Any) -> None:

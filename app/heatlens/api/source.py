@@ -1,38 +1,61 @@
 """Plates and scenes that can be rendered through a lens to arrays."""
 
-import os
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
-from enum import StrEnum
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any
 
+from heatlens.api.arguments import (
+    BLUR,
+    LENS_VALUES,
+    check_names,
+    known,
+    pair,
+    shown,
+    values_of,
+    whole,
+)
 from heatlens.api.engine import ENGINE
+from heatlens.api.notes import Notes
+from heatlens.api.python_words import python_words
 from heatlens.closing import Closing
+from heatlens.defocus.quality import unused_behind_notes
 from heatlens.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.aperture import APERTURE_FIELDS
+from heatlens.model.frames import check_within
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.header_lens import plate_lens
-from heatlens.plate.opening_picture import read_opening_image
+from heatlens.plate.opening_picture import opening_notes
 from heatlens.plate.plate import Plate
+from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
 from heatlens.render import FrameRenderer
 from heatlens.scene.first_shot import FirstShot
 from heatlens.source.plate_source import PlateSource
 
-Choice = TypeVar("Choice", bound=StrEnum)
-_BLUR: dict[str, type[StrEnum]] = {"bokeh": Bokeh, "quality": Quality, "method": Method}
-
 
 class Source(Closing):
     """The source in front of the lens: a plate, a sequence of plates, or a 3D scene."""
+
+    def __init__(self) -> None:
+        """Begin without notes."""
+        self._notes = Notes()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was found out in rendering so far, in sentences.
+
+        How the depth was read, and all that `HeatlensWarning` warned of: repairs, guesses, and a
+        focus, lens and depth that can hardly belong together.
+        """
+        return self._notes.sentences
 
     def render(
         self,
@@ -58,8 +81,11 @@ class Source(Closing):
         blade_rotation_deg, blade_curvature, cat_eye, rim, axial_colour_mm, aperture_image (a
         path); and those of `DefocusSettings`: quality="draft", bokeh, layers, proxy, method, views.
 
-        Raises HeatlensError for a lens value that is missing, a file that cannot be read, and a
-        picture too large for this machine.
+        What is doubtful is a `HeatlensWarning`, once for each source and sentence, and in `notes`.
+
+        Raises HeatlensError for a lens value that is missing, an argument of another name or type,
+        a file that cannot be read, a picture too large for this machine, and for doubts if the
+        source was opened with `strict=True`.
         """
         values = {
             "focal_length_mm": focal_length_mm,
@@ -67,23 +93,24 @@ class Source(Closing):
             "f_stop": f_stop,
             "focus_distance_m": focus_distance_m,
         }
-        opening = {name: more.pop(name) for name in APERTURE_FIELDS if name in more}
-        if isinstance(opening.get("aperture_image"), str | os.PathLike):
-            opening["aperture_image"] = read_opening_image(opening["aperture_image"])
-        given = {} if lens is None else _values_of(lens)
-        given |= {name: float(value) for name, value in values.items() if value is not None}
-        given |= {name: value for name, value in opening.items() if value is not None}
-        if lens_model is not None:
-            given["model"] = _known(LensModel, "lens_model", lens_model)
-        if focus_at is not None and focus_distance_m is not None:
-            raise InputError("Give focus_distance_m or focus_at, not both.")
-        shot, at = self._shot_on(ENGINE.renderer(), _Request(frame, given, focus_at))
-        defocus = _settings(shot.defocus, more)
-        return ENGINE.renderer().pixels(replace(shot, defocus=defocus), at)
+        with python_words():
+            check_names("render", more)
+            request = _request(lens, frame, values, focus_at, lens_model, more)
+            renderer = ENGINE.renderer()
+            shot, at = self._shot_on(renderer, request)
+            pixels = renderer.pixels(shot, at)
+        drawn = renderer.loaded.plate
+        self._notes.warn(*drawn.notes, *filter(None, [drawn.surfaces_lost]))
+        return pixels
 
     @abstractmethod
     def _shot_on(self, renderer: FrameRenderer, request: "_Request") -> tuple[Shot, int]:
-        """Load the source for a request. Return the shot with its lens, and the frame."""
+        """Load the source for a request and note what is doubtful. Return the shot and frame."""
+
+    def _note_plate(self, plate: Plate, request: "_Request", doubts: Iterable[str]) -> None:
+        """Note how a plate was read, and warn of what is doubtful about it and its lens."""
+        self._notes.keep(depth_note(plate))
+        self._notes.warn(*plate.notes, *request.notes(plate), *doubts)
 
     def close(self) -> None:
         """Release the pixels; the next `render` reads and loads them again."""
@@ -92,16 +119,23 @@ class Source(Closing):
 
 @dataclass(frozen=True)
 class _Request:
-    """The arguments of a `render` call.
+    """The checked arguments of a `render` call.
 
     frame     None for the first frame
     given     fields of Lens
     focus_at  a pixel (x, y) to focus on; None if the focus is given, or comes from the source
+    blur      fields of DefocusSettings
     """
 
     frame: int | None
     given: dict[str, Any]
     focus_at: tuple[int, int] | None
+    blur: dict[str, Any]
+
+    @property
+    def changes_lens(self) -> bool:
+        """Return whether the lens is another one than that of the source."""
+        return bool(self.given) or self.focus_at is not None
 
     def lens(self, plate: Plate, told: Mapping[str, Any] = MappingProxyType({})) -> Lens:
         """Return the lens in front of a plate; `told` are the values of its shot file."""
@@ -110,41 +144,105 @@ class _Request:
             values["focus_distance_m"] = depth_at_m(plate, *self.focus_at)
         return plate_lens(plate, values).lens
 
+    def notes(self, plate: Plate) -> tuple[str, ...]:
+        """Return which of the arguments have no effect on a plate, and what is said of them."""
+        unused = [name for name in (*LENS_VALUES, "model") if name in self.given]
+        said: tuple[str, ...] = ()
+        image = self.given.get("aperture_image")
+        if image is not None:
+            has_blades = any(self.given.get(name) for name in ("blades", "blade_curvature"))
+            said = opening_notes(image, has_blades)
+        if plate.has_distances or not unused:
+            return said
+        names = ", ".join("lens_model" if name == "model" else name for name in unused)
+        return (*said, f"The plate holds circles of confusion: {names} is not used.")
+
+
+def _request(
+    lens: Lens | None,
+    frame: int | None,
+    values: Mapping[str, float | None],
+    focus_at: tuple[int, int] | None,
+    lens_model: str | None,
+    more: Mapping[str, Any],
+) -> _Request:
+    """Return the checked arguments. Raises InputError for a value of another type."""
+    if not (lens is None or isinstance(lens, Lens)):
+        raise InputError(f"lens must be a heatlens.Lens, got {shown(lens)}.")
+    given = {} if lens is None else _values_of(lens)
+    of_lens = {**values, **{name: more[name] for name in APERTURE_FIELDS if name in more}}
+    given |= values_of(Lens, {n: value for n, value in of_lens.items() if value is not None})
+    if lens_model is not None:
+        given["model"] = known(LensModel, "lens_model", lens_model)
+    if focus_at is not None and values["focus_distance_m"] is not None:
+        raise InputError("Give focus_distance_m or focus_at, not both.")
+    pixel = None if focus_at is None else pair("focus_at", "a pixel (x, y)", focus_at)
+    blur = values_of(DefocusSettings, {name: more[name] for name in BLUR if name in more})
+    return _Request(None if frame is None else whole("frame", frame), given, pixel, blur)
+
 
 class OnePlate(Source):
-    """A plate in memory, without frames."""
+    """A plate in memory, without frames; `is_strict` makes doubts errors."""
 
-    def __init__(self, plate: Plate) -> None:
+    def __init__(self, plate: Plate, is_strict: bool = False) -> None:
+        super().__init__()
         self._plate = plate
+        self._is_strict = is_strict
 
     def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
         if request.frame is not None:
             raise InputError("An array is one picture: leave frame out.")
+        lens = request.lens(self._plate)
+        doubts = lens_notes(self._plate, lens, 1.0, self._is_strict)
+        self._note_plate(self._plate, request, doubts)
         ENGINE.load(self, self._plate, renderer.load)
-        return Shot(request.lens(self._plate)), 0
+        return _seen(Shot(lens), request), 0
 
 
 class Plates(Source):
     """A sequence of files; `shot` has the lens if a shot file was opened."""
 
     def __init__(self, source: PlateSource, shot: Shot | None) -> None:
+        super().__init__()
+        self._source = source
         self._sequence = source.sequence
         self._reader = SequenceReader(source.options, source.first_file)
         self._shot = shot
         self._read: tuple[Path, Plate] | None = None
 
     def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
-        at = self._sequence.present[0] if request.frame is None else request.frame
+        at = self._frame(request.frame)
         plate = self._plate(self._sequence.path_at(at))
+        shot, doubts = self._through_lens(plate, at, request)
+        self._note_plate(plate, request, (*doubts, *unused_behind_notes(plate, shot.defocus)))
         ENGINE.load(self, plate, renderer.load)
-        if self._shot is None:
-            return Shot(request.lens(plate)), at
-        return _with_lens(self._shot, request.lens(plate, _values_of(self._shot.lens_at(at)))), at
+        return shot, at
 
     def close(self) -> None:
         """See `Source.close`."""
         self._read = None
         super().close()
+
+    def _frame(self, frame: int | None) -> int:
+        """Return the frame to render. Raises InputError for one frame of a single picture."""
+        if frame is None:
+            return self._sequence.present[0]
+        if self._shot is None and self._source.frames is None:
+            raise InputError(f"{self._source.text} is one picture: leave frame out.")
+        return frame
+
+    def _through_lens(
+        self, plate: Plate, at: int, request: _Request
+    ) -> tuple[Shot, tuple[str, ...]]:
+        """Return the shot with the lens of a request, and doubts about it."""
+        options, shot = self._source.options, self._shot
+        told = {} if shot is None else _values_of(shot.lens_at(at))
+        lens = request.lens(plate, told)
+        if shot is None or request.changes_lens:
+            doubts = lens_notes(plate, lens, options.scene_unit_m, options.strict)
+        else:
+            doubts = shot_notes(shot, plate)
+        return _seen(Shot(lens) if shot is None else _with_lens(shot, lens), request), doubts
 
     def _plate(self, path: Path) -> Plate:
         """Read a plate and keep it, because the lens changes more often than the frame."""
@@ -157,24 +255,37 @@ class Scene(Source):
     """A 3D scene, through one of its cameras."""
 
     def __init__(self, first: FirstShot, text: str) -> None:
+        super().__init__()
         self._first = first
         self._text = text
 
     def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
         first = self._first
         at = first.frame if request.frame is None else request.frame
+        check_within(first.shot.frames, self._text, (at,))
+        self._check_lens(request)
         ENGINE.load(self, first.scene, renderer.load_scene)
-        shot = _with_values(first.shot, at, request.given)
+        shot = _with_values(_seen(first.shot, request), at, request.given)
         if request.focus_at is not None:
             found_m = depth_at_m(renderer.look(shot, at).plate, *request.focus_at)
-            return _with_values(shot, at, {"focus_distance_m": found_m}), at
-        needed = {"f_stop", "focus_distance_m"} & first.assumed - set(request.given)
+            shot = _with_values(shot, at, {"focus_distance_m": found_m})
+        self._notes.warn(*first.scene.notes, *breathing_notes(shot.lens_at(at), None))
+        return shot, at
+
+    def _check_lens(self, request: _Request) -> None:
+        """Raise InputError if a value that blur depends on is not known."""
+        given = {*request.given, *([] if request.focus_at is None else ["focus_distance_m"])}
+        needed = {"f_stop", "focus_distance_m"} & self._first.assumed - given
         if needed:
             missing = " and ".join(sorted(needed))
             raise InputError(
                 f"{self._text}: the scene does not define the whole lens: give {missing}."
             )
-        return shot, at
+
+
+def _seen(shot: Shot, request: _Request) -> Shot:
+    """Return the shot with the blur of a request."""
+    return replace(shot, defocus=replace(shot.defocus, **request.blur))
 
 
 def _with_values(shot: Shot, frame: int, given: Mapping[str, Any]) -> Shot:
@@ -192,30 +303,3 @@ def _with_lens(shot: Shot, lens: Lens) -> Shot:
 def _values_of(lens: Lens) -> dict[str, Any]:
     values = {field.name: getattr(lens, field.name) for field in fields(lens)}
     return {name: value for name, value in values.items() if value is not None}
-
-
-def _settings(before: DefocusSettings, blur: Mapping[str, Any]) -> DefocusSettings:
-    """Return `before` with the given fields. Raises InputError for a name that is no field."""
-    check_names(blur, DefocusSettings)
-    values: dict[str, Any] = dict(blur)
-    for name, kind in _BLUR.items():
-        if name in values:
-            values[name] = _known(kind, name, values[name])
-    return replace(before, **values)
-
-
-def _known(kind: type[Choice], name: str, value: Any) -> Choice:
-    """Return the choice called `value`. Raises InputError if there is none."""
-    try:
-        return kind(value)
-    except ValueError:
-        known = ", ".join(kind)
-        raise InputError(f"{name} is one of {known}, got {value!r}.") from None
-
-
-def check_names(given: Mapping[str, Any], kind: Any) -> None:
-    """Raise InputError for a name that is no field of the dataclass `kind`."""
-    known = [field.name for field in fields(kind)]
-    for name in given:
-        if name not in known:
-            raise InputError(f"There is no {name!r}; there are {', '.join(known)}.")

@@ -22,7 +22,6 @@ from heatlens.commands.plate_words import say_plate
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import (
     add_framing_options,
-    check_frames,
     said_of_lens,
     shot_of_scene,
     with_framing,
@@ -34,6 +33,7 @@ from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
 from heatlens.frame_cache.reader import settled_options
+from heatlens.model.frames import check_within
 from heatlens.model.guides import Guides
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
@@ -282,7 +282,7 @@ def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
     frames = frames_of(shot, args.frames)
     if args.frames is not None:
         source = source_of(shot)
-        check_frames(source.text, source.span(shot), frames)
+        check_within(source.span(shot), source.text, frames)
     return frames
 
 

@@ -15,7 +15,7 @@ from heatlens.model.measured_distance import measured_text
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.plate.focus_pick import depth_at_m, no_distances
 from heatlens.plate.header_lens import MissingLensError, plate_lens
-from heatlens.plate.opening_picture import read_opening_image
+from heatlens.plate.opening_picture import opening_notes, read_opening_image
 from heatlens.plate.plate import Plate
 
 # Without these no lens can be made; what the plate's header tells need not be given.
@@ -78,11 +78,8 @@ def _read_image(args: argparse.Namespace) -> None:
     """Put the picture of --aperture-image in the place of its path, once. Raises InputError."""
     if not isinstance(args.aperture_image, str):
         return
-    if args.blades or args.blade_curvature:
-        say("The aperture image takes the place of the blades, which do not count.")
     args.aperture_image = read_opening_image(args.aperture_image)
-    for note in args.aperture_image.notes:
-        say(note)
+    say(*opening_notes(args.aperture_image, bool(args.blades or args.blade_curvature)))
 
 
 def _measure_from_pupil(values: dict[str, Any]) -> None:

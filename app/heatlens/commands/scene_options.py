@@ -2,7 +2,6 @@
 
 import argparse
 import re
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,7 @@ from heatlens.commands.kit_options import shot_with_kit
 from heatlens.commands.lens_options import given_lens, lens_words, pixel_of, sources_of
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.errors import InputError
-from heatlens.model.frames import FrameRange
+from heatlens.model.frames import check_within
 from heatlens.model.framing import Framing, WorldAxis
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
@@ -117,7 +116,7 @@ def load_scene(
     text = str(args.plate)
     first = _first_shot(args, text)
     frame = first.frame if args.frame is None else args.frame
-    check_frames(text, first.shot.frames, (frame,))
+    check_within(first.shot.frames, text, (frame,))
     renderer.load_scene(first.scene)
     if args.focus_at is not None:
         plate = renderer.look(first.shot, frame).plate
@@ -146,14 +145,6 @@ def said_of_lens(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
     """Return a sentence on the lens at a frame, with the origin of each value."""
     words = lens_words(first.shot.lens_at(frame), {**first.sources, **sources_of(args)})
     return f"lens at frame {frame}: {words}"
-
-
-def check_frames(what: str, span: FrameRange | None, frames: Iterable[int]) -> None:
-    """Raise InputError that names those of `frames` outside `span`; None allows all frames."""
-    wrong = [frame for frame in frames if span is not None and frame not in span]
-    if wrong and span is not None:
-        more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-        raise InputError(f"{what} has frames {span.first} to {span.last}, got {wrong[0]}{more}.")
 
 
 def _first_shot(

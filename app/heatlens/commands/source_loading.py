@@ -9,7 +9,7 @@ from heatlens.commands.plate_options import plate_options
 from heatlens.commands.plate_words import say_breathing, say_plate
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import load_scene
-from heatlens.defocus.quality import layers_for
+from heatlens.defocus.quality import unused_behind_notes
 from heatlens.errors import InputError
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
@@ -41,11 +41,7 @@ def _load_plate(
     plate = read_plate(args.plate, options)
     lens, said = lens_of(args, plate)
     say_plate(plate, lens, said, options)
-    if plate.fragments is not None and layers_for(settings) == 1:
-        say(
-            f"The method {settings.method} blurs in one layer and guesses what lies behind: only "
-            "diffusion takes it from files."
-        )
+    say(*unused_behind_notes(plate, settings))
     renderer.load(plate)
     return shot_with_kit(args, Shot(lens, settings)), 0
 

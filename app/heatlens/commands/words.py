@@ -6,23 +6,12 @@ import os
 from collections.abc import Sequence
 
 from heatlens.errors import InputError
+from heatlens.model.other_names import OTHER_NAMES
 
 _QUIET = ("-q", "--quiet")
 _ABOUT_ALL = ("-h", "--help", "-V", "--version", "--print-completion")
 # What people type who come from other programs.
-_OTHER_NAMES = {
-    "--aperture": "--f-stop",
-    "--fnumber": "--f-stop",
-    "--fstop": "--f-stop",
-    "--iris": "--f-stop",
-    "--camera": "--scene-camera",
-    "--focus": "--focus-distance",
-    "--lens": "--focal-length",
-    "--out": "--output",
-    "--resolution": "--size",
-    "--samples": "--views",
-    "--sensor": "--sensor-width",
-}
+_OTHER_NAMES = {f"--{other}": f"--{own}" for other, own in OTHER_NAMES.items()}
 
 
 def with_command(argv: Sequence[str], commands: Sequence[str]) -> list[str]:

@@ -5,6 +5,7 @@ from typing import assert_never
 
 from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel, rim_kernel
 from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
+from heatlens.plate.plate import Plate
 
 
 @dataclass(frozen=True)
@@ -52,3 +53,13 @@ def layers_for(settings: DefocusSettings) -> int:
     if settings.method is not Method.DIFFUSION:
         return 1
     return settings.layers or _spent(settings.quality).layers
+
+
+def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, ...]:
+    """Return a sentence where a plate knows what lies behind it, and the method does not use it."""
+    if plate.fragments is None or layers_for(settings) > 1:
+        return ()
+    return (
+        f"The method {settings.method} blurs in one layer and guesses what lies behind: only "
+        "diffusion takes it from files.",
+    )

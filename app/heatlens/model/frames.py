@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from heatlens.errors import InputError
@@ -75,3 +75,14 @@ def check_frames_per_second(rate: float) -> None:
     """Raise InputError for an impossible frame rate."""
     if not 0 < rate <= _RATE_MOST or math.isnan(rate):
         raise InputError(f"Frames per second must be above 0 and at most 10,000, got {rate:g}.")
+
+
+def check_within(span: FrameRange | None, what: str, frames: Iterable[int]) -> None:
+    """Raise InputError that names those of `frames` outside `span`; None allows all frames.
+
+    `what` is the name of the source that has these frames.
+    """
+    wrong = [frame for frame in frames if span is not None and frame not in span]
+    if wrong and span is not None:
+        more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+        raise InputError(f"{what} has frames {span.first} to {span.last}, got {wrong[0]}{more}.")

@@ -1,5 +1,6 @@
 """What the user says about a plate that its file does not say itself."""
 
+import math
 import os
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -125,7 +126,7 @@ class PlateOptions:
     eye              view of a stereo file; None: the first, or that of `color_layer`
     strict           refuse what could be read in two ways, instead of taking the likelier
 
-    Raises InputError for a convention, kind or curve that is none.
+    Raises InputError for a convention, kind or curve that is none, and for an impossible unit.
     """
 
     depth_channel: str | None = field(
@@ -243,6 +244,10 @@ class PlateOptions:
         }
         for name, kind in kinds.items():
             object.__setattr__(self, name, _member(kind, name, getattr(self, name)))
+        if not 0 < self.scene_unit_m < math.inf:
+            raise InputError(
+                f"The scene unit must be a number of metres above 0, got {self.scene_unit_m:g}."
+            )
 
 
 def _member(kind: type[StrEnum], name: str, word: str) -> StrEnum:

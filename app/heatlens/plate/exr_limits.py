@@ -81,12 +81,19 @@ def _size_of(path: Path, header: RawHeader) -> tuple[int, int]:
     """Return width and height of the data window in pixels."""
     x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
     width, height = x1 - x0 + 1, y1 - y0 + 1
+    check_sides(f"{path} has a data window of", width, height)
+    return width, height
+
+
+def check_sides(what: str, width: int, height: int) -> None:
+    """Raise InputError, beginning with `what`, for a picture that no GPU can hold, or an empty one.
+
+    Width and height are in pixels.
+    """
     if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
         raise InputError(
-            f"{path} has a data window of {width} x {height} pixels; heatlens takes 1 to "
-            f"{MAX_SIDE_PX} a side."
+            f"{what} {width} x {height} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
         )
-    return width, height
 
 
 def _check_tiles(path: Path, header: RawHeader) -> None:

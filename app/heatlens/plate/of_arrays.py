@@ -1,13 +1,15 @@
 """Make a plate from arrays in memory, for notebooks and renderers."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from heatlens.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import DepthConvention, DepthKind
+from heatlens.plate.exr_limits import check_sides
 from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
 
 _NAME = Path("array")  # appears in error messages instead of a file name
@@ -19,17 +21,26 @@ def plate_of_arrays(
     """Make a plate of `color` (H, W, 3 or 4), premultiplied, and a depth or CoC of shape (H, W).
 
     Exactly one of `depth_m`, planar metres, and `coc_px`, signed diameters in pixels, is given.
-    Raises InputError for other shapes, for colours that are not finite and for depths that are not
-    above 0; infinite depths mean that nothing was hit.
+    Raises InputError for other shapes and for sizes beyond the limits, before anything is copied;
+    for colours that are not floating point or not finite, masked and complex values, and depths
+    that are not above 0. Infinite depths mean that nothing was hit.
     """
+    colors = _array("The colours", color)
+    _check_colors(colors)
+    if colors.ndim != 3 or colors.shape[2] not in (3, 4):
+        raise InputError(f"The colours must have shape (H, W, 3) or (H, W, 4), got {colors.shape}.")
+    height, width = colors.shape[:2]
+    check_sides("The colours have", width, height)
     if (depth_m is None) == (coc_px is None):
         raise InputError("An array of colours needs either depth_m or coc_px beside it.")
-    rgba = _rgba(color)
-    height, width = rgba.shape[:2]
     is_coc = coc_px is not None
-    values = _numbers("coc_px" if is_coc else "depth_m", coc_px if is_coc else depth_m)
-    if values.shape != (height, width):
-        raise InputError(f"The colours are {width}x{height}, the depth has shape {values.shape}.")
+    name = "coc_px" if is_coc else "depth_m"
+    depth = _array(name, coc_px if is_coc else depth_m)
+    _check_numbers(name, depth, "fiu")
+    if depth.shape != (height, width):
+        raise InputError(f"The colours are {width}x{height}, the depth has shape {depth.shape}.")
+    rgba = _rgba(colors)
+    values = _float32(name, depth)
     report = _coc_report(values) if is_coc else _depth_report(values)
     window = Box(0, 0, width, height)
     return Plate(
@@ -47,10 +58,36 @@ def plate_of_arrays(
     )
 
 
-def _rgba(color: ArrayLike) -> FloatImage:
-    pixels = _numbers("The colours", color)
-    if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or 0 in pixels.shape:
-        raise InputError(f"The colours must have shape (H, W, 3) or (H, W, 4), got {pixels.shape}.")
+def _array(what: str, values: ArrayLike | None) -> NDArray[Any]:
+    """Return an array of the values, without a copy of one that is an array already."""
+    try:
+        return np.asanyarray(values)
+    except Exception as error:  # other libraries convert their own arrays, and may raise anything
+        raise InputError(f"{what} cannot be read as numbers: {error}.") from error
+
+
+def _check_colors(colors: NDArray[Any]) -> None:
+    """Raise InputError for colours that are no floating point light."""
+    if colors.dtype.kind in "iub":
+        raise InputError(
+            f"The colours are whole numbers ({colors.dtype}), which do not tell their light: make "
+            "them scene-linear floating point first (of 8-bit sRGB, divide by 255 and undo the "
+            "curve), or save them as a PNG and open it with depth_source."
+        )
+    _check_numbers("The colours", colors, "f")
+
+
+def _check_numbers(what: str, values: NDArray[Any], kinds: str) -> None:
+    """Raise InputError where the dtype is none of `kinds`, which are letters as NumPy has them."""
+    if values.dtype.kind == "c":
+        raise InputError(f"{what} cannot be complex numbers ({values.dtype}): give real ones.")
+    if values.dtype.kind not in kinds:
+        raise InputError(f"{what} cannot be read as numbers: the dtype is {values.dtype}.")
+
+
+def _rgba(colors: NDArray[Any]) -> FloatImage:
+    """Return (H, W, 4), opaque where the colours have no alpha."""
+    pixels = _float32("The colours", colors)
     if not np.isfinite(pixels).all():
         raise InputError("The colours hold NaN or infinity: set these to 0 first.")
     if pixels.shape[2] == 4:
@@ -59,11 +96,15 @@ def _rgba(color: ArrayLike) -> FloatImage:
     return np.concatenate([pixels, opaque], axis=2)
 
 
-def _numbers(what: str, values: ArrayLike | None) -> FloatImage:
-    try:
+def _float32(what: str, values: NDArray[Any]) -> FloatImage:
+    """Return the values as float32. Raises InputError where some of them are masked."""
+    if np.ma.is_masked(values):
+        raise InputError(
+            f"{what} cannot have masked values, for every pixel shows something: fill them first, "
+            "as with filled(0) for colours and filled(numpy.inf) for depths."
+        )
+    with np.errstate(over="ignore"):  # what float32 cannot hold becomes infinite
         return np.ascontiguousarray(values, np.float32)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{what} cannot be read as numbers: {error}.") from error
 
 
 def _depth_report(depth_m: FloatImage) -> DepthReport:

@@ -42,6 +42,12 @@ def read_opening_image(path: str | os.PathLike[str]) -> OpeningImage:
     return _read(path, (found.st_mtime_ns, found.st_size))
 
 
+def opening_notes(image: OpeningImage, has_blades: bool) -> tuple[str, ...]:
+    """Return what is to be said of an aperture image; `has_blades`: of a lens with blades set."""
+    unused = "The aperture image takes the place of the blades, which do not count."
+    return (unused, *image.notes) if has_blades else image.notes
+
+
 @lru_cache(maxsize=8)
 def _read(path: Path, stamp: tuple[int, int]) -> OpeningImage:
     """Read a file that has this time and size."""

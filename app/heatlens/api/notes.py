@@ -1,0 +1,44 @@
+"""What is said of a source: kept for whoever asks, and what is doubtful as warnings, once."""
+
+import sys
+import warnings
+
+from heatlens.api.python_words import in_python
+from heatlens.errors import HeatlensWarning
+
+
+class Notes:
+    """The sentences on one source, in the order in which they were first said."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, None] = {}
+        self._warned: set[str] = set()
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """All of them."""
+        return tuple(self._kept)
+
+    def keep(self, *sentences: str) -> None:
+        """Keep sentences that only inform."""
+        self._kept.update(dict.fromkeys(map(in_python, sentences)))
+
+    def warn(self, *sentences: str) -> None:
+        """Keep sentences, and warn with those that were not warned of before."""
+        for sentence in map(in_python, sentences):
+            self._kept[sentence] = None
+            if sentence not in self._warned:
+                warnings.warn(sentence, HeatlensWarning, stacklevel=_level_outside())
+                self._warned.add(sentence)  # after it, for a filter may have raised it
+
+
+def _level_outside() -> int:
+    """Return the `stacklevel` with which the caller of this function names who called heatlens."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and _is_own(frame.f_globals.get("__name__", "")):
+        frame, level = frame.f_back, level + 1
+    return level
+
+
+def _is_own(module: str) -> bool:
+    return module.partition(".")[0] == "heatlens"

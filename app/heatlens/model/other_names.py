@@ -1,0 +1,15 @@
+"""What options are called in other programs, for hints on names that there are not."""
+
+OTHER_NAMES = {
+    "aperture": "f-stop",
+    "fnumber": "f-stop",
+    "fstop": "f-stop",
+    "iris": "f-stop",
+    "camera": "scene-camera",
+    "focus": "focus-distance",
+    "lens": "focal-length",
+    "out": "output",
+    "resolution": "size",
+    "samples": "views",
+    "sensor": "sensor-width",
+}

@@ -1,0 +1,53 @@
+"""What is to be said of a plate and of the lens in front of it, by commands and from Python."""
+
+from heatlens.errors import InputError
+from heatlens.model.breathing import breathing_note
+from heatlens.model.lens import Lens
+from heatlens.model.plausibility import doubts
+from heatlens.model.shot import Shot
+from heatlens.plate.breathing_window import room_of
+from heatlens.plate.plate import Plate, depth_span
+
+
+def depth_note(plate: Plate) -> str:
+    """Return how the depth was read, and why."""
+    depth = plate.depth
+    return f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}"
+
+
+def lens_notes(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> tuple[str, ...]:
+    """Return the effect of breathing, and doubts about this lens for the depths of the plate.
+
+    `scene_unit_m` is what one unit of the depth was taken for. Raises InputError for the first
+    doubt if `is_strict`.
+    """
+    return (*breathing_notes(lens, plate), *_doubts(plate, lens, scene_unit_m, is_strict))
+
+
+def shot_notes(shot: Shot, plate: Plate) -> tuple[str, ...]:
+    """Return what `lens_notes` does for a shot, whose lens is in doubt if it is so at every key.
+
+    Raises InputError for the first doubt if the plate options of the shot are strict.
+    """
+    options = shot.plate_options
+    lenses = [shot.lens_at(frame) for frame in shot.key_frames] or [shot.lens]
+    span = depth_span(plate, options.scene_unit_m)
+    if not all(doubts(lens, span) for lens in lenses):  # a pull may begin in front of all surfaces
+        return breathing_notes(shot.lens, plate)
+    doubted = _doubts(plate, lenses[0], options.scene_unit_m, options.strict)
+    return (*breathing_notes(shot.lens, plate), *doubted)
+
+
+def breathing_notes(lens: Lens, plate: Plate | None) -> tuple[str, ...]:
+    """Return the effect of breathing on the picture of a plate; None stands for a scene."""
+    note = breathing_note(lens, None if plate is None else room_of(plate))
+    return (note,) if note else ()
+
+
+def _doubts(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> tuple[str, ...]:
+    if not plate.has_distances:
+        return ()
+    found = tuple(doubt.sentence for doubt in doubts(lens, depth_span(plate, scene_unit_m)))
+    if found and is_strict:
+        raise InputError(f"{plate.path}: {found[0]}")
+    return found
