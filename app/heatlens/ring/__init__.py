@@ -1,1 +1,1 @@
-"""A hand on the ring: focus, iris and length as a camera or a controller sends them live."""
+"""Live lens input: focus, iris and focal length sent by a camera or a controller."""

@@ -1,4 +1,4 @@
-"""Where a lens is listened to: the text of an address, and the socket that waits there."""
+"""Parse addresses for lens samples, and open sockets that listen there."""
 
 import ipaddress
 import socket
@@ -8,26 +8,26 @@ from enum import StrEnum
 
 from heatlens.errors import InputError
 
-DEFAULT_HOST = "127.0.0.1"  # this machine alone: a camera on the network is asked for by name
+DEFAULT_HOST = "127.0.0.1"  # only this machine; a camera on the network must be named
 OPENTRACKIO_PORT = 55555
 OSC_PORT = 9000
-_RECEIVE_BYTES = 1 << 20  # 1,000 datagrams a second, while the program is busy elsewhere
+_RECEIVE_BYTES = 1 << 20  # buffer for 1,000 datagrams a second while the program is busy
 
 
 class Protocol(StrEnum):
-    """What is spoken there."""
+    """The protocols of lens samples."""
 
     OPENTRACKIO = "opentrackio"
     OSC = "osc"
 
     @property
     def port(self) -> int:
-        """The port where none is given."""
+        """The default port."""
         return {Protocol.OPENTRACKIO: OPENTRACKIO_PORT, Protocol.OSC: OSC_PORT}[self]
 
     @property
     def is_stream(self) -> bool:
-        """Return True where silence is loss: a camera sends all the time, a controller does not."""
+        """True for a camera, which sends all the time; a controller sends only when it is moved."""
         return self is Protocol.OPENTRACKIO
 
 
@@ -44,14 +44,14 @@ class RingAddress:
 
     @property
     def is_multicast(self) -> bool:
-        """Return True for the address of a group, which all listeners share."""
+        """True for a multicast group, which several listeners can share."""
         return ipaddress.ip_address(self.host).is_multicast
 
 
 def parse_ring_address(text: str) -> RingAddress:
-    """Parse "opentrackio[://[HOST][:PORT]]", or osc; without a host it is this machine.
+    """Parse "opentrackio[://[HOST][:PORT]]", or osc; the default host is this machine.
 
-    Raises InputError for anything else.
+    Raise InputError for any other text.
     """
     scheme, _, place = text.strip().partition("://")
     host, _, port = place.partition(":")
@@ -75,7 +75,7 @@ def _not_an_address(text: str) -> InputError:
 
 
 def opentrackio_address(text: str) -> RingAddress:
-    """Return the address that a lens is sent to. Raises InputError for another protocol."""
+    """Parse an address to send a lens to. Raise InputError for another protocol."""
     address = parse_ring_address(text)
     if address.protocol is not Protocol.OPENTRACKIO:
         raise InputError(f"{text}: a camera can only be sent as OpenTrackIO: give opentrackio.")
@@ -83,9 +83,9 @@ def opentrackio_address(text: str) -> RingAddress:
 
 
 def listening_socket(address: RingAddress) -> socket.socket:
-    """Return a socket that gets the datagrams sent to `address`.
+    """Return a socket that receives the datagrams sent to `address`.
 
-    Several listeners may share the address of a group. Raises InputError where it cannot be used.
+    Several listeners can share a multicast group. Raise InputError if the address cannot be used.
     """
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:

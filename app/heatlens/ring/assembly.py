@@ -1,11 +1,11 @@
-"""Samples that were sent in several datagrams, put together again."""
+"""Reassemble samples that were sent in several datagrams."""
 
 from dataclasses import dataclass, field
 
 from heatlens.ring.otrk_packet import Encoding, Segment
 
 MAX_SENDERS = 64
-Sender = tuple[object, ...]  # the address that a socket tells
+Sender = tuple[object, ...]  # the address of a sender, as a socket reports it
 
 
 @dataclass
@@ -13,10 +13,10 @@ class _Unfinished:
     encoding: Encoding
     sequence: int
     parts: dict[int, bytes] = field(default_factory=dict)  # by offset
-    length: int | None = None  # known from the last segment
+    length: int | None = None  # known once the last segment has arrived
 
     def joined(self) -> bytes | None:
-        """Return the text once it is whole, in whatever order its segments came."""
+        """Return the text once it is complete, regardless of the order of its segments."""
         if self.length is None:
             return None
         text = b""
@@ -29,9 +29,9 @@ class _Unfinished:
 
 
 class Assembly:
-    """Holds at most one unfinished sample for each sender, and few senders.
+    """Keeps at most one incomplete sample for each of a few senders.
 
-    A sample that is followed by another before it is whole is lost, and counted in `lost`.
+    An incomplete sample is lost when the next one begins; `lost` counts these.
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class Assembly:
         self._unfinished: dict[Sender, _Unfinished] = {}
 
     def add(self, sender: Sender, segment: Segment) -> bytes | None:
-        """Take a segment; return the text of its sample where that makes it whole."""
+        """Add a segment; return the text of its sample if that is now complete."""
         held = self._unfinished.get(sender)
         if held is None or (held.sequence, held.encoding) != (segment.sequence, segment.encoding):
             held = self._begin(sender, segment)
@@ -52,7 +52,7 @@ class Assembly:
         return text
 
     def _begin(self, sender: Sender, segment: Segment) -> _Unfinished:
-        """Drop what the sender left unfinished; the one that began first makes room."""
+        """Drop an incomplete sample of this sender, or the oldest one to make room."""
         self.lost += self._unfinished.pop(sender, None) is not None
         if len(self._unfinished) >= MAX_SENDERS:
             self._unfinished.pop(next(iter(self._unfinished)))

@@ -1,4 +1,4 @@
-"""Which channel of a controller turns which ring of the lens, and how far."""
+"""Map channels of a controller to the rings of the lens, and to ranges of values."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ _LEARNT_LEAST = 1e-6
 
 
 class Ring(StrEnum):
-    """A ring of the lens: the field of Lens that it turns."""
+    """A ring of the lens, named like the field of Lens that it changes."""
 
     FOCUS = "focus_distance_m"
     IRIS = "f_stop"
@@ -21,23 +21,23 @@ class Ring(StrEnum):
 
     @property
     def words(self) -> str:
-        """Its name for people."""
+        """The name on the screen."""
         return {Ring.FOCUS: "focus", Ring.IRIS: "iris", Ring.LENGTH: "length"}[self]
 
     @property
     def scale(self) -> Scale:
-        """The scale on which the ring turns evenly: dioptres, stops, ratios of lengths."""
+        """The scale on which the ring is even: dioptres, stops or ratios of focal lengths."""
         return Scale.RECIPROCAL if self is Ring.FOCUS else Scale.LOGARITHMIC
 
 
-# What a ring turns through where nobody has said it: from close to infinity, wide open to closed.
+# The default range of each ring: from close to infinity, from wide open to closed.
 _USUAL_ENDS = {
     Ring.FOCUS: (0.5, float("inf")),
     Ring.IRIS: (1.4, 22.0),
     Ring.LENGTH: (24.0, 135.0),
 }
-_AXIS = "axis "  # how those of a game pad are called
-# Channels that are taken for a ring by their name, with values from 0 to 1.
+_AXIS = "axis "  # start of the names of a game pad's axes
+# Channels with usual names and values from 0 to 1, which are mapped automatically.
 _USUAL_NAMES = {
     Ring.FOCUS: ("focus ring", "/focus", "/1/focus"),
     Ring.IRIS: ("iris ring", "/iris", "/1/iris"),
@@ -47,15 +47,15 @@ _USUAL_NAMES = {
 
 @dataclass(frozen=True)
 class ChannelMap:
-    """A channel that turns a ring.
+    """The map of a channel to a ring.
 
-    channel   its name
-    ring      what it turns
-    low, high the values of the channel at the two ends of its way; `low` may be the greater one
-    at_low, at_high   the values of the lens there
-    bend      above 1 the ring turns slowly at the low end, below 1 slowly at the high end
+    channel          name of the channel
+    ring             the ring that it turns
+    low, high        values of the channel at its two ends; `low` may be the larger one
+    at_low, at_high  values of the lens there
+    bend             curve: above 1 slow at the low end, below 1 slow at the high end
 
-    Raises InputError for ends that are equal or no values of a lens.
+    Raise InputError if the ends are equal or not possible for a lens.
     """
 
     channel: str
@@ -75,7 +75,7 @@ class ChannelMap:
             self.ring.scale.place_of(value)
 
     def value_at(self, told: float) -> float:
-        """Return the value of the lens where the channel has the value `told`."""
+        """Return the value of the lens for a value of the channel."""
         turn = min(max((told - self.low) / (self.high - self.low), 0.0), 1.0) ** self.bend
         if turn in (0.0, 1.0):
             return self.at_high if turn else self.at_low
@@ -85,13 +85,13 @@ class ChannelMap:
 
 
 def usual_map(channel: str, ring: Ring) -> ChannelMap:
-    """Return a map over the usual way of a ring, for a channel from 0 to 1, an axis from -1."""
+    """Return a map over the default range of a ring, for a channel 0 to 1 or an axis -1 to 1."""
     low = -1.0 if channel.startswith(_AXIS) else 0.0
     return ChannelMap(channel, ring, low, 1.0, *_USUAL_ENDS[ring])
 
 
 def channels_of(sample: LensSample) -> dict[str, float]:
-    """Return all channels of a sample, the turns of a camera's rings among them."""
+    """Return all channels of a sample, including the ring positions of a camera."""
     turns = {
         "focus ring": sample.focus_turn,
         "iris ring": sample.iris_turn,
@@ -101,9 +101,9 @@ def channels_of(sample: LensSample) -> dict[str, float]:
 
 
 def maps_for(sample: LensSample, chosen: Iterable[ChannelMap]) -> tuple[ChannelMap, ...]:
-    """Return the chosen maps, and for rings without one the channel that has a usual name.
+    """Return the chosen maps, and for rings without one a map of a channel with a usual name.
 
-    A ring whose value the sample tells by itself needs none.
+    A ring whose value the sample contains needs no map.
     """
     by_ring = {found.ring: found for found in chosen}
     channels = channels_of(sample)
@@ -115,7 +115,7 @@ def maps_for(sample: LensSample, chosen: Iterable[ChannelMap]) -> tuple[ChannelM
 
 
 def mapped(sample: LensSample, chosen: Iterable[ChannelMap]) -> dict[str, float]:
-    """Return the fields of Lens that the channels of a sample turn."""
+    """Return the fields of Lens with the values that the channels of a sample give them."""
     channels = channels_of(sample)
     return {
         str(found.ring): found.value_at(channels[found.channel])
@@ -125,17 +125,17 @@ def mapped(sample: LensSample, chosen: Iterable[ChannelMap]) -> dict[str, float]
 
 
 class Learning:
-    """Finds the channel that is turned, and the ends of its way."""
+    """Finds out which channel is being turned, and its range of values."""
 
     def __init__(self, ring: Ring) -> None:
-        """Learn which channel turns `ring`; feed it with `hear` while the control is turned."""
+        """Learn the channel for `ring`; call `hear` repeatedly while the user turns the control."""
         self.ring = ring
         self._first: dict[str, float] = {}
         self._least: dict[str, float] = {}
         self._most: dict[str, float] = {}
 
     def hear(self, channels: Mapping[str, float]) -> None:
-        """Take the values that the channels have now."""
+        """Note the present values of the channels."""
         for name, value in channels.items():
             self._first.setdefault(name, value)
             self._least[name] = min(value, self._least.get(name, value))
@@ -143,13 +143,13 @@ class Learning:
 
     @property
     def channel(self) -> str | None:
-        """The channel that was turned through the greatest part of what its values are."""
+        """The channel that has moved most, relative to its possible range."""
         way = {name: self._way(name) for name in self._first}
         best = max(way, key=lambda name: way[name], default=None)
         return None if best is None or way[best] <= _LEARNT_LEAST else best
 
     def learnt(self) -> ChannelMap | None:
-        """Return the map: the control began at its low end. None where nothing was turned."""
+        """Return the map, with the first position as low end; None if nothing was turned."""
         name = self.channel
         if name is None:
             return None

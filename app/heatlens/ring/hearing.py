@@ -1,7 +1,7 @@
-"""From the datagrams of strangers to the newest lens of each sender, without a socket.
+"""Turn untrusted datagrams into the newest lens of each sender; without sockets.
 
-Nothing that arrives can raise here or take more memory than the bounds say. Datagrams that are no
-samples are counted, and change nothing.
+No datagram can raise an error here or use unlimited memory. Invalid datagrams are counted and
+ignored.
 """
 
 import time
@@ -16,21 +16,21 @@ from heatlens.ring.sources import SILENT_AFTER_S, RingSources
 
 
 class Decoder(Protocol):
-    """What understands one protocol.
+    """Decodes one protocol.
 
-    lost   how many samples were never whole
+    lost   number of samples that were never complete
     """
 
     @property
     def lost(self) -> int: ...
 
     def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
-        """Return the samples that a datagram completes. Raises RingPacketError for no datagram."""
+        """Return the samples that a datagram completes. Raise RingPacketError if it is invalid."""
         ...
 
 
 class OpenTrackIODecoder:
-    """Understands OpenTrackIO: segments with a checksum, put together to samples."""
+    """Decodes OpenTrackIO: segments with a checksum, which form samples."""
 
     def __init__(self) -> None:
         self._assembly = Assembly()
@@ -41,17 +41,17 @@ class OpenTrackIODecoder:
         return self._assembly.lost
 
     def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
-        """Return the sample that a datagram completes, or none. Raises RingPacketError."""
+        """Return the sample that a datagram completes, if any. Raise RingPacketError if invalid."""
         segment = segment_of(datagram)
         text = self._assembly.add(sender, segment)
         return () if text is None else (sample_of(text, segment.encoding),)
 
 
 class Hearing:
-    """Takes datagrams and keeps what they tell.
+    """Decodes datagrams and keeps the newest samples.
 
-    taken     datagrams that were understood: a sample, or a part of one
-    refused   datagrams that were not; `fault` says why the last of them was refused
+    taken     number of valid datagrams
+    refused   number of invalid datagrams; `fault` says why the last one was refused
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Hearing:
         clock: Callable[[], float] = time.monotonic,
         silent_after_s: float = SILENT_AFTER_S,
     ) -> None:
-        """Understand what `decoder` does; the rest is as in `RingSources`."""
+        """Decode with `decoder`; for the other arguments see `RingSources`."""
         self.sources = RingSources(clock, silent_after_s)
         self.taken = 0
         self.refused = 0
@@ -73,7 +73,7 @@ class Hearing:
         return self._decoder.lost
 
     def take(self, datagram: bytes, sender: Sender) -> None:
-        """Keep what a datagram tells, or count it as refused."""
+        """Decode a datagram, or count it as refused."""
         try:
             samples = self._decoder.samples(datagram, sender)
         except RingPacketError as error:

@@ -1,21 +1,21 @@
-"""What a camera tells of its lens at one moment, whatever protocol it speaks."""
+"""Define a sample of a lens at one moment, independent of the protocol."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
-CHANNELS_MOST = 256  # of one sender; more is noise, and what is new of it is left out
+CHANNELS_MOST = 256  # largest number of channels of a sender; further ones are ignored
 
 
 @dataclass(frozen=True)
 class LensSample:
-    """Values of a lens; None where the sender was silent.
+    """The values of a lens; None for values that the sample does not have.
 
-    source           who sent it, as the sender names itself; "" where it does not
-    focus_distance_m, f_stop, t_stop, focal_length_mm   as the sender measures them
-    focus_turn, iris_turn, zoom_turn   where the rings stand, 0 to 1 from end to end
+    source           name that the sender gives itself, or ""
+    focus_distance_m, f_stop, t_stop, focal_length_mm   as measured by the sender
+    focus_turn, iris_turn, zoom_turn   positions of the rings, 0 to 1 from end to end
     timecode         hours, minutes, seconds, frames
     pupil_offset_mm  from the film plane to the entrance pupil
-    channels         of a controller: its values by the names that it gives them
+    channels         values of a controller, by its names for them
     """
 
     source: str = ""
@@ -31,9 +31,9 @@ class LensSample:
     pupil_offset_mm: float | None = None
 
     def after(self, before: "LensSample") -> "LensSample":
-        """Return this sample with the values of `before` where it is silent.
+        """Return this sample with missing values taken from `before`.
 
-        Samples are partial: what is absent keeps the value that was sent last.
+        Samples can be partial: a missing value has not changed.
         """
         now = {field.name: getattr(self, field.name) for field in fields(self)}
         kept = {name: getattr(before, name) for name, value in now.items() if value in (None, "")}

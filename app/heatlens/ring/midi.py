@@ -1,4 +1,4 @@
-"""MIDI: faders, knobs and wheels of a controller, read by `mido`."""
+"""Read faders, knobs and wheels of a MIDI controller with `mido`."""
 
 import math
 import time
@@ -12,12 +12,12 @@ _CONTROL_MOST, _BEND_MOST = 127.0, 16383.0
 
 
 class MidiInput(Controls):
-    """Hears one port until `close`. The library calls it on a thread of its own."""
+    """Reads one port until `close`. The library calls it on its own thread."""
 
     def __init__(self, name: str, clock: Callable[[], float] = time.monotonic) -> None:
-        """Open the port whose name holds `name`; "" opens the first one.
+        """Open the port whose name contains `name`; "" opens the first port.
 
-        Raises InputError where there is no library or no such port.
+        Raise InputError if the library or the port is missing.
         """
         super().__init__(f"midi:{name}", clock, math.inf)
         mido = _library()
@@ -25,11 +25,11 @@ class MidiInput(Controls):
         self.address = f"midi:{port}"
         try:
             self._port = mido.open_input(port, callback=self.hear)
-        except Exception as error:  # each backend of the library has errors of its own
+        except Exception as error:  # each backend of the library has its own errors
             raise InputError(f"The MIDI port {port!r} cannot be opened ({error}).") from error
 
     def hear(self, message: Any) -> None:
-        """Take a message of the port; others than controls and wheels tell nothing."""
+        """Handle a message of the port; only control changes and wheels are used."""
         if message.type == "control_change":
             name = f"control {message.control} of channel {message.channel + 1}"
             self.take("", {name: message.value / _CONTROL_MOST})
@@ -47,7 +47,7 @@ def _library() -> Any:
         import mido
 
         mido.backend.load()
-    except ImportError as error:  # what speaks to the system is a second package
+    except ImportError as error:  # the backend is a second package
         raise InputError(
             "MIDI needs: pip install 'heatlens[ring]' python-rtmidi, and the sound library of the "
             f"system ({error})."

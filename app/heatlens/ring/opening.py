@@ -1,4 +1,4 @@
-"""Open what `--lens-in` names."""
+"""Open the lens input that `--lens-in` names."""
 
 from heatlens.ring.address import parse_ring_address
 from heatlens.ring.midi import MidiInput
@@ -8,7 +8,7 @@ from heatlens.ring.ring_input import RingInput
 
 
 def open_ring(text: str) -> RingInput:
-    """Open "opentrackio...", "osc...", "midi[:NAME]" or "pad". Raises InputError."""
+    """Open "opentrackio...", "osc...", "midi[:NAME]" or "pad". Raise InputError."""
     kind, _, name = text.strip().partition(":")
     if kind.lower() == "midi":
         return MidiInput(name.removeprefix("//"))

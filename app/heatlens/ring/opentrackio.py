@@ -1,4 +1,4 @@
-"""Samples of OpenTrackIO, read and written: what they tell of the lens and of the time.
+"""Read and write the lens and the timecode of OpenTrackIO samples.
 
 Source: SMPTE RIS OSVP, OpenTrackIO 1.0.1. The sample is JSON, or CBOR (RFC 8949) with the same
 names; `lens` holds `focusDistance` in metres, `pinholeFocalLength` in millimetres, `fStop`,
@@ -24,13 +24,13 @@ _TURNS = {"focus_turn": "focus", "iris_turn": "iris", "zoom_turn": "zoom"}
 _TIME = ("hours", "minutes", "seconds", "frames")
 _NAME_LETTERS = 80
 _OFFSET_MOST_M = 2.0
-_LEAST = math.ulp(0.0)  # of what must be above 0
+_LEAST = math.ulp(0.0)  # smallest allowed number above 0
 
 
 def sample_of(text: bytes, encoding: Encoding) -> LensSample:
-    """Read a sample; values that cannot be are left out.
+    """Read a sample; impossible values are left out.
 
-    Raises RingPacketError for a text that is no sample at all.
+    Raise RingPacketError for a text that is not a sample.
     """
     root = _decoded(text, encoding)
     if not isinstance(root, dict):
@@ -45,7 +45,7 @@ def sample_of(text: bytes, encoding: Encoding) -> LensSample:
 
 
 def text_of(sample: LensSample, encoding: Encoding, frames_per_second: float) -> bytes:
-    """Write a sample that other programs read, with the values that it has."""
+    """Write a sample with the values that it has."""
     lens: dict[str, Any] = {
         key: getattr(sample, name) for name, key in _POSITIVE.items() if _is_known(sample, name)
     }
@@ -63,13 +63,13 @@ def text_of(sample: LensSample, encoding: Encoding, frames_per_second: float) ->
 
 
 def _is_known(sample: LensSample, name: str) -> bool:
-    """Return True for a finite value: JSON has no infinity."""
+    """Return True if the value is present and finite; JSON has no infinity."""
     value = getattr(sample, name)
     return value is not None and math.isfinite(value)
 
 
 def _decoded(text: bytes, encoding: Encoding) -> object:
-    """Decode what a stranger sent, at most 64 kB of it; everything that fails is one error."""
+    """Decode an untrusted text of at most 64 kB; every failure is a RingPacketError."""
     read, errors = _decoder(encoding)
     try:
         return read(text)
@@ -80,12 +80,12 @@ def _decoded(text: bytes, encoding: Encoding) -> object:
 def _decoder(
     encoding: Encoding,
 ) -> tuple[Callable[[bytes], object], tuple[type[Exception], ...]]:
-    """Return what decodes, and the errors that it raises for a damaged text."""
+    """Return the decoding function, and the errors that it raises for a damaged text."""
     errors = (ValueError, RecursionError, OverflowError, TypeError)
     if encoding is Encoding.JSON:
         return json.loads, errors
     try:
-        import cbor2  # an extra, and only those who listen to a camera wait for it
+        import cbor2  # imported late, because it is an optional package
     except ImportError as error:
         raise RingPacketError("samples in CBOR need: pip install 'heatlens[ring]'") from error
     return cbor2.loads, (*errors, cbor2.CBORError)
@@ -105,7 +105,7 @@ def _below(holder: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 
 def _number(holder: Mapping[str, Any], key: str, least: float, most: float = 1e9) -> float | None:
-    """Return a number in [least, most], else None."""
+    """Return the number if it is in [least, most], else None."""
     found = holder.get(key)
     if isinstance(found, bool) or not isinstance(found, (int, float)):
         return None
@@ -113,7 +113,7 @@ def _number(holder: Mapping[str, Any], key: str, least: float, most: float = 1e9
 
 
 def _source(root: Mapping[str, Any]) -> str:
-    """Return how the sender names itself, at most so long that it fits on a line."""
+    """Return the sender's name, shortened to fit on a line."""
     for key in ("sourceId", "sourceNumber"):
         found = root.get(key)
         if isinstance(found, (str, int)) and not isinstance(found, bool):

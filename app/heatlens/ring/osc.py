@@ -1,8 +1,8 @@
-"""Open Sound Control: what a controller or a tablet sends becomes values of channels.
+"""Decode Open Sound Control messages of a controller or tablet as values of channels.
 
-Source: the OSC 1.0 specification, read by `python-osc`. The address of a message is the name of its
-channel and its first number the value. Three addresses are values of the lens themselves:
-/focus_distance_m, /f_stop and /focal_length_mm, under whatever path they stand.
+Source: the OSC 1.0 specification, decoded by `python-osc`. The address of a message is the name of
+its channel, and its first number is the value. Addresses that end in /focus_distance_m, /f_stop or
+/focal_length_mm are values of the lens itself.
 """
 
 import math
@@ -20,9 +20,9 @@ _MOST = 1e9
 
 
 class OscDecoder:
-    """Understands OSC: messages and bundles of them. Raises InputError without the library."""
+    """Decodes OSC messages and bundles. Raises InputError without the library."""
 
-    lost = 0  # a datagram is whole
+    lost = 0  # every datagram is complete
 
     def __init__(self) -> None:
         try:
@@ -32,11 +32,11 @@ class OscDecoder:
         self._packets = osc_packet
 
     def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
-        """Return one sample of all messages of a datagram. Raises RingPacketError for no OSC."""
+        """Return one sample of all messages of a datagram. Raise RingPacketError if not OSC."""
         try:
             messages = [timed.message for timed in self._packets.OscPacket(datagram).messages]
             told = [(message.address, tuple(message.params)) for message in messages]
-        except Exception as error:  # the library has no one error for all that a stranger sends
+        except Exception as error:  # the library raises various errors for invalid data
             raise RingPacketError("a datagram is not one of OSC") from error
         channels = dict(_numbers(told))
         if not channels:

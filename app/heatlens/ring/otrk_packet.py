@@ -1,4 +1,4 @@
-"""Datagrams of OpenTrackIO: a header of 16 bytes and a segment of the sample's text.
+"""Read and write OpenTrackIO datagrams: a header of 16 bytes and a segment of a sample's text.
 
 Source: SMPTE RIS OSVP, OpenTrackIO 1.0.1, "transport"; the reference parser is in the public
 repository SMPTE/ris-osvp-metadata-camdkit. All numbers are in network order:
@@ -20,14 +20,14 @@ from heatlens.errors import InputError
 IDENTIFIER = b"OTrk"
 HEADER_BYTES = 16
 MAX_SEGMENT_BYTES = 1500 - HEADER_BYTES
-MAX_SAMPLE_BYTES = 1 << 16  # a complete sample has some 3 kB
+MAX_SAMPLE_BYTES = 1 << 16  # a usual complete sample has about 3 kB
 _HEADER = struct.Struct("!4sBBHIHH")
 _BEFORE_CHECKSUM = HEADER_BYTES - 2
 _LAST = 1 << 15
 
 
 class RingPacketError(InputError):
-    """A datagram that is no part of a sample; nothing of it was taken."""
+    """A datagram is invalid; all of it was ignored."""
 
 
 class Encoding(IntEnum):
@@ -39,7 +39,7 @@ class Encoding(IntEnum):
 
 @dataclass(frozen=True)
 class Segment:
-    """One datagram: where its bytes belong in the sample with its sequence number."""
+    """A datagram: its bytes, their offset in the sample, and the sample's sequence number."""
 
     encoding: Encoding
     sequence: int
@@ -57,7 +57,7 @@ def fletcher16(data: bytes) -> int:
 
 
 def segment_of(datagram: bytes) -> Segment:
-    """Parse a datagram; raise RingPacketError for anything that is not a whole, sane one."""
+    """Parse a datagram; raise RingPacketError if it is incomplete or inconsistent."""
     if len(datagram) < HEADER_BYTES or not datagram.startswith(IDENTIFIER):
         raise RingPacketError("a datagram is not one of OpenTrackIO")
     _, _, encoding, sequence, offset, last_length, checksum = _HEADER.unpack_from(datagram)
@@ -74,7 +74,7 @@ def segment_of(datagram: bytes) -> Segment:
 
 
 def datagrams_of(payload: bytes, encoding: Encoding, sequence: int) -> Iterator[bytes]:
-    """Cut the text of a sample into datagrams; `sequence` counts samples, modulo 65,536."""
+    """Divide the text of a sample into datagrams; `sequence` counts samples, modulo 65,536."""
     for offset in range(0, max(len(payload), 1), MAX_SEGMENT_BYTES):
         part = payload[offset : offset + MAX_SEGMENT_BYTES]
         is_last = offset + len(part) >= len(payload)

@@ -1,4 +1,4 @@
-"""A game pad or a jog wheel: its axes are channels. Whoever draws the window reads it."""
+"""Use the axes of a game pad or jog wheel as channels; the window reads the device."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -11,10 +11,10 @@ _EVERY_S = 0.02
 
 
 class PadInput(Controls):
-    """Asks `read` for the axes whenever it is asked itself, at most so often as a pad changes.
+    """Reads the axes through `read` on demand, at most as often as a pad changes.
 
-    `read` is set by the window: the libraries of windows answer on its thread alone. It returns the
-    axes by their names, or None while nothing is plugged in, which counts as silence.
+    The window sets `read`, because its library works on the window's thread only. It returns the
+    axes by their names, or None while no pad is connected, which counts as silence.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -25,7 +25,7 @@ class PadInput(Controls):
         self._read_at = -_EVERY_S
 
     def heard(self, source: str | None = None) -> Heard:
-        """Return what the pad tells now."""
+        """Return the present state of the pad."""
         now_s = self._clock()
         if now_s - self._read_at >= _EVERY_S:
             self._read_at = now_s
@@ -35,9 +35,9 @@ class PadInput(Controls):
         return super().heard(source)
 
     def seconds_until_due(self) -> float:
-        """Return how long the window may sleep before the pad is read again."""
+        """Return the seconds until the pad is to be read again."""
         return _EVERY_S
 
     def close(self) -> None:
-        """Let go of the pad."""
+        """Release the pad."""
         self.read = lambda: None

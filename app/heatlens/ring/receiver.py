@@ -1,4 +1,4 @@
-"""Hears what cameras send of their lenses, on a thread of its own."""
+"""Receive the lens samples of cameras on a thread."""
 
 import math
 import selectors
@@ -18,11 +18,11 @@ _DECODERS: dict[Protocol, Callable[[], Decoder]] = {
     Protocol.OPENTRACKIO: OpenTrackIODecoder,
     Protocol.OSC: OscDecoder,
 }
-_AT_ONCE = 256  # datagrams, before it is looked whether the thread shall end
+_AT_ONCE = 256  # datagrams between checks whether the thread should end
 
 
 class LensReceiver(RingInput):
-    """Listens until `close`; its methods may be called from any thread."""
+    """Receives samples until `close`; its methods may be called from any thread."""
 
     def __init__(
         self,
@@ -30,9 +30,9 @@ class LensReceiver(RingInput):
         on_news: Callable[[], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Listen at `address`; `on_news` is called on the thread after a sample was taken.
+        """Listen at `address`; `on_news` is called on the thread after each sample.
 
-        Raises InputError where the address cannot be used.
+        Raise InputError if the address cannot be used.
         """
         decoder, is_stream = _DECODERS[address.protocol](), address.protocol.is_stream
         self._hearing = Hearing(decoder, clock, SILENT_AFTER_S if is_stream else math.inf)
@@ -48,26 +48,26 @@ class LensReceiver(RingInput):
 
     @property
     def taken(self) -> int:
-        """How many datagrams were a sample or a part of one."""
+        """The number of valid datagrams."""
         return self._hearing.taken
 
     @property
     def refused(self) -> int:  # type: ignore[override]  # a count that goes up
-        """How many datagrams were no part of a sample."""
+        """The number of invalid datagrams."""
         return self._hearing.refused
 
     @property
     def fault(self) -> str | None:  # type: ignore[override]
-        """Why the last of them was refused."""
+        """Why the last invalid datagram was refused; None if there was none."""
         return self._hearing.fault
 
     @property
     def lost(self) -> int:  # type: ignore[override]
-        """How many samples were never whole."""
+        """The number of samples that were never complete."""
         return self._hearing.lost
 
     def heard(self, source: str | None = None) -> Heard:
-        """Return what `source` tells now; None listens to the one that was heard first."""
+        """Return the present state of `source`; None is the source that was heard first."""
         return self._hearing.sources.heard(source)
 
     def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
@@ -75,7 +75,7 @@ class LensReceiver(RingInput):
         return self._hearing.sources.since(version, source)
 
     def close(self) -> None:
-        """End the thread and let go of the port; a second call does nothing."""
+        """End the thread and release the port; a second call does nothing."""
         if self._thread.is_alive():
             self._waker.send(b"x")
             self._thread.join()
@@ -91,12 +91,12 @@ class LensReceiver(RingInput):
             self._wake.close()
 
     def _hear_waiting(self) -> None:
-        """Take the datagrams that wait, and tell of them once."""
+        """Handle all waiting datagrams, and call `on_news` once."""
         before = self._hearing.sources.version
         for _ in range(_AT_ONCE):
             try:
                 datagram, sender = self._socket.recvfrom(_MAX_DATAGRAM)
-            except OSError:  # none is left, or the network told of one that was lost
+            except OSError:  # no datagram is left, or the network reports a lost one
                 break
             self._hearing.take(datagram, sender)
         if self._hearing.sources.version != before and self.on_news is not None:

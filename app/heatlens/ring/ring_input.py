@@ -1,4 +1,4 @@
-"""Something that turns the rings of a lens: a camera on the network, a controller, a game pad."""
+"""The interface of lens inputs: a camera on the network, a controller or a game pad."""
 
 import time
 from abc import abstractmethod
@@ -10,33 +10,33 @@ from heatlens.ring.sources import SILENT_AFTER_S, Heard, Numbered, RingSources
 
 
 class RingInput(Closing):
-    """What the window asks, whoever sends; any thread may ask.
+    """An input for the rings of a lens; any thread may call it.
 
-    address   where it is, as people write it
-    on_news   called after a sample was taken, on whatever thread that was
+    address   the address or name of the device, for the user
+    on_news   called after each sample, on any thread
     """
 
     address: object
     on_news: Callable[[], None] | None = None
-    refused = 0  # datagrams that were no use
-    lost = 0  # samples that were never whole
+    refused = 0  # number of invalid datagrams
+    lost = 0  # number of samples that were never complete
     fault: str | None = None  # why the last datagram was refused
 
     @abstractmethod
     def heard(self, source: str | None = None) -> Heard:
-        """Return what `source` tells now; None listens to the one that was heard first."""
+        """Return the present state of `source`; None is the source that was heard first."""
 
     @abstractmethod
     def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
         """Return the samples of a source after a version of `heard`; see `RingSources.since`."""
 
     def seconds_until_due(self) -> float | None:
-        """Return how long the window may sleep before it has to ask; None: it is woken."""
+        """Return the seconds until the window must poll the input; None if `on_news` wakes it."""
         return None
 
 
 class Controls(RingInput):
-    """Keeps the channels of a controller that is plugged in."""
+    """Keeps the channels of a connected controller."""
 
     def __init__(
         self,
@@ -44,12 +44,12 @@ class Controls(RingInput):
         clock: Callable[[], float] = time.monotonic,
         silent_after_s: float = SILENT_AFTER_S,
     ) -> None:
-        """Keep what `take` is given; `silent_after_s` is as in `RingSources`."""
+        """Begin without channels; for `silent_after_s` see `RingSources`."""
         self.address = address
         self._sources = RingSources(clock, silent_after_s)
 
     def take(self, source: str, channels: Mapping[str, float]) -> None:
-        """Keep values of channels and tell of them."""
+        """Store values of channels and call `on_news`."""
         self._sources.keep(LensSample(source, channels=dict(channels)))
         if self.on_news is not None:
             self.on_news()

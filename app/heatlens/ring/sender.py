@@ -1,4 +1,4 @@
-"""Sends the lens of a shot as a camera would: for a rehearsal, a follow-focus or an engine."""
+"""Send the lens of a shot as a camera would, to a follow focus or a game engine."""
 
 import socket
 import time
@@ -26,7 +26,7 @@ class LensSender(Closing):
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
     def send(self, sample: LensSample) -> None:
-        """Send one sample. Raises InputError where the network refuses it."""
+        """Send one sample. Raise InputError if the network refuses it."""
         text = text_of(sample, self._encoding, self._rate)
         try:
             for datagram in datagrams_of(text, self._encoding, self.sent):
@@ -38,7 +38,7 @@ class LensSender(Closing):
         self.sent += 1
 
     def close(self) -> None:
-        """Let go of the socket; a second call does nothing."""
+        """Close the socket; a second call does nothing."""
         self._socket.close()
 
 
@@ -49,7 +49,7 @@ def send_in_time(
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Send `samples` at `rate` a second; what comes late does not delay what follows."""
+    """Send `samples` at `rate` a second; a late sample does not delay the following ones."""
     begun_s = clock()
     for number, sample in enumerate(samples):
         wait_s = begun_s + number / rate - clock()

@@ -1,4 +1,4 @@
-"""Who sends, and what each sender has told so far, whatever protocol it speaks."""
+"""Keep the newest lens values of each sender, independent of the protocol."""
 
 import time
 from collections import deque
@@ -9,18 +9,18 @@ from threading import Lock
 from heatlens.ring.lens_sample import LensSample
 
 MAX_SOURCES = 16
-SILENT_AFTER_S = 1.0  # the lens then stays where it is, and that is said
-_RATE_OVER = 50  # samples
-Numbered = tuple[int, LensSample]  # a sample, and the version that it made
-_LOG_MOST = 4096  # samples that wait for someone who records them: 4 s of 1,000 a second
+SILENT_AFTER_S = 1.0  # a camera without samples for this long counts as silent
+_RATE_OVER = 50  # number of samples to average the rate over
+Numbered = tuple[int, LensSample]  # a sample with its version number
+_LOG_MOST = 4096  # samples kept for recording: 4 s at 1,000 a second
 
 
 @dataclass
 class RingSource:
-    """A camera: what it has told so far, and when.
+    """The samples of one sender.
 
-    `sample` holds every value that was ever sent, each as it was last; `heard_s` is on the clock of
-    the receiver. `log` holds the latest samples, each with the version that it made.
+    `sample` has the latest of every value that was ever sent; `heard_s` is on the clock of the
+    receiver. `log` has the latest samples, each with its version number.
     """
 
     sample: LensSample
@@ -30,20 +30,20 @@ class RingSource:
 
     @property
     def rate_hz(self) -> float:
-        """How many samples come a second; 0 before the second one."""
+        """The number of samples per second; 0 before the second one."""
         span_s = self.times_s[-1] - self.times_s[0] if self.times_s else 0.0
         return (len(self.times_s) - 1) / span_s if span_s > 0 else 0.0
 
 
 @dataclass(frozen=True)
 class Heard:
-    """What was heard at a moment.
+    """The state of the sources at a moment.
 
-    sample    the newest values of the source that is listened to; None before its first
-    sources   the names of all that send, in the order in which they were first heard
-    rate_hz, age_s   how often its samples come, and how long ago the last one did
-    version   goes up with every sample of any source
-    silent_after_s   after which age it has stopped; infinite for what sends only when it is turned
+    sample    the newest values of the followed source; None before its first sample
+    sources   names of all sources, in the order in which they were first heard
+    rate_hz, age_s   samples per second, and time since the last sample
+    version   increases with every sample of any source
+    silent_after_s   age from which the source is silent; infinite for one that sends only changes
     """
 
     sample: LensSample | None
@@ -55,17 +55,17 @@ class Heard:
 
     @property
     def is_silent(self) -> bool:
-        """Return True where the source has stopped sending."""
+        """True if the source has stopped sending."""
         return self.sample is not None and self.age_s > self.silent_after_s
 
 
 class RingSources:
-    """Keeps the newest values of each sender, of few senders; any thread may ask."""
+    """Keeps the newest values of a limited number of senders; any thread may call it."""
 
     def __init__(
         self, clock: Callable[[], float] = time.monotonic, silent_after_s: float = SILENT_AFTER_S
     ) -> None:
-        """Begin without a source; `clock` gives seconds. See `Heard` for `silent_after_s`."""
+        """Begin without sources; `clock` returns seconds. For `silent_after_s` see `Heard`."""
         self._silent_after_s = silent_after_s
         self.version = 0
         self._clock = clock
@@ -73,7 +73,7 @@ class RingSources:
         self._lock = Lock()
 
     def keep(self, sample: LensSample) -> None:
-        """Add a sample to its source; the source that was silent for longest makes room."""
+        """Add a sample to its source; a new source can replace the one silent for longest."""
         now_s = self._clock()
         with self._lock:
             known = self._sources.get(sample.source)
@@ -86,10 +86,10 @@ class RingSources:
             known.log.append((self.version, known.sample))
 
     def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
-        """Return the samples of a source that came after a version, each with its own version.
+        """Return the samples of a source after a version, each with its own version.
 
-        The oldest comes first. Each has every value as it was then. None means the source that was
-        heard first.
+        The oldest comes first. Each has all values as they were then. None means the source that
+        was heard first.
         """
         with self._lock:
             chosen = self._chosen(source)
@@ -97,7 +97,7 @@ class RingSources:
             return tuple(numbered for numbered in log if numbered[0] > version)
 
     def heard(self, source: str | None = None) -> Heard:
-        """Return what `source` tells now; None listens to the one that was heard first."""
+        """Return the present state of `source`; None is the source that was heard first."""
         with self._lock:
             names, chosen = tuple(self._sources), self._chosen(source)
             if chosen is None:
