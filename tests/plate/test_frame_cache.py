@@ -129,23 +129,29 @@ def threads_of_caches():
     return [t for t in threading.enumerate() if t.name.startswith("frame-cache")]
 
 
-def test_closing_ends_every_thread_and_wakes_those_who_wait():
+def test_closing_waits_for_no_read_and_wakes_those_who_wait():
     reader, news, waited = Reader(), News(), []
     reader.gate.clear()
     cache = FrameCache(sequence_of(range(50)), reader, 99 * ONE, workers=3, on_ready=news)
     waiter = threading.Thread(target=lambda: waited.append(cache.wait(7, 1, 40)))
     waiter.start()
     news.wait_until(lambda: reader.begun)
-    assert threads_of_caches()
-    closer = threading.Thread(target=cache.close)
-    closer.start()
+    reading = threads_of_caches()
+    cache.close()  # returns although the read never ends before the gate opens
     waiter.join(PATIENCE_S)
-    assert waited == [None]
+    assert waited == [None] and reading
     reader.gate.set()
-    closer.join(PATIENCE_S)
-    assert not closer.is_alive() and not threads_of_caches()
-    assert reader.begun == [7]
+    for thread in reading:
+        thread.join(PATIENCE_S)
+    assert reader.begun == [7] and cache.bytes_in_use == 0
     cache.want(1)
     cache.refresh()
     cache.close()
-    assert cache.get(1) is None and not threads_of_caches()
+    assert cache.get(7) is None and not threads_of_caches()
+
+
+def test_closing_frees_the_frames_that_are_held():
+    cache = FrameCache(sequence_of(range(5)), Reader(), 99 * ONE)
+    assert cache.wait(2) is not None and cache.bytes_in_use
+    cache.close()
+    assert cache.get(2) is None

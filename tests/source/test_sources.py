@@ -155,7 +155,7 @@ def test_what_is_opened_answers_alike(tmp_path, kind):
 def _opened(text: str):
     opener = SourceOpener(lambda: None)
     opener.open(text, PlateOptions())
-    opener._coming.result()
+    opener._coming.wait()
     found = opener.poll()
     opener.close()
     return found

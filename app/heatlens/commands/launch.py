@@ -12,6 +12,7 @@ This process also reports when a fault in a driver or a library ended the worker
 Exit codes: those of `commands.main`, and 128 + N after signal N: 130 Ctrl-C, 143 SIGTERM.
 """
 
+import atexit
 import os
 import signal
 import sys
@@ -19,6 +20,7 @@ import time
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NoReturn
 
 from heatlens import stopping
 from heatlens.errors import FAULT_CODE
@@ -45,6 +47,7 @@ def main() -> int:
 
 
 def _work() -> int:
+    from heatlens.background import is_at_work
     from heatlens.commands.main import main as run
     from heatlens.faults import report_from_threads
     from heatlens.files.quiet import protect_output
@@ -54,7 +57,23 @@ def _work() -> int:
     if not sys.warnoptions:  # warnings show lines of source code, which do not help users
         warnings.simplefilter("ignore")
 
-    return run()
+    code = run()
+    if is_at_work():
+        _end_now(code)
+    return code
+
+
+def _end_now(code: int) -> NoReturn:
+    """End the process although a thread still reads from a disk that does not answer.
+
+    Python would let that thread go on while it takes itself apart, and abort the process where the
+    thread is inside a library of C++ at that moment.
+    """
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+    os._exit(code)
 
 
 def _stop_signals() -> set[signal.Signals]:

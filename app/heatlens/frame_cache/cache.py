@@ -3,11 +3,11 @@
 import math
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
+from heatlens.background import Threads
 from heatlens.closing import Closing
 from heatlens.errors import HeatlensError
 from heatlens.frame_cache.plate_shelf import Damaged, Held, PlateShelf, Stamps, plate_bytes
@@ -64,7 +64,7 @@ class FrameCache(Closing):
         self._failure: BaseException | None = None
         self._closed = False
         # One thread more than concurrent reads, so that scanning the folder never waits for them.
-        self._threads = ThreadPoolExecutor(workers + 1, thread_name_prefix="frame-cache")
+        self._threads = Threads("frame-cache", workers + 1)
 
     @property
     def sequence(self) -> Sequence:
@@ -150,11 +150,15 @@ class FrameCache(Closing):
                 self._threads.submit(self._look, self._sequence, stamps)
 
     def close(self) -> None:
-        """Stop reading, and return when the reads that have begun are finished."""
+        """Stop reading and free the frames that are held, without waiting for anything.
+
+        A read that has begun goes on, because a disk cannot be interrupted; its frame is dropped.
+        """
         with self._changed:
             self._closed = True
+            self._shelf.held.clear()
             self._changed.notify_all()
-        self._threads.shutdown(wait=True, cancel_futures=True)
+        self._threads.close()
 
     def _raise_failure(self) -> None:
         """Raise in the caller's thread the exception that stopped a worker thread."""
@@ -191,6 +195,9 @@ class FrameCache(Closing):
             stamps = self._stamps(path)  # before reading, so that a later write is noticed
             held = Held(self._plate_or_damage(path), stamps)
             with self._changed:
+                if self._closed:
+                    del self._shelf.reserved[frame]
+                    return
                 self._nearest_m = min(self._nearest_m, _nearest_m(held.content))
                 self._shelf.put(frame, held, self._order)
                 del held  # if the shelf drops the frame, its memory is free for the next one
@@ -222,6 +229,8 @@ class FrameCache(Closing):
             except HeatlensError as error:
                 found, stale, problem = sequence, (), str(error)
             with self._changed:
+                if self._closed:
+                    return
                 is_news = (found, problem) != (self._sequence, self._problem) or bool(stale)
                 self._is_looking, self._problem = False, problem
                 self._take_over(found, stale)

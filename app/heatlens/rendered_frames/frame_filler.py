@@ -2,10 +2,11 @@
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 
+from heatlens.background import Threads
 from heatlens.defocus.steps import Steps
 from heatlens.errors import InputError
 from heatlens.gpu.textures import download
@@ -80,7 +81,7 @@ class FrameFiller:
         self._job: FrameJob | None = None
         self._loaded: Plate | None = None  # in the renderer
         self._steps: Steps[RenderedPicture] | None = None
-        self._reader = ThreadPoolExecutor(1, thread_name_prefix="frames-plate")
+        self._reader = Threads("frames-plate")
         self._reads: dict[PlateFile, Future[_Read]] = {}
 
     def work(
@@ -127,9 +128,9 @@ class FrameFiller:
         self._loaded = None
 
     def close(self) -> None:
-        """Stop reading plates."""
+        """Stop reading plates, without waiting for a read that has begun."""
         self.stop()
-        self._reader.shutdown(wait=True, cancel_futures=True)
+        self._reader.close()
 
     def _making(self, job: FrameJob) -> Steps[RenderedPicture]:
         if job.plate is not None:

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 
+from heatlens.background import Threads
 from heatlens.errors import InputError
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
@@ -40,9 +41,9 @@ class FrameStore:
         self._has_looked = disk is None
         self._generation = 0  # increased by `clear`, which invalidates pending work
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="frames-write")
-        self._loader = ThreadPoolExecutor(1, thread_name_prefix="frames-read")
+        self._loader = Threads("frames-read")
         if disk is not None:
-            self._writer.submit(self._look, disk)
+            self._loader.submit(self._look, disk)
 
     def known(self) -> frozenset[str]:
         """Return the keys of all pictures, in memory and on disk."""
@@ -109,12 +110,12 @@ class FrameStore:
 
     def wait(self) -> None:
         """Wait until everything requested so far has been read and written."""
-        for thread in (self._writer, self._loader):
-            thread.submit(lambda: None).result()
+        self._writer.submit(lambda: None).result()
+        self._loader.submit(lambda: None).result()
 
     def close(self) -> None:
-        """Write waiting pictures, and end the threads."""
-        self._loader.shutdown(wait=True, cancel_futures=True)
+        """Wait until waiting pictures are written; reading stops without being waited for."""
+        self._loader.close()
         self._writer.shutdown(wait=True)
 
     def _keep(self, key: str, picture: RenderedPicture, generation: int) -> None:

@@ -1,9 +1,10 @@
 """Look up the stamps of many files on a thread, because network folders may be slow."""
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from pathlib import Path
 
+from heatlens.background import Threads
 from heatlens.sequence.sequence import Stamp, stamp_of
 
 Stamps = dict[Path, Stamp | None]
@@ -17,7 +18,7 @@ class StampBook:
         self.version = 0
         self._wake = wake
         self._stamps: Stamps = {}
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="frames-stamps")
+        self._thread = Threads("frames-stamps")
         self._looking: Future[Stamps] | None = None
 
     def look(self, paths: Iterable[Path]) -> None:
@@ -37,8 +38,8 @@ class StampBook:
         return self._stamps.get(path)
 
     def close(self) -> None:
-        """End the thread."""
-        self._thread.shutdown(wait=True, cancel_futures=True)
+        """Drop look-ups that have not begun, without waiting for one that has."""
+        self._thread.close()
 
     def _take(self) -> None:
         """Take over the results of the thread."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+from heatlens.background import Threads
 from heatlens.documents.shot_file import (
     SHOT_SUFFIX,
     autosave_path,
@@ -22,6 +23,7 @@ from heatlens.model.shot import Shot
 
 Result = TypeVar("Result")
 
+_READS_MOST = 4  # so many shots can be opened while a disk does not answer
 _UNSAVED_FOLDER = "unsaved"
 _FRAME_NUMBER = re.compile(r"[._-]?\d+$")
 
@@ -36,10 +38,14 @@ class Found:
 
 
 class ShotStore:
-    """Reads and writes on a single thread, so that the latest write wins."""
+    """Writes on a single thread, so that the latest write wins; reads after the writes before.
+
+    A disk that does not answer a read does not hold up the writes.
+    """
 
     def __init__(self, wake: Callable[[], None]) -> None:
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="shot-files")
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="shot-write")
+        self._readers = Threads("shot-read", _READS_MOST)
         self._wake = wake
 
     def read(self, path: Path, is_asked: bool = True) -> Future[Found]:
@@ -47,28 +53,37 @@ class ShotStore:
 
         With `is_asked` False, a missing file is not an error.
         """
-        return self._begin(lambda: _found(path, is_asked))
+        written = self._writer.submit(lambda: None)
+
+        def read() -> Found:
+            written.result()
+            return _found(path, is_asked)
+
+        return self._begin(self._readers, read)
 
     def save(self, path: Path, shot: Shot) -> Future[None]:
         """Begin to save the file."""
-        return self._begin(lambda: write_shot(path, shot))
+        return self._begin(self._writer, lambda: write_shot(path, shot))
 
     def keep(self, path: Path, shot: Shot) -> Future[None]:
         """Begin to write unsaved changes beside the file."""
-        return self._begin(lambda: _kept(path, shot))
+        return self._begin(self._writer, lambda: _kept(path, shot))
 
     def drop(self, path: Path) -> Future[None]:
         """Begin to remove the unsaved changes beside the file."""
-        return self._begin(lambda: autosave_path(path).unlink(missing_ok=True))
+        return self._begin(self._writer, lambda: autosave_path(path).unlink(missing_ok=True))
 
-    def _begin(self, job: Callable[[], Result]) -> Future[Result]:
-        future = self._thread.submit(faults_reported("The shot could not be kept or read")(job))
+    def _begin(
+        self, threads: ThreadPoolExecutor | Threads, job: Callable[[], Result]
+    ) -> Future[Result]:
+        future = threads.submit(faults_reported("The shot could not be kept or read")(job))
         future.add_done_callback(lambda _: self._wake())
         return future
 
     def close(self) -> None:
-        """Finish writing and end the thread."""
-        self._thread.shutdown(wait=True)
+        """Wait until everything is written; reading stops without being waited for."""
+        self._readers.close()
+        self._writer.shutdown(wait=True)
 
 
 def proposed_name(plate: Path, is_numbered: bool) -> str:

@@ -1,10 +1,11 @@
-"""Open sources on a thread, so that the loop of the window never waits."""
+"""Open sources on threads, so that the loop of the window never waits."""
 
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+from heatlens.background import Background
 from heatlens.errors import HeatlensError, InputError
 from heatlens.faults import faults_reported
 from heatlens.files.apart import Stop
@@ -33,7 +34,10 @@ class Refused:
 
 
 class SourceOpener:
-    """Opens one source at a time; the caller keeps the one before until the new one arrives."""
+    """Opens one source at a time; the caller keeps the one before until the new one arrives.
+
+    Each is opened on a thread of its own, so that a disk that does not answer holds up no other.
+    """
 
     def __init__(self, wake: Callable[[], None], stream: StreamSource | None = None) -> None:
         """Set `wake`, which is called on a thread when a source has been opened.
@@ -42,8 +46,7 @@ class SourceOpener:
         """
         self._wake = wake
         self._stream = stream
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="open")
-        self._coming: Future[Opened] | None = None
+        self._coming: Background[Opened] = Background(wake, drop=lambda opened: opened.close())
         self._stop = Stop()
         self.opening: str | None = None  # the name of the source that is being opened
         self.refused: Refused | None = None  # the last failure, until another source is opened
@@ -69,29 +72,26 @@ class SourceOpener:
         self.opening, self._options, self.refused = text, options, None
         self._stop = Stop()
         when, placing = (frame, timing), self.placing_of(text)
-        self._coming = self._thread.submit(
-            _opened, text, options, when, placing, self._wake, self._stop
-        )
-        self._coming.add_done_callback(lambda _: self._wake())
+        self._coming.start(partial(_opened, text, options, when, placing, self._wake, self._stop))
 
     def cancel(self) -> None:
-        """Cancel the opening, and end the process that reads the file."""
-        if self._coming is not None:
-            self._stop.ask()
-            self._coming.add_done_callback(_close_unused)
-            self._coming = self.opening = None
+        """Cancel the opening without waiting, and end the process that reads a scene."""
+        self._stop.ask()
+        self._coming.cancel()
+        self.opening = None
 
     def poll(self) -> Opened | None:
         """Return a source once when it has been opened. Raises HeatlensError if that failed."""
-        coming = self._coming
-        if coming is None or not coming.done():
-            return self._first_of_stream()
-        text, self._coming, self.opening = self.opening, None, None
         try:
-            return coming.result()
+            opened = self._coming.poll()
         except HeatlensError as error:
-            self.refused = Refused(text or "", self._options, str(error))
+            self.refused = Refused(self.opening or "", self._options, str(error))
+            self.opening = None
             raise
+        if opened is None:
+            return self._first_of_stream()
+        self.opening = None
+        return opened
 
     def _first_of_stream(self) -> OpenedStream | None:
         """Return the stream when its first frame arrives; None if that is not awaited."""
@@ -100,9 +100,8 @@ class SourceOpener:
         return None if stream is None or plate is None else OpenedStream(stream, plate)
 
     def close(self) -> None:
-        """Cancel the opening and end the thread."""
+        """Cancel the opening, without waiting."""
         self.cancel()
-        self._thread.shutdown(wait=True, cancel_futures=True)
 
 
 @faults_reported("The file could not be opened")
@@ -143,8 +142,3 @@ def _first_frame(sequence: Sequence, text: str, wanted: int | None) -> int:
         return wanted
     named = sequence.frame_at(Path(text))
     return named if named is not None and sequence.has(named) else sequence.present[0]
-
-
-def _close_unused(future: "Future[Opened]") -> None:
-    if not future.cancelled() and future.exception() is None:
-        future.result().close()

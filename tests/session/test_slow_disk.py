@@ -1,0 +1,184 @@
+"""A disk that does not answer: the loop of the window goes on, and so does the end of the program.
+
+`SlowDisk` holds every read of a file whose name has "slow" in it until the test lets it go. A loop
+that waited for such a read would never get to the line that does.
+"""
+
+import subprocess
+import sys
+from pathlib import Path
+from threading import Event
+
+import pytest
+
+from heatlens.background import Threads, is_at_work
+from heatlens.frame_cache import reader
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import DepthConvention, PlateOptions
+from heatlens.model.shot import Shot
+from heatlens.plate.plate import Plate
+from heatlens.session import shot_store
+from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_feed import Playhead
+from heatlens.session.shot_store import ShotStore
+from heatlens.source.opened import Opened
+from support.frame_caches import PATIENCE_S
+from support.shot_files import FULL as SHOT
+from support.window_plates import room_file
+
+KNOWN = PlateOptions(depth_convention=DepthConvention.DISTANCE)
+
+
+class SlowDisk:
+    """Reads plates, and holds the slow ones until `answers` is set."""
+
+    def __init__(self) -> None:
+        self.answers, self.is_asked = Event(), Event()
+        self._read = reader.read_plate
+
+    def __call__(self, path: Path, options: PlateOptions) -> Plate:
+        if "slow" in path.name:
+            self.is_asked.set()
+            assert self.answers.wait(PATIENCE_S)
+        return self._read(path, options)
+
+
+@pytest.fixture
+def disk(monkeypatch):
+    slow = SlowDisk()
+    monkeypatch.setattr(reader, "read_plate", slow)
+    yield slow
+    slow.answers.set()
+
+
+@pytest.fixture
+def woken():
+    return Event()
+
+
+@pytest.fixture
+def source(renderer, ctx, woken):
+    made = OpenSource(renderer, woken.set)
+    yield made
+    made.close()
+
+
+def arrived(source: OpenSource, woken: Event) -> Opened:
+    """Wait as the loop does, which sleeps until a thread wakes it."""
+    while (opened := source.arrived()) is None:
+        assert woken.wait(PATIENCE_S)
+        woken.clear()
+    return opened
+
+
+def test_another_sequence_opens_while_a_frame_of_the_one_before_is_read(
+    source, disk, woken, tmp_path
+):
+    for number in (1, 2, 3):
+        room_file(tmp_path / f"slow.{number}.exr")
+    disk.answers.set()
+    source.open(str(tmp_path / "slow.#.exr"), KNOWN)
+    before = arrived(source, woken)
+    disk.answers.clear()
+    disk.is_asked.clear()
+    source.show(Shot(Lens(50.0, 2.8, 2.0, 36.0)), Playhead(2))
+    assert disk.is_asked.wait(PATIENCE_S)
+
+    source.open(str(room_file(tmp_path / "other.exr")), KNOWN)
+    after = arrived(source, woken)
+    assert after is source.opened is not before and not disk.answers.is_set()
+
+
+def test_a_file_that_hangs_bars_neither_the_next_nor_the_end(source, disk, woken, tmp_path):
+    slow, other = room_file(tmp_path / "slow.exr"), room_file(tmp_path / "other.exr")
+    source.open(str(slow), KNOWN)
+    assert disk.is_asked.wait(PATIENCE_S)
+    source.open(str(other), KNOWN)
+    assert arrived(source, woken).text == str(other)
+    source.open(str(slow), KNOWN)
+    source.close()
+    assert not disk.answers.is_set()
+
+
+def test_a_source_that_arrives_too_late_is_closed(source, disk, woken, tmp_path, monkeypatch):
+    closed = Event()
+    monkeypatch.setattr(
+        "heatlens.source.opened.OpenedPlates.close", lambda self: (self.cache.close(), closed.set())
+    )
+    source.open(str(room_file(tmp_path / "slow.exr")), KNOWN)
+    assert disk.is_asked.wait(PATIENCE_S)
+    source.opener.cancel()
+    disk.answers.set()
+    assert closed.wait(PATIENCE_S)
+    assert source.arrived() is None
+
+
+def test_a_shot_file_that_hangs_holds_up_no_autosave(monkeypatch, tmp_path):
+    answers, is_asked = Event(), Event()
+
+    def hangs(path: Path) -> Shot:
+        is_asked.set()
+        assert answers.wait(PATIENCE_S)
+        return SHOT
+
+    monkeypatch.setattr(shot_store, "read_shot", hangs)
+    store, path = ShotStore(lambda: None), tmp_path / "a.heatlens.json"
+    path.touch()
+    reading = store.read(path)
+    assert is_asked.wait(PATIENCE_S)
+    store.save(path, SHOT).result(PATIENCE_S)
+    store.close()
+    assert path.stat().st_size and not reading.done()
+    answers.set()
+    assert reading.result(PATIENCE_S).saved == SHOT
+
+
+def test_a_read_sees_what_was_written_before(tmp_path):
+    store, path = ShotStore(lambda: None), tmp_path / "a.heatlens.json"
+    store.save(path, SHOT)
+    assert store.read(path).result(PATIENCE_S).saved == SHOT
+    store.close()
+
+
+def test_threads_drop_what_has_not_begun_and_end_when_they_are_idle():
+    begun, goes_on, threads = Event(), Event(), Threads("test-threads")
+
+    def first() -> str:
+        begun.set()
+        assert goes_on.wait(PATIENCE_S)
+        return "done"
+
+    running, waiting = threads.submit(first), threads.submit(lambda: "never")
+    assert begun.wait(PATIENCE_S) and is_at_work()
+    threads.close()
+    assert waiting.cancelled() and not running.done()
+    goes_on.set()
+    assert running.result(PATIENCE_S) == "done"
+    with pytest.raises(RuntimeError, match="closed"):
+        threads.submit(first)
+
+
+def test_an_error_of_a_job_is_that_of_its_future():
+    threads = Threads("test-threads")
+    assert isinstance(threads.submit(lambda: [][0]).exception(PATIENCE_S), IndexError)
+    assert threads.submit(lambda: 3).result(PATIENCE_S) == 3
+
+
+def test_a_process_ends_while_a_thread_waits_for_a_disk():
+    """With its exit code, what it printed, and what was to be done at the end of the program."""
+    code = (
+        "import atexit, sys, threading\n"
+        "from heatlens.background import Threads\n"
+        "from heatlens.commands import launch, main\n"
+        "def run():\n"
+        "    begun = threading.Event()\n"
+        "    Threads('slow').submit(lambda: (begun.set(), threading.Event().wait()))\n"
+        "    begun.wait()\n"
+        "    atexit.register(lambda: print('and its end'))\n"
+        "    print('said', end=' ')\n"
+        "    return 7\n"
+        "main.main = run\n"
+        "sys.exit(launch.main())\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (7, "said and its end\n", "")
