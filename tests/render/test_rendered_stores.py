@@ -221,3 +221,52 @@ def test_capacity_is_that_of_the_larger_one():
     assert FrameStore(memory).capacity(one) == 3
     both = FrameStore(memory, DiskStore(Path("unused"), 10 * (one + 4096)))
     assert both.capacity(one) == 10
+
+
+@pytest.mark.parametrize("failing", ["encoded", "kept"])
+def test_pictures_that_cannot_be_kept_leave_room_for_others_and_a_sentence(
+    tmp_path, monkeypatch, failing
+):
+    def no_memory(*_):
+        raise MemoryError
+
+    whose = "disk_store.encoded" if failing == "encoded" else "kept_picture.RenderedPicture.kept"
+    monkeypatch.setattr(f"heatlens.rendered_frames.{whose}", no_memory)
+    store = FrameStore(MemoryStore(10**6), DiskStore(tmp_path / "frames"))
+    store.wait()
+    for number in range(3):
+        store.put(key_of(number), rendered(number))
+    store.wait()
+    assert store.has_room and not store.is_busy
+    assert "not enough memory" in store.problem
+    assert len(store.memory.keys()) == (3 if failing == "encoded" else 0)
+    store.close()
+
+
+def test_a_picture_that_cannot_be_read_is_asked_for_once(tmp_path, monkeypatch):
+    disk, reads = DiskStore(tmp_path), []
+    disk.save(key_of(1), picture_of(1))
+
+    def no_memory(*_):
+        reads.append(1)
+        raise MemoryError
+
+    monkeypatch.setattr(disk, "load", no_memory)
+    store = FrameStore(MemoryStore(10**6), disk)
+    for _ in range(3):
+        store.fetch([key_of(1)])
+        store.wait()
+    assert reads == [1] and not store.is_busy and "could not be read" in store.problem
+    store.put(key_of(2), rendered(2))
+    store.wait()
+    assert key_of(2) in disk.keys()  # writing goes on
+    store.close()
+
+
+def test_a_folder_that_cannot_be_listed_bars_nothing(tmp_path, monkeypatch, expects_faults):
+    disk = DiskStore(tmp_path)
+    monkeypatch.setattr(disk, "look", lambda: {}["no such key"])
+    store = FrameStore(MemoryStore(10**6), disk)
+    store.wait()
+    assert store.has_room and "could not be listed" in store.problem
+    store.close()

@@ -5,6 +5,9 @@ import subprocess
 import sys
 import time
 
+import pytest
+
+from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.session import export_process
@@ -113,3 +116,29 @@ def test_a_process_that_ignores_signals_is_killed(monkeypatch, tmp_path):
     assert process is not None and process.wait(60) < 0
     run.close()
     assert run.state is not None and run.state.is_stopped and "Stopped" in run.state.said
+
+
+@pytest.mark.parametrize("part", ["Popen", "Thread"])
+def test_an_export_that_cannot_begin_says_so_and_the_next_one_can(monkeypatch, tmp_path, part):
+    def fails(*_words, **_options):
+        raise OSError(24, "Too many open files")
+
+    real, left = subprocess.Popen, tmp_path / "left"
+    left.mkdir()
+    monkeypatch.setattr(export_process.tempfile, "tempdir", str(left))
+    monkeypatch.setattr(
+        export_process.subprocess,
+        "Popen",
+        lambda _line, **of: real([sys.executable, "-c", ""], **of),
+    )
+    run, shot = ExportRun(lambda: None), Shot(Lens(50.0, 2.0, 3.0, 36.0))
+    with monkeypatch.context() as broken:
+        owner = export_process.subprocess if part == "Popen" else export_process
+        broken.setattr(owner, part, fails)
+        with pytest.raises(InputError, match=r"The export to .* could not begin: Too many open"):
+            run.export(shot, str(tmp_path / "a.####.exr"))
+    assert not run.is_busy and run.state is None and not list(left.iterdir())
+    run.export(shot, str(tmp_path / "a.####.exr"))
+    assert run.state is not None and run._follower is not None
+    run._follower.join(60)
+    assert run.state.code == 0

@@ -8,6 +8,7 @@ import pytest
 
 from heatlens.errors import InputError
 from heatlens.stream.requested_file import requested_file
+from heatlens.stream.server import TevServer
 from support.exr_files import distances, rgb, write_file
 from support.tev_peers import client_of, picture, serving, settle, show
 
@@ -83,3 +84,27 @@ def test_a_pipe_is_refused(tmp_path):
     os.mkfifo(tmp_path / "a.exr")
     with pytest.raises(InputError, match="no such file"):
         requested_file(str(tmp_path / "a.exr"), True)
+
+
+def test_a_file_that_an_image_replaces_while_it_is_looked_up_is_still_read(tmp_path):
+    path = write_file(tmp_path / "a.exr", rgb() | {"Z": distances()})
+
+    class Replaced(TevServer):
+        """A server in which a packet takes the file back right after the first look at it."""
+
+        looks = iter([path])
+
+        @property
+        def _file(self):
+            assert self._lock.locked()
+            return next(self.looks, None)
+
+        @_file.setter
+        def _file(self, _file):
+            pass
+
+    server = Replaced("127.0.0.1", 0)
+    try:
+        assert server.snapshot().path == path
+    finally:
+        server.close()

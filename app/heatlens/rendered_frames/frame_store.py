@@ -1,11 +1,13 @@
 """Keep pictures in memory and on disk; the disk is read and written on threads."""
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 from heatlens.background import Threads
-from heatlens.errors import InputError
+from heatlens.errors import HeatlensError
+from heatlens.faults import faults_reported
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
 from heatlens.rendered_frames.memory_store import MemoryStore, default_memory_bytes
@@ -32,12 +34,14 @@ class FrameStore:
         """Keep frames in memory and on `disk`, unless that is None; `wake` is called on threads."""
         self.memory = memory
         self.disk = disk
-        self.problem = ""  # a sentence on why writing to disk has stopped
+        self.problem = ""  # a sentence on what could not be kept or read, or ""
         self.version = 0
         self._wake = wake
         self._lock = threading.Lock()
         self._writing: set[str] = set()
         self._loading: set[str] = set()
+        self._unreadable: set[str] = set()
+        self._is_disk_refused = False
         self._has_looked = disk is None
         self._generation = 0  # increased by `clear`, which invalidates pending work
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="frames-write")
@@ -88,7 +92,8 @@ class FrameStore:
         held, on_disk = self.memory.keys(), self.disk.keys()
         for key in keys:
             with self._lock:
-                if key in held or key not in on_disk or key in self._loading:
+                is_coming = key in held or key in self._loading
+                if is_coming or key not in on_disk or key in self._unreadable:
                     continue
                 self._loading.add(key)
             self._loader.submit(self._load, self.disk, key, self._generation)
@@ -96,6 +101,7 @@ class FrameStore:
     def clear(self) -> None:
         """Remove all pictures from memory and disk."""
         self._generation += 1
+        self._unreadable.clear()
         self.memory.clear()
         if self.disk is not None:
             self._writer.submit(self._clear, self.disk)
@@ -119,44 +125,68 @@ class FrameStore:
         self._writer.shutdown(wait=True)
 
     def _keep(self, key: str, picture: RenderedPicture, generation: int) -> None:
-        if generation == self._generation:
-            kept = picture.kept()
-            self.memory.put(key, kept)
+        try:
+            if generation == self._generation:
+                with self._problem_told("A rendered frame could not be kept"):
+                    kept = picture.kept()
+                    self.memory.put(key, kept)
+                    self._changed()
+                    self._save(key, kept)
+        finally:
+            with self._lock:
+                self._writing.discard(key)
             self._changed()
-            self._save(key, kept)
-        with self._lock:
-            self._writing.discard(key)
-        self._changed()
 
     def _save(self, key: str, picture: KeptPicture) -> None:
         """Save a picture to the disk too, unless that has failed before."""
-        if self.disk is None or self.problem:
+        if self.disk is None or self._is_disk_refused:
             return
         try:
-            self.disk.save(key, picture)
-        except InputError as error:
+            with faults_reported("A frame could not be written"):
+                self.disk.save(key, picture)
+        except HeatlensError as error:
+            self._is_disk_refused = True
             self.problem = f"Rendered frames are kept only in memory: {error}"
 
     def _load(self, disk: DiskStore, key: str, generation: int) -> None:
-        picture = disk.load(key)
-        if picture is not None and generation == self._generation:
-            self.memory.put(key, picture)
-        with self._lock:
-            self._loading.discard(key)
-        self._changed()
+        self._unreadable.add(key)  # unless the following succeeds: it would be tried for ever
+        try:
+            with self._problem_told("A rendered frame could not be read from the disk"):
+                picture = disk.load(key)
+                if picture is not None and generation == self._generation:
+                    self.memory.put(key, picture)
+                self._unreadable.discard(key)
+        finally:
+            with self._lock:
+                self._loading.discard(key)
+            self._changed()
 
     def _look(self, disk: DiskStore) -> None:
-        disk.look()
-        self._has_looked = True
-        self._changed()
+        try:
+            with self._problem_told("The folder of rendered frames could not be listed"):
+                disk.look()
+        finally:
+            self._has_looked = True
+            self._changed()
 
     def _clear(self, disk: DiskStore) -> None:
-        disk.clear()
+        with self._problem_told("Rendered frames could not be deleted"):
+            disk.clear()
         self._changed()
 
     def _resize(self, disk: DiskStore, limit_bytes: int) -> None:
-        disk.resize(limit_bytes)
+        with self._problem_told("Rendered frames could not be deleted"):
+            disk.resize(limit_bytes)
         self._changed()
+
+    @contextmanager
+    def _problem_told(self, what: str) -> Iterator[None]:
+        """Turn an error of the block into `problem`, because nobody looks at a thread's errors."""
+        try:
+            with faults_reported(what):
+                yield
+        except HeatlensError as error:
+            self.problem = str(error)
 
     def _changed(self) -> None:
         with self._lock:

@@ -9,14 +9,14 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread, current_thread, main_thread
 
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.errors import FAULT_CODE
-from heatlens.faults import told_error
+from heatlens.faults import faults_reported, told_error
 from heatlens.model.shot import Shot
 
 _PATIENCE_S = 2.0  # until an export that was asked to stop is killed
@@ -87,19 +87,21 @@ class ExportRun:
             self._follower.join(_PATIENCE_S + _KILLED_S)
 
     def _start(self, command: str, shot: Shot, output: str, words: Sequence[str]) -> None:
-        folder = tempfile.TemporaryDirectory(prefix="heatlens-")
-        path = Path(folder.name) / f"window{SHOT_SUFFIX}"
-        write_shot(path, shot)
-        # -P: a file in the current folder that is called like one of Python's must not be run.
-        program = [sys.executable, "-P", "-m", "heatlens"]
-        line = [*program, *command.split(), str(path), "-o", output, *words]
-        self.state = ExportState(f"{_TITLES.get(command, command)} to {output}", output=output)
-        pipe = subprocess.PIPE
-        with _signals_heard_by_children():
-            self._process = subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
-        followed = (self._process, self.state, folder)
-        self._follower = Thread(target=self._follow, args=followed, daemon=True)
-        self._follower.start()
+        """Start the process and follow it. If that fails, nothing is left of it."""
+        title = f"{_TITLES.get(command, command)} to {output}"
+        with faults_reported(f"The {title} could not begin"), ExitStack() as undone:
+            folder = tempfile.TemporaryDirectory(prefix="heatlens-")
+            undone.enter_context(folder)
+            path = Path(folder.name) / f"window{SHOT_SUFFIX}"
+            write_shot(path, shot)
+            process = _started([*command.split(), str(path), "-o", output, *words])
+            undone.enter_context(process)  # closes its pipes
+            undone.callback(process.kill)
+            state = ExportState(title, output=output)
+            follower = Thread(target=self._follow, args=(process, state, folder), daemon=True)
+            follower.start()
+            undone.pop_all()  # now the follower removes the folder when the process has ended
+        self._process, self.state, self._follower = process, state, follower
 
     def _follow(
         self,
@@ -136,6 +138,14 @@ class ExportRun:
         assert process.stderr is not None
         for line in process.stderr:
             state.said = line.strip().removeprefix("heatlens: ")
+
+
+def _started(words: Sequence[str]) -> "subprocess.Popen[str]":
+    """Start the heatlens command with these words as a process."""
+    # -P: a file in the current folder that is called like one of Python's must not be run.
+    line = [sys.executable, "-P", "-m", "heatlens", *words]
+    with _signals_heard_by_children():
+        return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 @contextmanager

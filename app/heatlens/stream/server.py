@@ -99,7 +99,9 @@ class TevServer(Closing):
     @property
     def problem(self) -> str | None:
         """A sentence on why the newest image, or any at all, cannot be shown; else None."""
-        if not self.names and self._file is None:
+        with self._lock:
+            is_empty = not self._images.names and self._file is None
+        if is_empty:
             host, port = self.address
             said = f" {self.fault}" if self.fault else ""
             return f"No image has arrived at {host}:{port} yet.{said}"
@@ -116,8 +118,10 @@ class TevServer(Closing):
         self._snapshot_problem = None
         options = options or PlateOptions()
         try:
-            if self._file is not None and name is None:
-                return self._of_file(self._file, options)
+            with self._lock:  # the next packet may take the file back
+                file = self._file
+            if file is not None and name is None:
+                return self._of_file(file, options)
             chosen, lens = self._chosen(name, options)
             plate = plate_of_image(chosen, options, lens)
             self._snapshot_problem = chosen.passed_over or None
