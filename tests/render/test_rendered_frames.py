@@ -4,6 +4,7 @@ import time
 from dataclasses import replace
 from itertools import pairwise
 from math import inf
+from threading import Event, current_thread
 
 import numpy as np
 import pytest
@@ -31,7 +32,8 @@ from heatlens.rendered_frames.frame_order import frames_from, runs_of
 from heatlens.rendered_frames.kept_picture import half_of
 from heatlens.rendered_frames.stamp_book import StampBook
 from heatlens.sequence.sequence import stamp_of
-from heatlens.source.origin import stamped
+from heatlens.source.origin import StampedFile, stamped
+from support.frame_caches import PATIENCE_S
 from support.window_plates import LENS, room_file
 
 SOURCE = KeySource("/plates/a.exr", ((5, 7),))
@@ -207,16 +209,41 @@ def test_stamps_are_those_of_the_files_and_news_is_counted(tmp_path):
     woken = []
     book = StampBook(lambda: woken.append(True))
     path, gone = room_file(tmp_path / "room.exr"), tmp_path / "gone.exr"
-    assert not book.knows(path)
+    files = {1: (path, gone), 2: ()}
+    assert book.files(1) is None
     for count, change in (
         (1, lambda: None),
         (1, lambda: None),
         (2, lambda: path.write_bytes(b"x")),
     ):
         change()
-        book.look([path, gone])
+        book.look(files, files.__getitem__)
         book._looking.result()
-        assert book.knows(path) and book.stamp(path) == stamp_of(path)
-        assert book.knows(gone) and book.stamp(gone) is None
+        assert book.files(1) == (StampedFile(path, stamp_of(path)), StampedFile(gone, None))
+        assert book.files(2) == () and book.files(3) is None
         assert book.version == count and len(woken) == count
+    book.close()
+
+
+def test_files_are_looked_up_on_a_thread_and_those_of_another_source_forgotten(tmp_path):
+    """A network folder that does not answer holds up nobody who looks into the book."""
+    answers, threads, path = Event(), [], tmp_path / "a.exr"
+
+    def files_at(_frame):
+        threads.append(current_thread())
+        assert answers.wait(PATIENCE_S)
+        return (path,)
+
+    book = StampBook()
+    book.look([1, 2], files_at)
+    late = book._looking
+    assert book.files(1) is None
+    book.forget()
+    book.look([1], lambda _frame: ())  # of another source, whose folder answers
+    book._looking.result(PATIENCE_S)
+    assert book.files(1) == () and not answers.is_set()
+    answers.set()
+    late.result(PATIENCE_S)
+    assert book.files(1) == ()
+    assert threads and current_thread() not in threads
     book.close()

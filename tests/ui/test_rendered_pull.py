@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from threading import current_thread
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import half_of
 from heatlens.session.kept_screen import KeptFrame
 from heatlens.session.preferences import Preferences
+from heatlens.source.opened import OpenedPlates
 from heatlens.ui.timeline.rendered_panel import rendered_words
 from support.gui import Gui, gui_of
 from support.scene_window import as_opened, write_scene
@@ -315,3 +317,19 @@ def test_the_popup_tells_what_is_kept_and_bounds_it(ctx, tmp_path):
         gui.click(gui.middle("clear frames"))
         store.wait()
         assert store.memory.keys() == set()
+
+
+def test_the_loop_lists_no_files_and_keeps_an_order_that_still_holds(gui, monkeypatch):
+    """A shot may have thousands of frames, and their folder may lie in a slow network."""
+    listing, files_at = set(), OpenedPlates.files_at
+
+    def recorded(opened, frame, missing):
+        listing.add(current_thread())
+        return files_at(opened, frame, missing)
+
+    monkeypatch.setattr(OpenedPlates, "files_at", recorded)
+    fill(gui)
+    order = gui.session.pull._order
+    gui.frame(2)
+    assert gui.session.pull._order is order and len(order) == COUNT
+    assert listing and current_thread() not in listing

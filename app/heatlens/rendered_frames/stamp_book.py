@@ -1,57 +1,74 @@
-"""Look up the stamps of many files on a thread, because network folders may be slow."""
+"""Look up the files of many frames and their stamps on a thread: network folders may be slow."""
 
+import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from pathlib import Path
 
 from heatlens.background import Threads
-from heatlens.sequence.sequence import Stamp, stamp_of
+from heatlens.source.origin import StampedFile, stamped
 
-Stamps = dict[Path, Stamp | None]
+# The thread pauses after so many frames: thousands would keep the window waiting for the
+# interpreter, which runs one thread at a time.
+_FRAMES_AT_ONCE = 16
+_PAUSE_S = 0.0005
+
+_SLOW_FOLDERS = 4  # so many dropped look-ups may still wait for their folders
+
+FilesAt = Callable[[int], tuple[Path, ...]]
+_Found = dict[int, tuple[StampedFile, ...]]
 
 
 class StampBook:
-    """The stamps of files at the last look-up; `version` increases whenever they change."""
+    """The files of frames as they were last looked up; `version` increases when they change."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None) -> None:
         """Set `wake`, which is called on the thread when the files have changed."""
         self.version = 0
         self._wake = wake
-        self._stamps: Stamps = {}
-        self._thread = Threads("frames-stamps")
-        self._looking: Future[Stamps] | None = None
+        self._found: _Found = {}
+        self._thread = Threads("frames-stamps", _SLOW_FOLDERS)
+        self._looking: Future[_Found] | None = None
 
-    def look(self, paths: Iterable[Path]) -> None:
-        """Begin to look up these files and forget others, unless a look-up is running."""
+    def forget(self) -> None:
+        """Forget all files, and drop a look-up that is running: another source is open."""
+        self._found, self._looking = {}, None
+
+    def look(self, frames: Iterable[int], files_at: FilesAt) -> None:
+        """Begin to look up the files of these frames and forget others, unless one is running.
+
+        `files_at` is called on the thread with each frame, and returns its files.
+        """
         self._take()
         if self._looking is None:
-            self._looking = self._thread.submit(self._looked, tuple(paths), self._stamps)
+            asked = tuple(frames), files_at, self._found
+            self._looking = self._thread.submit(self._looked, *asked)
 
-    def knows(self, path: Path) -> bool:
-        """Return whether the stamp of this file is known."""
+    def files(self, frame: int) -> tuple[StampedFile, ...] | None:
+        """Return the files of a frame; None before they are looked up."""
         self._take()
-        return path in self._stamps
-
-    def stamp(self, path: Path) -> Stamp | None:
-        """Return the file's stamp; None if it was missing or never looked up."""
-        self._take()
-        return self._stamps.get(path)
+        return self._found.get(frame)
 
     def close(self) -> None:
         """Drop look-ups that have not begun, without waiting for one that has."""
         self._thread.close()
 
     def _take(self) -> None:
-        """Take over the results of the thread."""
+        """Take over the results of the thread, which returns `before` itself if they are equal."""
         if self._looking is None or not self._looking.done():
             return
         found, self._looking = self._looking.result(), None
-        if found != self._stamps:
-            self._stamps = found
+        if found is not self._found:
+            self._found = found
             self.version += 1
 
-    def _looked(self, paths: tuple[Path, ...], before: Stamps) -> Stamps:
-        found = {path: stamp_of(path) for path in paths}
-        if found != before:
-            self._wake()
+    def _looked(self, frames: tuple[int, ...], files_at: FilesAt, before: _Found) -> _Found:
+        found: _Found = {}
+        for count, frame in enumerate(frames, 1):
+            found[frame] = stamped(files_at(frame))
+            if count % _FRAMES_AT_ONCE == 0:
+                time.sleep(_PAUSE_S)
+        if found == before:
+            return before
+        self._wake()
         return found

@@ -4,7 +4,6 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterable
-from pathlib import Path
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.errors import HeatlensError
@@ -47,14 +46,13 @@ class PullJobs:
         self._jobs: dict[int, FrameJob | None] = {}
         self._shot, self._shot_key = editing.shot, ""
         self._maker: tuple[str, ...] = ()
+        self._looked_for: object = None
         self._look_at = -math.inf
         self.version = 0  # counts changes of the set of jobs
 
     def update(self, frames: Iterable[int]) -> None:
         """Forget jobs that are out of date; `frames` are those that will be requested."""
-        if self._clock() >= self._look_at:
-            self._look_at = self._clock() + _EVERY_S
-            self._stamps.look({path for frame in frames for path in self._files(frame)})
+        self._look(frames)
         shot = self._editing.shot
         made_of = (
             *(self._source.opened, self._stamps.version, self._timeline.missing),
@@ -64,6 +62,16 @@ class PullJobs:
             self._made_of, self._jobs = made_of, {}
             self._begin(shot)
             self.version += 1
+
+    def _look(self, frames: Iterable[int]) -> None:
+        """Have the files of these frames looked up at regular intervals."""
+        opened, missing = self._source.opened, self._timeline.missing
+        if (opened, missing) != self._looked_for:
+            self._looked_for, self._look_at = (opened, missing), -math.inf
+            self._stamps.forget()
+        if opened is not None and opened.cache is not None and self._clock() >= self._look_at:
+            self._look_at = self._clock() + _EVERY_S
+            self._stamps.look(frames, lambda frame: opened.files_at(frame, missing))
 
     def _begin(self, shot: Shot) -> None:
         """Record what all frames have in common."""
@@ -96,9 +104,9 @@ class PullJobs:
             if frame not in self._jobs:
                 try:
                     self._jobs[frame] = self._made(frame)
+                    self.version += 1
                 except _NotYetError:
-                    continue
-                self.version += 1
+                    pass
                 if self._clock() > end:
                     return
 
@@ -109,27 +117,31 @@ class PullJobs:
         return self._jobs.get(frame)
 
     def _made(self, frame: int) -> FrameJob | None:
-        opened = self._source.opened
+        opened, files = self._source.opened, self._files(frame)
         try:
             lens = self._shot.lens_at(frame)
             view = self._scene_view(frame)
         except HeatlensError:
             return None  # no valid lens, which is reported where the frame is shown
-        files = self._files(frame)
         if opened is None or not (files or opened.stamps or view):
             return None  # no file, which is reported where the frame is shown
-        if not all(self._stamps.knows(path) for path in files):
-            raise _NotYetError
-        known = tuple(StampedFile(path, self._stamps.stamp(path)) for path in files)
-        name = os.path.abspath(files[0]) if files else opened.text
-        source = KeySource(name, (*opened.stamps, *(file.stamp for file in known)))
-        plate = PlateFile(known, opened.settled) if known else None
+        name = os.path.abspath(files[0].path) if files else opened.text
+        source = KeySource(name, (*opened.stamps, *(file.stamp for file in files)))
+        plate = PlateFile(files, opened.settled) if files else None
         return FrameJob(frame_key(self._shot_key, source, lens, view), self._shot, frame, plate)
 
-    def _files(self, frame: int) -> tuple[Path, ...]:
-        """Return the files that only this frame is made of."""
-        opened, missing = self._source.opened, self._timeline.missing
-        return () if opened is None else opened.files_at(frame, missing)
+    def _files(self, frame: int) -> tuple[StampedFile, ...]:
+        """Return the files that only this frame is made of; those of a scene are of every frame.
+
+        Raises _NotYetError before they are looked up.
+        """
+        opened = self._source.opened
+        if opened is None or opened.cache is None:
+            return ()
+        files = self._stamps.files(frame)
+        if files is None:
+            raise _NotYetError
+        return files
 
     def _scene_view(self, frame: int) -> SceneSight | None:
         """Return the camera's view of the scene; None for plates."""

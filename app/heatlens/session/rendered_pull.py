@@ -103,7 +103,7 @@ class RenderedPull:
         self.version = 0  # counts rendered frames
         self._filler: FrameFiller | None = None
         self._order: tuple[int, ...] = ()
-        self._ordered: object = None  # what the current order is for
+        self._ordered: tuple[object, ...] = ()  # what the current order is for
         self.counted: object = None  # the state for which the frames below were counted
         self.rendered: frozenset[int] = frozenset()
         self.runs: tuple[FrameRange, ...] = ()
@@ -168,7 +168,7 @@ class RenderedPull:
         """Update after changes and read frames that are needed next; call this once a frame."""
         if not self.is_on:
             self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
-            self.counted = None
+            self._ordered, self.counted = (), None
             return
         self._put_in_order()
         self.jobs.update(self._order)
@@ -180,10 +180,11 @@ class RenderedPull:
         """Sort the frames into rendering order, except during playback."""
         timeline = self._timeline
         most = min(_FRAMES_MOST, max(1, self.store.capacity(self.picture_bytes)))
-        wanted = timeline.played, most
-        if wanted != self._ordered or not timeline.playback.direction:
+        wanted = self._editing.frame, timeline.direction, timeline.played, most
+        is_playing = bool(timeline.playback.direction)
+        if wanted[2:] != self._ordered[2:] or (wanted != self._ordered and not is_playing):
             self._ordered = wanted
-            self._order = frames_from(self._editing.frame, timeline.direction, *wanted)
+            self._order = frames_from(*wanted)
 
     @property
     def picture_bytes(self) -> int:
