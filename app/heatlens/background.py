@@ -4,6 +4,8 @@ A disk or a network folder may not answer for minutes. So these threads are daem
 nothing here waits for them unless it is asked to.
 """
 
+import atexit
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -15,12 +17,25 @@ from heatlens.faults import told_error
 
 Result = TypeVar("Result")
 
+_PATIENCE_S = 2.0  # for threads that are at work when the program ends
+
 _at_work: set[Thread] = set()
 
 
 def is_at_work() -> bool:
     """Return True while any of these threads runs a job."""
     return bool(_at_work)
+
+
+@atexit.register
+def wait_a_moment() -> None:
+    """Let jobs end before Python takes itself apart; those of a disk that hangs are given up.
+
+    A thread that came back from a library of C++ meanwhile would abort the process.
+    """
+    end = time.monotonic() + _PATIENCE_S
+    for thread in tuple(_at_work):
+        thread.join(max(0.0, end - time.monotonic()))
 
 
 class Background(Generic[Result]):

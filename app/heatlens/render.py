@@ -27,13 +27,12 @@ from heatlens.model.lens import Lens
 from heatlens.model.picture_field import PictureField
 from heatlens.model.settings import Method, Quality
 from heatlens.model.shot import LensCurves, Shot
-from heatlens.model.value_bins import ValueBins
 from heatlens.plate.breathing_window import frame_centre_px, room_of
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 from heatlens.scene_gpu.overscan import Overscan
 from heatlens.source.on_gpu import SourceOnGpu
-from heatlens.source.pinhole import Pinhole, bins_of_plate
+from heatlens.source.pinhole import Pinhole
 from heatlens.source.plate_on_gpu import PlateOnGpu
 
 
@@ -92,10 +91,10 @@ class FrameRenderer:
 
     def load(self, plate: Plate) -> None:
         """Upload a plate to the GPU; this is needed once for each file, not for each picture."""
-        drained(self.loading(plate, bins_of_plate(plate)))
+        drained(self.loading(plate))
 
-    def loading(self, plate: Plate, bins: ValueBins) -> Steps[None]:
-        """Upload a plate to the GPU in short steps, with its `bins_of_plate`.
+    def loading(self, plate: Plate) -> Steps[None]:
+        """Upload a plate to the GPU in short steps.
 
         If the steps are not completed, nothing is loaded.
         """
@@ -103,7 +102,7 @@ class FrameRenderer:
         if self._source is not self._plates:
             self._source.release()
         self._source, self._loaded = self._plates, None
-        self._take((yield from self._plates.loading(plate, bins)))
+        self._take((yield from self._plates.loading(plate)))
 
     def load_scene(self, scene: Scene) -> None:
         """Upload a scene to the GPU; its pictures are drawn on request."""

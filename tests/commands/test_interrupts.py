@@ -69,7 +69,7 @@ def test_a_crash_of_a_library_is_said_in_a_sentence():
     run = subprocess.run(
         [sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True
     )
-    assert run.returncode == launch._FAULT
+    assert run.returncode == launch.FAULT_CODE
     assert "SIGSEGV" in run.stderr and len(run.stderr.splitlines()) == 1
 
 

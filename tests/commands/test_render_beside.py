@@ -11,7 +11,6 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
-from heatlens.source.pinhole import bins_of_plate
 from support.plates import lens_blurring, plate_of, room
 from support.scenes import still_life
 
@@ -60,7 +59,7 @@ def test_a_plate_taken_band_by_band_is_the_plate(renderers, monkeypatch):
     own, other = renderers
     one, _ = _plates()
     own.load(one)
-    assert len(list(other.loading(one, bins_of_plate(one)))) > 50
+    assert len(list(other.loading(one))) > 50
     np.testing.assert_array_equal(other.pixels(SHOT), own.pixels(SHOT))
 
 
@@ -68,7 +67,7 @@ def test_a_plate_that_is_half_taken_is_not_there(renderers):
     _, other = renderers
     one, two = _plates()
     other.load(one)
-    steps = other.loading(two, bins_of_plate(two))
+    steps = other.loading(two)
     next(steps)
     steps.close()
     with pytest.raises(InputError):

@@ -18,7 +18,6 @@ from heatlens.model.peaking import PEAKING_COLORS, USUAL_PEAKING, Peaking, Peaki
 from heatlens.model.view import Overlay
 from heatlens.plate.plate import Plate
 from heatlens.render import optics_of
-from heatlens.source.pinhole import bins_of_plate
 from support.plates import coc_plate_of, plate_of, room
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0, acceptable_coc_mm=0.2)
@@ -75,7 +74,7 @@ def drawn(
     size = values.shape[::-1]
     depth, out = new_texture(ctx, size, 1), ctx.texture(size, 4)
     upload(depth, values)
-    optics = optics_of(plate, bins_of_plate(plate).occupied, lens)
+    optics = optics_of(plate, plate.bins.occupied, lens)
     sharp = sharp_px(lens, plate.display_window.width)
     light = plate.color[..., :3] if light is None else light
     color = new_texture(ctx, light.shape[1::-1], 4)
@@ -192,7 +191,7 @@ def test_as_many_layers_as_there_can_be_have_a_tint_each(ctx, overlays):
 def test_the_limits_of_the_renderer_are_ascending_and_fit(ctx, overlays):
     """What the window passes: the cuts between the layers of this plate."""
     plate = room_plate(192, 108)
-    optics = optics_of(plate, bins_of_plate(plate).occupied, replace(LENS, f_stop=0.7))
+    optics = optics_of(plate, plate.bins.occupied, replace(LENS, f_stop=0.7))
     cuts = layer_cuts(optics.occupied_px, 7)
     limits = tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
     found = drawn(overlays, ctx, Overlay.LAYERS, plate, replace(LENS, f_stop=0.7), limits)

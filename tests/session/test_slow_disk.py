@@ -22,9 +22,14 @@ from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_feed import Playhead
 from heatlens.session.shot_store import ShotStore
 from heatlens.source.opened import Opened
+from support.exr_files import distances, rgb, write_file
 from support.frame_caches import PATIENCE_S
 from support.shot_files import FULL as SHOT
-from support.window_plates import room_file
+
+
+def plate_file(path: Path) -> Path:
+    return write_file(path, rgb() | {"Z": distances()})
+
 
 KNOWN = PlateOptions(depth_convention=DepthConvention.DISTANCE)
 
@@ -75,7 +80,7 @@ def test_another_sequence_opens_while_a_frame_of_the_one_before_is_read(
     source, disk, woken, tmp_path
 ):
     for number in (1, 2, 3):
-        room_file(tmp_path / f"slow.{number}.exr")
+        plate_file(tmp_path / f"slow.{number}.exr")
     disk.answers.set()
     source.open(str(tmp_path / "slow.#.exr"), KNOWN)
     before = arrived(source, woken)
@@ -84,13 +89,13 @@ def test_another_sequence_opens_while_a_frame_of_the_one_before_is_read(
     source.show(Shot(Lens(50.0, 2.8, 2.0, 36.0)), Playhead(2))
     assert disk.is_asked.wait(PATIENCE_S)
 
-    source.open(str(room_file(tmp_path / "other.exr")), KNOWN)
+    source.open(str(plate_file(tmp_path / "other.exr")), KNOWN)
     after = arrived(source, woken)
     assert after is source.opened is not before and not disk.answers.is_set()
 
 
 def test_a_file_that_hangs_bars_neither_the_next_nor_the_end(source, disk, woken, tmp_path):
-    slow, other = room_file(tmp_path / "slow.exr"), room_file(tmp_path / "other.exr")
+    slow, other = plate_file(tmp_path / "slow.exr"), plate_file(tmp_path / "other.exr")
     source.open(str(slow), KNOWN)
     assert disk.is_asked.wait(PATIENCE_S)
     source.open(str(other), KNOWN)
@@ -105,7 +110,7 @@ def test_a_source_that_arrives_too_late_is_closed(source, disk, woken, tmp_path,
     monkeypatch.setattr(
         "heatlens.source.opened.OpenedPlates.close", lambda self: (self.cache.close(), closed.set())
     )
-    source.open(str(room_file(tmp_path / "slow.exr")), KNOWN)
+    source.open(str(plate_file(tmp_path / "slow.exr")), KNOWN)
     assert disk.is_asked.wait(PATIENCE_S)
     source.opener.cancel()
     disk.answers.set()

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
-from heatlens.source.pinhole import bins_of_plate
 
 STEPS = 3  # that a picture takes
 
@@ -38,7 +37,7 @@ class FakeRenderer:
         """Take a plate."""
         window = plate.data_window
         color = SimpleNamespace(size=(window.width, window.height))
-        self._loaded = SimpleNamespace(plate=plate, bins=bins_of_plate(plate), color=color)
+        self._loaded = SimpleNamespace(plate=plate, bins=plate.bins, color=color)
 
     def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[None]:
         """Render a picture in a few steps; it ends with the texture, as the renderer's do."""

@@ -321,6 +321,7 @@ def test_the_popup_tells_what_is_kept_and_bounds_it(ctx, tmp_path):
 
 def test_the_loop_lists_no_files_and_keeps_an_order_that_still_holds(gui, monkeypatch):
     """A shot may have thousands of frames, and their folder may lie in a slow network."""
+    fill(gui)
     listing, files_at = set(), OpenedPlates.files_at
 
     def recorded(opened, frame, missing):
@@ -328,8 +329,9 @@ def test_the_loop_lists_no_files_and_keeps_an_order_that_still_holds(gui, monkey
         return files_at(opened, frame, missing)
 
     monkeypatch.setattr(OpenedPlates, "files_at", recorded)
-    fill(gui)
+    gui.session.pull.jobs._look_at = 0.0
+    gui.until(lambda: listing, "a look at the files", 60.0)
     order = gui.session.pull._order
     gui.frame(2)
     assert gui.session.pull._order is order and len(order) == COUNT
-    assert listing and current_thread() not in listing
+    assert current_thread() not in listing

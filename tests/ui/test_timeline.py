@@ -266,5 +266,6 @@ def test_frames_that_come_are_found(gappy, tmp_path):
     frame_file(tmp_path, 1006)
     gappy.session.timeline.cache.refresh()
     gappy.until(lambda: gappy.session.timeline.frames.last == 1006, "the new frame")
+    gappy.frame()  # the kept picture of 1002 does not stand for 1003 any more
     gappy.session.timeline.go(1003)
     assert seen(gappy) == 1003

@@ -47,7 +47,7 @@ def main() -> int:
 
 
 def _work() -> int:
-    from heatlens.background import is_at_work
+    from heatlens.background import is_at_work, wait_a_moment
     from heatlens.commands.main import main as run
     from heatlens.faults import report_from_threads
     from heatlens.files.quiet import protect_output
@@ -59,6 +59,7 @@ def _work() -> int:
 
     code = run()
     if is_at_work():
+        atexit.unregister(wait_a_moment)
         _end_now(code)
     return code
 

@@ -16,6 +16,9 @@ class SequenceReader:
     A guess depends on the values of a frame, and a sequence must not change its convention from one
     frame to the next. `first` is the frame that decides; if it is None or cannot be read, the
     first frame that is read decides. May be called from several threads.
+
+    The bins of the depths are counted here as well, because the thread that shows a plate is busier
+    than the one that reads it.
     """
 
     def __init__(self, options: PlateOptions, first: Path | None = None) -> None:
@@ -30,7 +33,7 @@ class SequenceReader:
             is_open = len(options.behind_conventions) < len(options.behind)
             if options.depth_convention is DepthConvention.AUTO or is_open:
                 return self._decided(path)
-        return read_plate(path, options)
+        return read_plate(path, options).counted()
 
     def _decided(self, path: Path) -> Plate:
         """Read the plate at `path` after the deciding frame has settled the options."""
@@ -41,7 +44,7 @@ class SequenceReader:
                 self._first = None
         plate = read_plate(path, self._options)
         self._settle(plate)
-        return plate
+        return plate.counted()
 
     def _settle(self, plate: Plate) -> None:
         self._options = settled_options(self._options, plate)

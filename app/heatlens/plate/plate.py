@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,6 +13,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.model.plausibility import DepthSpan
+from heatlens.model.value_bins import ValueBins, bins_of
 from heatlens.plate.fragments import FragmentLists
 
 FloatImage = NDArray[np.float32]
@@ -173,6 +175,25 @@ class Plate:
     def in_memory(self) -> "Plate":
         """Return the plate with its pixels in memory, which other threads may read."""
         return replace(self, pixels=ReadPixels(self.color, self.depth_m, self.coc_px))
+
+    @cached_property
+    def bins(self) -> ValueBins:
+        """The distribution of the surfaces, including those behind the picture.
+
+        In dioptres, or in pixels if the plate holds circles of confusion.
+        """
+        if self.coc_px is not None:
+            return bins_of(self.coc_px)
+        assert self.depth_m is not None
+        dioptres = np.float32(1.0) / self.depth_m
+        if self.fragments is not None:
+            dioptres = np.concatenate([dioptres.ravel(), self.fragments.dioptres])
+        return bins_of(dioptres)
+
+    def counted(self) -> "Plate":
+        """Return the plate after its bins were counted, so that a later thread need not do it."""
+        assert self.bins is not None
+        return self
 
     @property
     def has_distances(self) -> bool:

@@ -12,14 +12,12 @@ from heatlens.errors import InputError
 from heatlens.gpu.textures import download
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
-from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import RenderedPicture
 from heatlens.sequence.sequence import stamp_of
 from heatlens.source.origin import StampedFile
-from heatlens.source.pinhole import bins_of_plate
 
 _WAITING = "waiting for a plate"
 
@@ -56,12 +54,6 @@ class FrameJob:
     plate: PlateFile | None
 
 
-@dataclass(frozen=True, eq=False)
-class _Read:
-    plate: Plate
-    bins: ValueBins
-
-
 class FrameFiller:
     """Works on one job at a time, and reads the plate of the next one meanwhile."""
 
@@ -82,7 +74,7 @@ class FrameFiller:
         self._loaded: Plate | None = None  # in the renderer
         self._steps: Steps[RenderedPicture] | None = None
         self._reader = Threads("frames-plate")
-        self._reads: dict[PlateFile, Future[_Read]] = {}
+        self._reads: dict[PlateFile, Future[Plate]] = {}
 
     def work(
         self, job: FrameJob, following: FrameJob | None, slice_s: float
@@ -136,11 +128,11 @@ class FrameFiller:
         if job.plate is not None:
             while not self._begun(job.plate).done():
                 yield _WAITING
-            read = self._begun(job.plate).result()
-            if self._loaded is not read.plate:
+            plate = self._begun(job.plate).result()
+            if self._loaded is not plate:
                 self._loaded = None
-                yield from self.renderer.loading(read.plate, read.bins)
-                self._loaded = read.plate
+                yield from self.renderer.loading(plate)
+                self._loaded = plate
         picture = yield from self.renderer.steps(job.shot, job.frame)
         self.renderer.ctx.finish()
         yield "finish"
@@ -159,17 +151,16 @@ class FrameFiller:
         for file in wanted:
             self._begun(file)
 
-    def _begun(self, file: PlateFile) -> "Future[_Read]":
+    def _begun(self, file: PlateFile) -> "Future[Plate]":
         if file not in self._reads:
             self._reads[file] = self._reader.submit(_read, file)
             self._reads[file].add_done_callback(lambda _: self._wake())
         return self._reads[file]
 
 
-def _read(file: PlateFile) -> _Read:
-    """Read the plate and its depth range; runs on a thread."""
+def _read(file: PlateFile) -> Plate:
+    """Read the plate and count its bins; runs on a thread."""
     for part in file.files:
         if stamp_of(part.path) != part.stamp:
             raise InputError(f"{part.path} has changed in the meantime.")
-    plate = read_plate(file.path, file.options)
-    return _Read(plate, bins_of_plate(plate))
+    return read_plate(file.path, file.options).counted()

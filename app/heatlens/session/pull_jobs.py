@@ -13,6 +13,7 @@ from heatlens.model.view_geometry import fit_zoom
 from heatlens.rendered_frames.frame_filler import FrameJob, PlateFile
 from heatlens.rendered_frames.frame_key import KeySource, SceneSight, frame_key, maker_of, shot_key
 from heatlens.rendered_frames.stamp_book import StampBook
+from heatlens.sequence.sequence import Sequence
 from heatlens.session.editing import Editing
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_view import PictureView
@@ -47,6 +48,7 @@ class PullJobs:
         self._shot, self._shot_key = editing.shot, ""
         self._maker: tuple[str, ...] = ()
         self._looked_for: object = None
+        self._sequence: Sequence | None = None  # as it was at the last call of `update`
         self._look_at = -math.inf
         self.version = 0  # counts changes of the set of jobs
 
@@ -64,14 +66,28 @@ class PullJobs:
             self.version += 1
 
     def _look(self, frames: Iterable[int]) -> None:
-        """Have the files of these frames looked up at regular intervals."""
+        """Have the files of these frames looked up at intervals, and at once where others come."""
         opened, missing = self._source.opened, self._timeline.missing
         if (opened, missing) != self._looked_for:
-            self._looked_for, self._look_at = (opened, missing), -math.inf
+            self._looked_for, self._sequence = (opened, missing), None
             self._stamps.forget()
-        if opened is not None and opened.cache is not None and self._clock() >= self._look_at:
+            self._look_at = -math.inf
+        if opened is None or opened.cache is None:
+            return
+        self._compare(opened.cache.sequence)
+        if self._clock() >= self._look_at:
             self._look_at = self._clock() + _EVERY_S
             self._stamps.look(frames, lambda frame: opened.files_at(frame, missing))
+
+    def _compare(self, sequence: Sequence) -> None:
+        """Forget the files of frames that have come or gone, and of those that they stand in for.
+
+        The latter are among the frames without a file of their own.
+        """
+        before, self._sequence = self._sequence, sequence
+        if before is not None and before is not sequence and before.present != sequence.present:
+            self._stamps.keep(set(before.present) & set(sequence.present))
+            self._look_at = -math.inf
 
     def _begin(self, shot: Shot) -> None:
         """Record what all frames have in common."""
@@ -135,10 +151,12 @@ class PullJobs:
 
         Raises _NotYetError before they are looked up.
         """
-        opened = self._source.opened
+        opened, missing = self._source.opened, self._timeline.missing
         if opened is None or opened.cache is None:
             return ()
         files = self._stamps.files(frame)
+        if files is None and not self._stamps.is_empty:  # another frame may have the same files
+            files = self._stamps.stamped(opened.files_at(frame, missing))
         if files is None:
             raise _NotYetError
         return files

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.defocus.listed_fragments import FragmentBuffers
-from heatlens.model.value_bins import ValueBins, bins_of
+from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
 from heatlens.scene_gpu.overscan import Overscan
 from heatlens.scene_gpu.peel import Peeled
@@ -19,7 +19,7 @@ class Pinhole:
 
     color  RGBA, premultiplied
     depth  metres, or the signed circle of confusion in pixels if the plate holds that
-    bins   the distribution of its depths, see `bins_of_plate`
+    bins   the distribution of its depths, see `Plate.bins`
     fragments  what is known behind the picture; None where nothing is
     overscan   of a scene: the same picture with a margin; plates have theirs in their data window
     peeled     of a scene: what is known behind all of that; None for a hurried picture
@@ -40,17 +40,3 @@ class Pinhole:
     def occupied(self) -> npt.NDArray[np.float64]:
         """Return the ends of the bins that hold a surface, ascending."""
         return self.bins.occupied
-
-
-def bins_of_plate(plate: Plate) -> ValueBins:
-    """Return the distribution of the plate's surfaces, including those behind it.
-
-    The bins are in dioptres, or in pixels if the plate holds circles of confusion.
-    """
-    if plate.coc_px is not None:
-        return bins_of(plate.coc_px)
-    assert plate.depth_m is not None
-    dioptres = np.float32(1.0) / plate.depth_m
-    if plate.fragments is not None:
-        dioptres = np.concatenate([dioptres.ravel(), plate.fragments.dioptres])
-    return bins_of(dioptres)

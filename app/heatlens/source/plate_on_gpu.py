@@ -11,7 +11,6 @@ from heatlens.gpu.textures import FloatArray, new_texture, uploading
 from heatlens.model.framing import Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
-from heatlens.model.value_bins import ValueBins
 from heatlens.plate.light_scale import light_scale
 from heatlens.plate.plate import Plate
 from heatlens.source.pinhole import Pinhole
@@ -34,8 +33,8 @@ class PlateOnGpu:
             raise InputError("No plate is loaded.")
         return self._held
 
-    def loading(self, plate: Plate, bins: ValueBins) -> Steps[Pinhole]:
-        """Upload a plate with its `bins_of_plate` to the GPU in short steps.
+    def loading(self, plate: Plate) -> Steps[Pinhole]:
+        """Upload a plate to the GPU in short steps.
 
         If the steps are not completed, nothing is loaded.
         """
@@ -48,7 +47,7 @@ class PlateOnGpu:
                     yield "upload"
             scale = light_scale(plate.color)
             fragments = self._fragments_of(plate, scale)
-            self._held = Pinhole(plate, color, depth, bins, fragments, light_scale=scale)
+            self._held = Pinhole(plate, color, depth, plate.bins, fragments, light_scale=scale)
         finally:
             if self._held is None:
                 color.release()

@@ -87,7 +87,7 @@ class StreamSource:
                 plate = self._server.snapshot(options=options)
         except HeatlensError as error:
             return _Made(of, None, str(error))
-        return _Made(of, plate, self._server.problem or "")
+        return _Made(of, None if plate is None else plate.counted(), self._server.problem or "")
 
     @property
     def words(self) -> str:
