@@ -83,7 +83,7 @@ def test_columns_may_stand_in_any_order_with_spaces_and_a_mark_before_them(tmp_p
         ("1003,", "nan,", "line 4: frame should be a number, got 'nan'"),
         ("1003,", "inf,", "line 4: a frame should be a whole number, got inf"),
         ("1003,", ",", "Row 3 has no frame"),
-        ("1003,", "1002,", "Frame 1002 comes after frame 1002"),
+        ("1003,", "1002,", "two entries for frame 1002"),
         ("1003,", "1003,5,", "line 4 has more or fewer cells"),
         (",y\n1003,", ",\n1003,", None),
         (",25.0,y", ",0,y", "Frames per second must be above 0"),

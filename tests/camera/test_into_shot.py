@@ -107,7 +107,7 @@ def test_a_lens_that_cannot_be_is_told_with_its_frame():
     ("change", "sentence"),
     [
         ({"frames": ()}, "needs at least one frame"),
-        ({"frames": (*range(1001, 1008), 1007)}, "Frame 1007 comes after frame 1007"),
+        ({"frames": (*range(1001, 1008), 1007)}, "two entries for frame 1007"),
         ({"frames": tuple(range(1001, 1008))}, "8 values for 7 frames"),
         ({"f_stop": (0.0,) * 8}, "Frame 1001: the f-stop of a camera cannot be 0"),
         ({"f_stop": (2.0,) * 7 + (np.inf,)}, "Frame 1008: the f-stop of a camera cannot be inf"),

@@ -134,7 +134,7 @@ def test_a_shot_takes_height_and_place_from_its_plate(plate):
     assert set(camera.sensor_height_mm) == {20.25}
     assert camera.world_to_camera == read_plate_camera(plate).world_to_camera
     assert set(camera.focus_distance_m) == {2.24}  # the shot's, not the header's
-    assert camera.notes[0] == "sensor height 20.25 mm, from the shape of plate.1001.exr."
+    assert camera.notes[0].startswith("sensor height 20.25 mm, from the shape of plate.1001.exr;")
 
 
 def test_the_scene_unit_of_the_shot_is_that_of_its_plates_world(plate):
@@ -230,3 +230,20 @@ def test_a_number_kept_in_float32_is_read_as_it_was_meant(value, unit):
 def test_infinity_stays_and_no_number_stays_none():
     assert shortest(np.inf) == np.inf
     assert np.isnan(shortest(np.nan))
+
+
+@pytest.mark.parametrize(
+    ("header_mm", "end"),
+    [
+        (24.0, "; its header says 24 mm, which is not the height of this picture."),
+        (20.25, "of a.exr."),
+        (20.2, "of a.exr."),  # rounded
+        (0.0, "of a.exr."),  # not known
+    ],
+)
+def test_another_height_in_the_header_is_told(tmp_path, header_mm, end):
+    lens = lens_attributes(50.0, 1.3, 2.0, 36.0, header_mm)
+    path = write_file(tmp_path / "a.exr", rgb(90, 160), **lens)
+    camera = camera_of_shot(Shot(LENS, source=str(path)), "s", FrameRange(1, 1))
+    (note,) = (note for note in camera.notes if note.startswith("sensor height"))
+    assert camera.sensor_height_mm == (20.25,) and note.endswith(end)

@@ -8,6 +8,7 @@ import pytest
 
 from heatlens.commands import info
 from heatlens.errors import HeatlensError
+from support.command_line import stderr_of_run
 from support.exr_files import distances, rgb, window, write_file, write_parts
 
 
@@ -139,3 +140,8 @@ def test_bad_ends_are_refused_by_the_parser(capsys, number):
     with pytest.raises(SystemExit):
         run_info(capsys, "a.exr", "--near", number)
     assert "--near" in capsys.readouterr().err
+
+
+def test_a_shot_file_is_told_by_its_name(tmp_path, capsys):
+    said = stderr_of_run(capsys, 2, "info", tmp_path / "pull.heatlens.json")
+    assert "pull.heatlens.json is a shot file: `heatlens shot show " in said

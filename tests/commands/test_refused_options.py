@@ -124,7 +124,8 @@ def test_a_key_outside_is_noted(capsys, tmp_path):
     words = ("--key", "focus@99999=2", "--key", "focus@5=3")
     out = tmp_path / "s.heatlens.json"
     assert main(["shot", "new", "demo", "-o", str(out), *words]) == 0
-    assert "demo has frames 1-240, with a key outside at 99999." in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "demo has frames 1-240, with a key outside at 99999: it is kept and counts" in said
 
 
 # The truth of a study

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from heatlens.camera.plate_camera import read_plate_camera
 from heatlens.plate.camera_header import CameraHeader, camera_at_header
 from heatlens.plate.exr_read import read_parts
 from support.command_line import (
@@ -167,10 +168,13 @@ def test_the_lens_of_the_result_gives_the_result_again(capsys, plate, tmp_path):
     np.testing.assert_allclose(picture(tmp_path / "2.exr")[1], first, rtol=1e-3)
 
 
-def test_the_height_of_the_sensor_stays_with_its_width(capsys, plate, tmp_path):
+def test_the_height_of_the_sensor_is_that_of_the_picture(capsys, plate, tmp_path):
+    """The header gives 24 mm, which the picture does not show all of; so do camera files."""
     render(capsys, plate, tmp_path / "out.exr")
     camera = camera_at_header([picture(tmp_path / "out.exr")[0]])
-    assert (camera.sensor_width_mm, camera.sensor_height_mm) == (36.0, 24.0)
+    assert (camera.sensor_width_mm, camera.sensor_height_mm) == (36.0, 36.0 * HEIGHT / WIDTH)
+    found = read_plate_camera(str(tmp_path / "out.exr"))
+    assert found.sensor_height_mm == (camera.sensor_height_mm,)
 
 
 def test_a_plate_of_coc_needs_no_lens_and_its_result_tells_none(capsys, tmp_path):

@@ -39,6 +39,10 @@ def changed(path: Path, **entries) -> str:
             {"keys": {"f_stop": [{"frame": 2, "value": 2}, {"frame": 1, "value": 2}]}},
             "keys.f_stop: Keys must be sorted by frame: 1 comes after 2.",
         ),
+        (
+            {"keys": {"f_stop": [{"frame": 7, "value": 2}, {"frame": 7, "value": 4}]}},
+            "keys.f_stop: There are two keys at frame 7.",
+        ),
         ({"keys": {"f_stop": [{"frame": 1, "value": "inf"}]}}, "keys.f_stop: A key cannot have"),
         (
             {"keys": {"focus_distance_m": [{"frame": 7, "value": 0.01}]}},

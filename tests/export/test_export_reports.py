@@ -33,3 +33,16 @@ def test_a_farm_is_told_in_its_own_words(capsys, shot_file, out, tmp_path):
     said = capsys.readouterr().out.splitlines()
     assert said[:2] == ["openjd_status: frame 1001, 1 of 6", "openjd_progress: 16.7"]
     assert re.fullmatch(r"openjd_fail: .*plate\.1002\.exr is empty.*", said[2])
+
+
+def test_a_program_is_told_why_an_export_failed(capsys, shot_file, out, tmp_path):
+    """Also before the first frame, where no other event was printed."""
+    words = ["export", str(shot_file), "-o", str(out), "--progress", "json"]
+    (tmp_path / "plates" / "plate.1002.exr").write_bytes(b"")
+    assert main(words) == 2
+    begin, frame, failed = (json.loads(line) for line in capsys.readouterr().out.splitlines())
+    assert (begin["event"], frame["event"], failed["event"]) == ("begin", "frame", "failed")
+    assert "plate.1002.exr is empty" in failed["message"]
+    assert main([*words, "--frames", "7"]) == 2
+    (line,) = capsys.readouterr().out.splitlines()
+    assert json.loads(line)["event"] == "failed"

@@ -110,9 +110,12 @@ def test_a_value_without_a_place_on_its_scale_is_refused(scale, value):
         Curve((Key(0, value),), scale)
 
 
-@pytest.mark.parametrize("frames", [(1, 0), (0, 0), (0, 1e-5)])
-def test_keys_follow_each_other(frames):
-    with pytest.raises(InputError, match="must be sorted by frame"):
+@pytest.mark.parametrize(
+    ("frames", "words"),
+    [((1, 0), "must be sorted by frame"), ((0, 0), "two keys"), ((0, 1e-5), "two keys at frame 0")],
+)
+def test_keys_follow_each_other(frames, words):
+    with pytest.raises(InputError, match=words):
         curve_of(*((frame, 1.0) for frame in frames))
 
 

@@ -190,3 +190,13 @@ def test_distance_and_inverse_agree(values):
     inverse = [1 / np.float32(value) for value in values]
     back = metres(*inverse, depth_convention="inverse")
     assert back == pytest.approx(metres(*values, depth_convention="distance"), rel=1e-6)
+
+
+def test_the_doubt_about_zeros_is_told_once():
+    """Zeros may be the sky of distances, or infinity as 1/z: one question names the option."""
+    values = np.zeros((20, 20), np.float32)
+    values[:3] = np.linspace(1.2, 3, 60, dtype=np.float32).reshape(3, 20)
+    result = read_depth(values, "plate.exr: depth channel 'Z'", "Z", PlateOptions())
+    assert result.report.question
+    assert "taken as nothing hit" in result.notes[0]
+    assert sum("--depth-convention inverse" in note for note in result.notes) == 1

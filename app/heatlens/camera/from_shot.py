@@ -1,5 +1,7 @@
 """The lens of a shot as a camera, for programs that render depth of field themselves."""
 
+import math
+from collections.abc import Sequence as Items
 from dataclasses import replace
 from typing import Any
 
@@ -13,12 +15,15 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.channels import Header
 from heatlens.plate.header_read import read_headers
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import track_of
 from heatlens.sequence.sequence import Sequence, find_sequence
 
 _ASSUMED_ASPECT = 16 / 9
+_SAME_HEIGHT = 0.005  # film backs are told in hundredths of a millimetre
 _STILL = FrameRange(1, 1)
 
 _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
@@ -162,14 +167,24 @@ def _height_mm(shot: Shot, sequence: Sequence | None, given_mm: float | None) ->
         return given_mm, f"sensor height {given_mm:g} mm, as given."
     if sequence is not None:
         path = sequence.path_at(sequence.present[0])
-        height_mm = width_mm / picture_aspect(path, read_headers(path))
-        return height_mm, f"sensor height {height_mm:.4g} mm, from the shape of {path.name}."
+        headers = read_headers(path)
+        height_mm = width_mm / picture_aspect(path, headers)
+        note = f"sensor height {height_mm:.4g} mm, from the shape of {path.name}"
+        return height_mm, f"{note}{_other_height_words(headers, height_mm)}."
     backs = [back for back in FILMBACKS if back.width_mm == width_mm]
     if len({back.height_mm for back in backs}) == 1:
         height_mm = backs[0].height_mm
         return height_mm, f"sensor height {height_mm:g} mm, assumed: film back {backs[0].name}."
     height_mm = width_mm / _ASSUMED_ASPECT
     return height_mm, f"sensor height {height_mm:.4g} mm, assumed: a picture of 16:9."
+
+
+def _other_height_words(headers: Items[Header], height_mm: float) -> str:
+    """Return the height that the headers give, if the picture shows another part of the sensor."""
+    told_mm = camera_at_header(headers).sensor_height_mm
+    if told_mm is None or math.isclose(told_mm, height_mm, rel_tol=_SAME_HEIGHT):
+        return ""
+    return f"; its header says {told_mm:.4g} mm, which is not the height of this picture"
 
 
 def _placement(sequence: Sequence | None, frames: FrameRange, scene_unit_m: float) -> _Placement:

@@ -141,6 +141,8 @@ def _check_frames(frames: tuple[int, ...]) -> None:
         check_frame(frame)
     for frame, after in pairwise(frames):
         if after <= frame:
+            if after == frame:
+                raise InputError(f"There are two entries for frame {frame}.")
             raise InputError(f"Frame {after} comes after frame {frame}: frames must be in order.")
 
 

@@ -4,7 +4,7 @@ import argparse
 from contextlib import closing
 
 from heatlens.commands.export_options import add_export_options, job_of
-from heatlens.commands.export_progress import progress_of
+from heatlens.commands.export_progress import failure_reported, progress_of
 from heatlens.commands.export_send import add_send_option, sending
 from heatlens.commands.export_submit import submit
 from heatlens.commands.look_options import say_seen_through
@@ -65,7 +65,13 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 
 def run(args: argparse.Namespace) -> int:
-    """Export the frames; print progress, and a summary at the end."""
+    """Export the frames; print progress, and a summary or the reason of a failure at the end."""
+    with failure_reported(args.progress):
+        _export(args)
+    return 0
+
+
+def _export(args: argparse.Namespace) -> None:
     if args.chunk is not None and args.submit is None:
         raise InputError("--chunk needs --submit, which writes a job for a farm.")
     if args.send is not None and args.submit is not None:
@@ -75,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
         _say_of_shot(plan)
     if args.submit is not None:
         submit(args, plan)
-        return 0
+        return
     if not plan.job.output.is_exr:
         say_seen_through(plan.job.look.transform)
     with (
@@ -86,7 +92,6 @@ def run(args: argparse.Namespace) -> int:
         for done in steps:
             tell(done)
             send(done.frame)
-    return 0
 
 
 def _say_of_shot(plan: ExportPlan) -> None:

@@ -92,7 +92,9 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
         choices=("terminal", "json", "openjd"),
         default="terminal",
         help="terminal: a line on stderr if that is one (default); json: a line on stdout for "
-        "each frame; openjd: for a render farm",
+        "each frame, and at the end one with the event end, or failed with a message; one that "
+        "was stopped or crashed ends without: exit code 130 (Ctrl-C), 143 (SIGTERM) or 70; openjd: "
+        "for a render farm",
     )
 
 

@@ -77,7 +77,8 @@ def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
         show(plan.frames[0].frame)  # the first one may take long
         yield tell
     _say_lost(tally)
-    kept = f", {tally.kept} were finished before" if tally.kept else ""
+    were = "was" if tally.kept == 1 else "were"
+    kept = f", {tally.kept} {were} finished before" if tally.kept else ""
     say(f"{_frames(len(tally.written))} written{kept}.")
     _print(str(plan.job.output.pattern))
 
@@ -103,20 +104,33 @@ def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
 @contextmanager
 def _for_farm(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
-    """Print messages of Open Job Description: progress in percent, and the reason of a failure."""
+    """Print messages of Open Job Description: the progress in percent."""
 
     def tell(done: FrameDone) -> None:
         tally.add(done)
         _print(f"openjd_status: frame {done.frame}, {tally.done} of {tally.count}")
         _print(f"openjd_progress: {100 * tally.done / tally.count:.1f}")
 
-    try:
-        yield tell
-    except HeatlensError as error:
-        _print(f"openjd_fail: {error}")
-        raise
+    yield tell
     _say_lost(tally)
     _print(str(plan.job.output.pattern))
+
+
+@contextmanager
+def failure_reported(kind: str) -> Iterator[None]:
+    """Print the reason if the block fails, for the programs that read the progress.
+
+    `kind` is that of `progress_of`; people read the reason on stderr. A command that is stopped is
+    killed and prints nothing here: its exit code tells.
+    """
+    try:
+        yield
+    except HeatlensError as error:
+        if kind == "json":
+            _say(event="failed", message=str(error))
+        elif kind == "openjd":
+            _print(f"openjd_fail: {error}")
+        raise
 
 
 def _lost_words(done: FrameDone) -> str:

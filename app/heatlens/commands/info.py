@@ -8,12 +8,14 @@ from typing import Any
 from heatlens.color.color_config import PLAIN_OCIO_VIEW
 from heatlens.commands.given_options import refuse_given, refuse_unused
 from heatlens.commands.info_scene import Line, scene_lines
-from heatlens.commands.info_sequence import found_among, sequence_info
+from heatlens.commands.info_sequence import found_among, lacks_frames, sequence_info
 from heatlens.commands.pipes import file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.say import tell
 from heatlens.commands.scene_options import add_placing_options, placing_of
 from heatlens.commands.value_types import number
+from heatlens.documents.shot_file import is_shot_file
+from heatlens.errors import InputError
 from heatlens.model.lens_model import LensModel
 from heatlens.plate.inspection import inspect
 from heatlens.printable import printable
@@ -32,6 +34,15 @@ For several frames (shot.####.exr, a folder, or a list of files): which frames e
 missing, their sizes, how their depth is read, and its range over the shot.
 
 For a 3D scene: its cameras, frames, objects, triangles, lights and size.
+
+The exit code is 1 if frames of a sequence are missing, or cannot be rendered because they are
+damaged or have no depth, so that a farm can check plates before it renders. A single file that can
+be read gives 0, also without depth.
+
+--json writes lengths in metres and millimetres as the names say. A window is [x0, y0, x1, y1] with
+x1 and y1 behind the last pixel: [0, 0, 320, 180] has 320 x 180 pixels. The text names the last
+pixel, (319, 179), as the EXR header does. width_px and height_px are the size of the data window,
+display_width_px and display_height_px that of the display window.
 """
 
 _CAMERA_LINES = (
@@ -64,7 +75,9 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         metavar="PLATE",
         help="the render to look at, or several; a sequence; a folder; a 3D scene; or demo",
     )
-    parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
+    parser.add_argument(
+        "--json", action="store_true", help="the same as JSON, for programs; see above"
+    )
     add_plate_options(parser)
     lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
     lens.add_argument("--focal-length", type=number, metavar="MM", help="focal length in mm")
@@ -74,19 +87,21 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the facts; the exit code is 0 even if no depth was found."""
+    """Print the facts; the exit code is 1 if frames of a sequence are missing or damaged."""
     found = [_facts_of(args, item) for item in found_among(args.plates)]
     if args.json:
         facts = [item[0] for item in found]
         tell(json.dumps(facts if len(facts) > 1 else facts[0], indent=2, allow_nan=False), "\n")
     else:
         tell("\n\n".join(_text(lines) for _, lines in found), "\n")
-    return 0
+    return int(any(lacks_frames(facts) for facts, _ in found))
 
 
 def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[dict[str, Any], list[Line]]:
     if isinstance(item, Sequence):
         return sequence_info(item, plate_options(args))
+    if is_shot_file(item):
+        raise InputError(f"{item} is a shot file: `heatlens shot show {item}` prints it.")
     if kind_of(item) is SourceKind.SCENE:
         return _of_scene(args, item)
     with file_of_input(Path(item)) as path:
@@ -206,6 +221,8 @@ def _depth_lines(depth: dict[str, Any]) -> list[Line]:
         span = f"{_number(depth['min_px'])} to {_number(depth['max_px'])} px, signed diameter"
         return [*lines, ("  range", span)]
     span = f"{_number(depth['near_m'])} to {_number(depth['far_m'])} m"
+    if depth["near_m"] == "infinity":
+        span = "none: every pixel is infinitely far"
     counts = f"{depth['infinite_count']} px infinite, {depth['repaired_count']} px repaired"
     return [*lines, ("  range", span), ("  counts", counts)]
 

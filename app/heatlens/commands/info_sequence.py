@@ -64,6 +64,11 @@ def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[dict[str, 
     return facts, _lines(facts)
 
 
+def lacks_frames(facts: dict[str, Any]) -> bool:
+    """Return True for a sequence of which frames are missing or damaged."""
+    return bool(facts.get("missing") or facts.get("damaged"))
+
+
 def _lines(facts: dict[str, Any]) -> list[Line]:
     lines = [
         ("sequence", facts["path"]),
@@ -86,4 +91,9 @@ def _with_frames(label: str, found: dict[str, str]) -> list[Line]:
     """Return one line if all frames agree, else a line for each value with its frames."""
     if len(found) == 1 and label != "note":
         return [(label, name) for name in found]
-    return [(label, f"{name} (frames {frames})") for name, frames in found.items()]
+    return [(label, f"{name} ({_frames_words(frames)})") for name, frames in found.items()]
+
+
+def _frames_words(frames: str) -> str:
+    """Return "frame 2" or "frames 1-2,5"."""
+    return f"frame {frames}" if frames.isdecimal() else f"frames {frames}"

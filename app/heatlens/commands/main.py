@@ -1,8 +1,8 @@
 """The command `heatlens`: run the subcommand and turn errors into exit codes.
 
-Exit codes: 0 success, 1 `compare` found a larger difference than allowed, 2 an error that the user
-can fix, 70 a fault of heatlens, whose report is in a file, 130 stopped with Ctrl-C, 141 the reader
-of the output has gone (`| head`).
+Exit codes: 0 success, 1 `compare`, `doctor` or `info` found what it looks for, 2 an error that the
+user can fix, 70 a fault of heatlens, whose report is in a file, 130 stopped with Ctrl-C, 141 the
+reader of the output has gone (`| head`).
 
 Only the module of the requested command is imported. `commands.launch` calls this in a separate
 process, which it ends when Ctrl-C is pressed.

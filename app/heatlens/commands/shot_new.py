@@ -167,7 +167,9 @@ def _say_outside(shot: Shot) -> None:
     outside = [f"{frame:g}" for frame in shot.key_frames if span is not None and frame not in span]
     if outside:
         which = "a key" if len(outside) == 1 else "keys"
-        say(f"{shot.source} has frames {span}, with {which} outside at {', '.join(outside)}.")
+        kept = "it is kept and counts" if len(outside) == 1 else "they are kept and count"
+        where = f"{which} outside at {', '.join(outside)}"
+        say(f"{shot.source} has frames {span}, with {where}: {kept} for the frames between keys.")
 
 
 def _scene_shot(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:

@@ -5,6 +5,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+from heatlens.commands.export_progress import failure_reported
 from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
 from heatlens.commands.say import say, tell
 from heatlens.defocus.solver_choice import settled_solver
@@ -63,7 +64,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "--progress",
         choices=("terminal", "json"),
         default="terminal",
-        help="json: a line on stdout for each picture, for programs",
+        help="json: a line on stdout for each picture, and one with a message if it fails",
     )
     add_look_options(parser)
     parser.set_defaults(run=run)
@@ -71,6 +72,12 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
 
 def run(args: argparse.Namespace) -> int:
     """Write the page and the table."""
+    with failure_reported(args.progress):
+        _write(args)
+    return 0
+
+
+def _write(args: argparse.Namespace) -> None:
     if args.output.suffix.lower() not in _SUFFIXES:
         raise InputError(f"{args.output}: the name of a pull sheet must end in .html.")
     check_writable(args.output)
@@ -88,7 +95,6 @@ def run(args: argparse.Namespace) -> int:
     if args.progress == "terminal":
         tell(str(args.output))
         tell(str(table))
-    return 0
 
 
 def _shot_of(args: argparse.Namespace) -> Shot:

@@ -58,6 +58,8 @@ class Curve:
         for key in self.keys:
             self.scale.place_of(key.value)
         for key, after in pairwise(self.keys):
+            if abs(after.frame - key.frame) < _FRAMES_APART:
+                raise InputError(f"There are two keys at frame {key.frame:g}.")
             if not after.frame - key.frame >= _FRAMES_APART:
                 raise InputError(
                     f"Keys must be sorted by frame: {after.frame:g} comes after {key.frame:g}."

@@ -31,6 +31,7 @@ NAN_SKY_FRACTION = 0.05
 INVERSE_INFINITE_UP_TO = 1e-10
 
 _Mask = NDArray[np.bool_]
+_IF_INVERSE = "If it holds 1/z, say --depth-convention inverse."
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,10 @@ def read_depth(
     report = DepthReport(
         channel, convention, kind, guess.why, near, far, infinite_count, repaired, guess.question
     )
-    return DepthResult(depth, report, (*converted.notes, *bounded, *_notes(raw, report, guess)))
+    told = converted.notes
+    if guess.question:  # it offers the same option already
+        told = tuple(note.removesuffix(f" {_IF_INVERSE}") for note in told)
+    return DepthResult(depth, report, (*told, *bounded, *_notes(raw, report, guess)))
 
 
 def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
@@ -149,7 +153,7 @@ def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
     if raw.zero_count:
         return raw.values == 0, (
             f"{raw.what} is 0 in {raw.zero_count} pixels: taken as nothing hit, infinitely far. "
-            "If it holds 1/z, say --depth-convention inverse.",
+            f"{_IF_INVERSE}",
         )
     if raw.nan_count > NAN_SKY_FRACTION * raw.values.size:
         return np.isnan(raw.values), (

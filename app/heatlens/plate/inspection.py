@@ -46,7 +46,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     headers = [header for header, _ in parts]
     choice, color = _color_facts(path, parts, options)
     header = headers[choice.rgb[0].part if choice else 0]
-    window = box_at_header(header, "dataWindow")
+    window, shown = (box_at_header(header, name) for name in ("dataWindow", "displayWindow"))
     stated = header_primaries(header)
     camera = camera_at_header([header, *headers])
     depth, depth_notes = _depth_facts(path, parts, choice, options, camera)
@@ -56,7 +56,9 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "width_px": window.width,
         "height_px": window.height,
         "data_window": _corners(window),
-        "display_window": _corners(box_at_header(header, "displayWindow")),
+        "display_window": _corners(shown),
+        "display_width_px": shown.width,
+        "display_height_px": shown.height,
         "pixel_aspect_ratio": aspect,
         "views": list(views_of(headers)),
         "parts": [_part_facts(part) for part in all_parts],
@@ -72,7 +74,8 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
 
 def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
     """Return the facts of a deep file: those of its flattened picture and of its surfaces."""
-    window, rgb = _deep_window(plate.path, options), plate.color[..., :3]
+    window, shown = _deep_window(plate.path, options), plate.display_window
+    rgb = plate.color[..., :3]
     depth = {name: _json_value(value) for name, value in asdict(plate.depth).items()}
     span = depth_span(plate, options.scene_unit_m)
     stated = header_primaries(plate.attributes)
@@ -81,7 +84,9 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         "width_px": window.width,
         "height_px": window.height,
         "data_window": _corners(window),
-        "display_window": _corners(plate.display_window),
+        "display_window": _corners(shown),
+        "display_width_px": shown.width,
+        "display_height_px": shown.height,
         "pixel_aspect_ratio": plate.pixel_aspect_ratio,
         "is_for_the_eye": False,
         "views": [],

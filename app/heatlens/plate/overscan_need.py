@@ -40,7 +40,8 @@ class OverscanNeed:
         wanted = _STEP_PX * math.ceil(self.needed_px / _STEP_PX)
         return (
             f"{most}the plate has {self.has_px} px, too few for the borders of {frames}. Render it "
-            f"with {wanted} px on every side."
+            f"with {wanted} px on every side: {self.needed_px:.0f} rounded up to a multiple of "
+            f"{_STEP_PX}."
         )
 
 

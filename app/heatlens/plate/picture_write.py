@@ -88,17 +88,14 @@ def _is_same(path: Path, other: Path) -> bool:
 def lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
     """Return the lens as header attributes; none if the plate holds circles of confusion.
 
-    The height of the sensor comes from the header if the header has the same width; else it follows
-    from the aspect ratio of the picture.
+    The height of the sensor follows from the shape of the picture, as in camera files: it decides
+    the vertical angle, while the height in a header may be that of a whole sensor, of which the
+    picture is a part.
     """
     if plate.coc_px is not None:
         return {}
-    camera, lens = plate.camera, as_seen(lens)
-    height_mm = camera.sensor_height_mm if camera.sensor_width_mm == lens.sensor_width_mm else None
-    if height_mm is None:
-        window = plate.display_window
-        aspect = window.width * plate.pixel_aspect_ratio / window.height
-        height_mm = lens.sensor_width_mm / aspect
+    lens, window = as_seen(lens), plate.display_window
+    height_mm = lens.sensor_width_mm * window.height / (window.width * plate.pixel_aspect_ratio)
     return lens_attributes(
         lens.focal_length_mm,
         lens.f_stop,
