@@ -65,12 +65,12 @@ class FrameRenderer:
 
     @property
     def scene(self) -> Scene | None:
-        """The scene; None where no scene is loaded."""
+        """The scene; None if no scene is loaded."""
         return self._source.scene
 
     @property
     def has_many_views(self) -> bool:
-        """Return True where the source can be seen from many points of the lens."""
+        """Return True if the source can be seen from many points of the lens."""
         return self._source.has_many_views
 
     def size(self, shot: Shot) -> tuple[int, int]:

@@ -39,7 +39,7 @@ def write_camera(
     one is complete. `meters_per_unit` is the unit of the scene that the camera is for: USD's is
     0.01 where it is None, Nuke's is 1; the other formats are always in metres.
 
-    Raises InputError where the end of the name is not known or the file cannot be written.
+    Raises InputError if the end of the name is not known or the file cannot be written.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -70,7 +70,7 @@ def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> 
     Headers alone do not tell the unit of their world, which is `scene_unit_m` metres, and which
     axis points up in it, which is `up_axis`.
 
-    Raises InputError where there is no camera, the file is damaged, or an aperture image that it
+    Raises InputError if there is no camera, the file is damaged, or an aperture image that it
     names cannot be read.
     """
     path, _ = split_prim(text)

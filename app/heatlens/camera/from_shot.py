@@ -44,7 +44,7 @@ def camera_before_plates(
     notes say which, or what was assumed. `scene_unit_m` None means the unit in which the shot reads
     the plate.
 
-    Raises InputError where no frames are known, and LensError where the keys of a frame describe no
+    Raises InputError if no frames are known, and LensError where the keys of a frame describe no
     possible lens.
     """
     sequence, notes = _plate(shot)
@@ -109,7 +109,7 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
 
     A lens that breathes has the length that it shows, and the f-stop that keeps its opening.
 
-    Raises LensError where the keys of a frame describe no possible lens.
+    Raises LensError if the keys of a frame describe no possible lens.
     """
     lenses = [as_seen(shot.lens_at(frame)) for frame in frames]
     tracks: dict[str, Any] = {

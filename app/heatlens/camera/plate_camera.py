@@ -59,7 +59,7 @@ def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y
 def picture_aspect(path: Path, headers: Sequence[Header]) -> float:
     """Return the width of the picture over its height as it is shown.
 
-    All parts of a file share the display window. Raises InputError where it is empty.
+    All parts of a file share the display window. Raises InputError if it is empty.
     """
     window = box_at_header(headers[0], "displayWindow")
     aspect, _ = pixel_aspect_of(path, headers[0])

@@ -64,7 +64,7 @@ class CameraSamples:
                        up, and looks along -z
     up_axis            the axis of the world that points up
     notes              sentences for the user
-    blades and others  as in `Lens`; None where they are as without being told
+    blades and others  as in `Lens`; None if they are as without being told
     aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
     timecodes          of each frame, where the table of a shoot tells them
 

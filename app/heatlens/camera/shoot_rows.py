@@ -64,7 +64,7 @@ def table_of(text: str) -> ShootTable:
 def unreadable_notes(path: Path, table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
     """Return a sentence for each value of the lens that cannot be read in some rows.
 
-    Raises InputError where that are most of the rows that say something.
+    Raises InputError if that are most of the rows that say something.
     """
     notes = []
     for field, expected in _EXPECTED.items():
@@ -97,7 +97,7 @@ def _too_wide(row: Mapping[str | None, object], number: int, between: str) -> st
 
 
 def _has_decimal_commas(rows: Sequence[Row], between: str) -> bool:
-    """Return True where a comma marks decimals even before three digits, as in 4,812.
+    """Return True if a comma marks decimals even before three digits, as in 4,812.
 
     A table with a point in any number does not, for its commas may separate thousands. Without
     one, semicolons between the cells tell it, and so does a comma before other than three digits.

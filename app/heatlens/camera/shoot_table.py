@@ -130,7 +130,7 @@ def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[i
 
 
 def _timecodes(rows: Sequence[Row]) -> tuple[Timecode, ...] | None:
-    """Return the timecode of each row; None where some row tells none."""
+    """Return the timecode of each row; None if some row tells none."""
     column = _named(rows[0], _TIMECODES)
     if column is None:
         return None

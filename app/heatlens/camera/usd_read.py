@@ -55,7 +55,7 @@ class _Stage:
 
 
 def split_prim(text: str) -> tuple[Path, str | None]:
-    """Split `shot.usda:/world/cam` into file and prim path; None where no prim is named."""
+    """Split `shot.usda:/world/cam` into file and prim path; None if no prim is named."""
     match = _AND_PRIM.fullmatch(text)
     return (Path(match[1]), match[2]) if match else (Path(text), None)
 
@@ -72,7 +72,7 @@ def usd_camera(text: str) -> CameraSamples:
     """Read the camera of a file, or the one named in it as in `shot.usda:/world/cam`.
 
     A time code is a frame. USD writes an f-stop or a focus of 0 where nothing is out of focus; both
-    count as unknown here. Raises InputError where the file is damaged, has no camera, or has
+    count as unknown here. Raises InputError if the file is damaged, has no camera, or has
     several and none is named.
     """
     path, prim_path = split_prim(text)
@@ -164,19 +164,19 @@ def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, Any]:
 
 
 def _own_track(opened: _Stage, name: str, frames: tuple[int, ...]) -> Track | None:
-    """Return an attribute that only heatlens writes; None where it is not there."""
+    """Return an attribute that only heatlens writes; None if it is not there."""
     return _track(opened, name, frames) if opened.prim.HasAttribute(name) else None
 
 
 def _lens_model(opened: _Stage) -> LensModel | None:
-    """Return the lens model that heatlens has written; None where none is told or known."""
+    """Return the lens model that heatlens has written; None if none is told or known."""
     told = opened.prim.GetAttribute(LENS_MODEL)
     name = told.Get() if told else None
     return LensModel(name) if name in list(LensModel) else None
 
 
 def _aperture_image(opened: _Stage) -> OpeningImage | None:
-    """Return the image that heatlens has named, unread; None where none is told."""
+    """Return the image that heatlens has named, unread; None if none is told."""
     told = opened.prim.GetAttribute(APERTURE_IMAGE)
     path = told.Get() if told else None
     return OpeningImage(path) if isinstance(path, str) and path else None

@@ -59,7 +59,7 @@ def usd_bytes(
 ) -> bytes:
     """Return the file: text for .usda, binary for .usd and .usdc.
 
-    Raises InputError where OpenUSD is not installed.
+    Raises InputError if OpenUSD is not installed.
     """
     stage = _stage(camera, meters_per_unit)
     with temporary_folder() as folder, quiet_library():

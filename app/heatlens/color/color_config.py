@@ -63,7 +63,7 @@ class ColorConfig:
     def views(self, display: str) -> tuple[str, ...]:
         """Return the names of the views of `display`, in the config's order.
 
-        Raises InputError where there is no such display.
+        Raises InputError if there is no such display.
         """
         check_known(f"{self.source}: display", display, self.displays())
         return tuple(self.config.getViews(display))
@@ -143,7 +143,7 @@ class ColorConfig:
 def load_color_config(path: str | None) -> ColorConfig:
     """Load the config at `path`, else the one $OCIO names, else the built-in one.
 
-    `path` may be a .ocio or .ocioz file or an `ocio://` name. Raises InputError where the config is
+    `path` may be a .ocio or .ocioz file or an `ocio://` name. Raises InputError if the config is
     missing or broken, or OpenColorIO is not installed.
     """
     named = path or os.environ.get("OCIO")

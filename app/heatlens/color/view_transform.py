@@ -110,7 +110,7 @@ def view_transform(
     """Return the transform of `view` on `display` for light in `input_space`.
 
     `turned_from`: the light's own primaries, converted to `input_space`, linear Rec. 709, before.
-    Raises InputError where the config has no such name or cannot carry it out.
+    Raises InputError if the config has no such name or cannot carry it out.
     """
     check_known(f"{config.source}: view of {display}", view, config.views(display))
     library = ocio()

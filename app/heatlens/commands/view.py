@@ -137,7 +137,7 @@ def _is_handed_over(args: argparse.Namespace) -> bool:
 
 
 def _require(plate: str) -> None:
-    """Raise InputError where what is named is not there: a slip is answered without a window."""
+    """Raise InputError if what is named is not there: a slip is answered without a window."""
     if is_shot_file(plate):
         read_shot(plate)
     else:

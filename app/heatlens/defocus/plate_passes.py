@@ -77,7 +77,7 @@ class CropPass:
         )
 
     def release(self) -> None:
-        """Give the program back to OpenGL."""
+        """Release the program."""
         self._program.release()
 
 
@@ -103,7 +103,7 @@ class RescalePass:
         )
 
     def release(self) -> None:
-        """Give the program back to OpenGL."""
+        """Release the program."""
         self._program.release()
 
 

@@ -1,4 +1,4 @@
-"""The images of openings that a shot or a kit names: read where it is read, and told beside it."""
+"""Read the aperture images that a shot or a lens kit names, and convert their paths."""
 
 import os
 from collections.abc import Callable
@@ -24,19 +24,19 @@ def image_beside(image: OpeningImage, folder: str | os.PathLike[str]) -> Opening
 
 
 def named_beside(image: OpeningImage, folder: str | os.PathLike[str]) -> OpeningImage:
-    """Return an image whose path is told relative to `folder`."""
+    """Return the image with its path relative to `folder`."""
     return replace(image, path=path_beside(image.path, folder))
 
 
 def shot_with_images(shot: Shot, turned: Turned) -> Shot:
-    """Return the shot with every image of its lens, its looks and its kit told otherwise."""
+    """Return the shot with `turned` applied to the images of its lens, looks and kit."""
     looks = tuple(replace(look, lens=_lens_with_image(look.lens, turned)) for look in shot.looks)
     kit = None if shot.kit is None else kit_with_image(shot.kit, turned)
     return replace(shot, lens=_lens_with_image(shot.lens, turned), looks=looks, kit=kit)
 
 
 def kit_with_image(kit: LensKit, turned: Turned) -> LensKit:
-    """Return the kit with the image of its character told otherwise."""
+    """Return the kit with `turned` applied to the image of its character."""
     image = kit.character.aperture_image
     if image is None:
         return kit

@@ -19,7 +19,7 @@ class OpeningTextures:
     def of(self, aperture: Aperture) -> dict[str, moderngl.Texture]:
         """Return the textures by their names in the shader; none for an opening without an image.
 
-        Raises LensError where the file of the image was not read.
+        Raises LensError if the file of the image was not read.
         """
         grid = aperture.grid
         if grid is None:
@@ -36,7 +36,7 @@ class OpeningTextures:
         return {"aperture_image_tx": texture}
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release everything on the GPU."""
         for texture in self._held.values():
             texture.release()
         self._held.clear()

@@ -62,7 +62,7 @@ def new_array(
 
 
 def new_buffer(ctx: moderngl.Context, size_bytes: int) -> moderngl.Buffer:
-    """Make a storage buffer. Raises GpuError where there is no memory for it."""
+    """Make a storage buffer. Raises GpuError if there is no memory for it."""
     _forget_error(ctx)
     buffer = ctx.buffer(reserve=size_bytes)
     _check_memory(ctx, f"a buffer of {size_bytes / 1e6:.0f} MB")
@@ -70,7 +70,7 @@ def new_buffer(ctx: moderngl.Context, size_bytes: int) -> moderngl.Buffer:
 
 
 def enlarge(ctx: moderngl.Context, buffer: moderngl.Buffer, size_bytes: int) -> None:
-    """Give a buffer `size_bytes` of new memory. Raises GpuError where there is none."""
+    """Give a buffer `size_bytes` of new memory. Raises GpuError if there is none."""
     _forget_error(ctx)
     buffer.orphan(size_bytes)
     _check_memory(ctx, f"a buffer of {size_bytes / 1e6:.0f} MB")

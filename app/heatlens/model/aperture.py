@@ -155,7 +155,7 @@ class Aperture:
     def grid(self) -> ImageGrid | None:
         """The light of the image, turned as it stands in the lens; None without an image.
 
-        Raises LensError where the file of the image was not read.
+        Raises LensError if the file of the image was not read.
         """
         image = self.aperture_image
         return None if image is None else image.grid(self.blade_rotation_deg)

@@ -145,7 +145,7 @@ class Curve:
     def on_scale(self, scale: Scale) -> "Curve":
         """Return the same keys on another scale; the speed of the value at each key stays.
 
-        Raises InputError where a value does not exist on that scale.
+        Raises InputError if a value does not exist on that scale.
         """
         if scale is self.scale:
             return self

@@ -21,7 +21,7 @@ FRAMES_PER_SECOND = 24.0  # what OpenEXR takes for granted where a header tells 
 class FrameRange:
     """Frames first to last, both of them in it.
 
-    Raises InputError where there is no frame, or more than a shot can have.
+    Raises InputError if there is no frame, or more than a shot can have.
     """
 
     first: int
@@ -52,7 +52,7 @@ class FrameRange:
         return self.last - self.first + 1
 
     def intersection(self, other: "FrameRange") -> "FrameRange | None":
-        """Return the frames in both; None where they do not meet."""
+        """Return the frames in both; None if they do not meet."""
         first, last = max(self.first, other.first), min(self.last, other.last)
         return FrameRange(first, last) if first <= last else None
 

@@ -89,7 +89,7 @@ def pose_of(camera_to_world: Array) -> Pose:
 def looking_at(eye_m: Vector, target_m: Vector, up: Vector = (0.0, 1.0, 0.0)) -> Pose:
     """Return a camera at `eye_m` with `target_m` in the middle of its picture.
 
-    Raises InputError where both are the same. Straight up or down, the picture's top is -z.
+    Raises InputError if both are the same. Straight up or down, the picture's top is -z.
     """
     back = np.subtract(eye_m, target_m)
     if np.linalg.norm(back) < 1e-12:
@@ -185,7 +185,7 @@ class CameraTrack:
         return self.without_keys((frame,)) if len(self.keys) > 1 else self
 
     def without_keys(self, frames: Collection[float]) -> "CameraTrack":
-        """Return the track without these keys. Raises InputError where none would be left."""
+        """Return the track without these keys. Raises InputError if none would be left."""
         return CameraTrack(tuple(key for key in self.keys if key.frame not in frames))
 
     def moved(self, frames: Collection[float], by_frames: float) -> "CameraTrack":

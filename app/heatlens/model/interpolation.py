@@ -40,7 +40,7 @@ class Scale(StrEnum):
     LOGARITHMIC = "logarithmic"
 
     def place_of(self, value: float) -> float:
-        """Return the place of `value` on this scale. Raises InputError where it has none."""
+        """Return the place of `value` on this scale. Raises InputError if it has none."""
         self._check(value)
         if self is Scale.RECIPROCAL:
             return 1.0 / value

@@ -68,7 +68,7 @@ class _Recording:
 
     @property
     def is_still(self) -> bool:
-        """Return True where the first sample stands for all."""
+        """Return True if the first sample stands for all."""
         first = self.samples[0][1]
         return all(self._is_near(distance_m, first) for _, distance_m in self.samples)
 
@@ -135,7 +135,7 @@ class _Recording:
         return frames, rise, rows
 
     def holds(self, piece: _Piece) -> bool:
-        """Return True where the piece is within the tolerance of every sample."""
+        """Return True if the piece is within the tolerance of every sample."""
         (first, at_first), (last, at_last) = self.samples[piece.start], self.samples[piece.end]
         ends = self.scale.place_of(at_first), self.scale.place_of(at_last)
         frames = last - first
@@ -148,7 +148,7 @@ class _Recording:
         )
 
     def is_monotone(self, piece: _Piece) -> bool:
-        """Return True where both slopes keep the cubic within the range of its ends."""
+        """Return True if both slopes keep the cubic within the range of its ends."""
         frames, rise, _ = self._inside(piece.start, piece.end)
         slopes = piece.slope_out * frames, piece.slope_in * frames
         return all(slope == _within(slope, rise) for slope in slopes)

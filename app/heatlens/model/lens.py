@@ -35,7 +35,7 @@ class Lens:
     model              whose discs it makes: those of a real lens, or those of a CG renderer
     breathing          width of the view at close focus over that at infinity; see `breathing`
     blades to aperture_image  as in `Aperture`
-    widest_f_stop      with the ring fully open; None where unknown: the barrel then cuts alike at
+    widest_f_stop      with the ring fully open; None if unknown: the barrel then cuts alike at
                        every stop
     measured_from      where distances begin that people read; those here are from the pupil
     pupil_offset_mm    from the film plane to the entrance pupil, below 0 where that is behind it

@@ -29,7 +29,7 @@ class KitLens:
     f_stop            the widest
     close_focus_m     the nearest focus, from where the lens of the shot is measured
     longest_mm        of a zoom; None for a prime
-    t_stop            the widest T-stop; None where it is not told
+    t_stop            the widest T-stop; None if it is not told
     breathing         width of the view at close focus over that at infinity, at the same length
 
     Raises InputError naming the value and what it may be.

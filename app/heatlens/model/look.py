@@ -15,7 +15,7 @@ _STILL_MOST = 100_000  # letters; a still has some 10,000
 class Look:
     """The lens as it was at a frame, under a name.
 
-    still  the picture as it was then, a small JPEG in base64; None where none was seen
+    still  the picture as it was then, a small JPEG in base64; None if none was seen
 
     Raises InputError for a name that cannot be shown, and a still too large to be one.
     """
@@ -40,7 +40,7 @@ def next_look_name(looks: Iterable[Look]) -> str:
 
 
 def check_looks(looks: Iterable[Look]) -> None:
-    """Raise InputError where two looks have one name."""
+    """Raise InputError if two looks have one name."""
     names = [look.name for look in looks]
     for name in names:
         if names.count(name) > 1:

@@ -100,7 +100,7 @@ def distance_at_m(
 
 
 def check_marks(marks: Iterable[Mark]) -> None:
-    """Raise InputError where two marks have one name."""
+    """Raise InputError if two marks have one name."""
     seen: set[str] = set()
     for mark in marks:
         if mark.name in seen:

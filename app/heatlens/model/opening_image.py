@@ -39,7 +39,7 @@ class OpeningImage:
 
     path    of the file, by which people know it
     digest  of the light; "" where the file was not read
-    light   (IMAGE_SIDE, IMAGE_SIDE) float32, 0 or more, rows from the top; None where the file was
+    light   (IMAGE_SIDE, IMAGE_SIDE) float32, 0 or more, rows from the top; None if the file was
             not read
     notes   sentences on how it was read
     """
@@ -52,7 +52,7 @@ class OpeningImage:
     def grid(self, rotation_deg: float = 0.0) -> "ImageGrid":
         """Return the opening that the picture makes, turned anticlockwise.
 
-        Raises LensError where the file was not read.
+        Raises LensError if the file was not read.
         """
         return _grid(self, math.remainder(rotation_deg, 360.0))
 

@@ -60,7 +60,7 @@ def option_field(default: Any, words: str, help: str = "", **more: Any) -> Any:
 
 
 def check_range(what: str, value: float | None, least: float, most: float) -> None:
-    """Raise InputError where a number lies outside its range or is NaN; None is no number."""
+    """Raise InputError if a number lies outside its range or is NaN; None is no number."""
     if value is not None and not least <= value <= most:
         raise InputError(f"The {what} should be {least:g} to {most:g}, got {value:g}.")
 

@@ -66,7 +66,7 @@ class PictureField:
     def barrel(
         self, aperture: Aperture, place_px: Pair, pixel_aspect_ratio: float = 1.0
     ) -> Barrel | None:
-        """Return the barrel as it is seen from a place; None where it cuts nowhere."""
+        """Return the barrel as it is seen from a place; None if it cuts nowhere."""
         if aperture.cat_eye == 0.0:
             return None
         most = _shift_most(aperture)

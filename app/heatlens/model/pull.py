@@ -135,7 +135,7 @@ def follow(
 ) -> Shot:
     """Focus stays on a mark through `frames`: a key at each, in the place of those there were.
 
-    Raises LensError where the mark comes nearer than a lens can be focused.
+    Raises LensError if the mark comes nearer than a lens can be focused.
     """
     return followed(shot, frames, lambda frame: distance_at_m(mark, frame, depth_at, frames))
 
@@ -154,7 +154,7 @@ def performed(shot: Shot, samples: Samples, tolerance_dioptres: float) -> Shot:
     """Return the shot with a recorded focus as few keys, in the place of those there were.
 
     `samples` are (frame, focus distance in metres) in the order of the frames, at least one. The
-    focus is off by no more than the tolerance at each of them. Raises LensError where no lens can
+    focus is off by no more than the tolerance at each of them. Raises LensError if no lens can
     be focused, InputError for infinity on a scale of metres.
     """
     curve, (first, last) = shot.curves.focus_distance_m, (samples[0][0], samples[-1][0])
@@ -172,7 +172,7 @@ def recorded(shot: Shot, parameter: LensParameter, track: Mapping[int, float]) -
     """Return the shot with a recorded parameter as few keys, in the place of those there were.
 
     `track` is the value by frame. It is off by no more than a share of it that nobody sees, 1 % of
-    an f-stop and 0.2 % of a focal length. Raises LensError where there can be no such lens.
+    an f-stop and 0.2 % of a focal length. Raises LensError if there can be no such lens.
     """
     share = _UNSEEN_SHARE.get(parameter, _UNSEEN_LEAST)
     curve, samples = shot.curves.of(parameter), sorted(track.items())

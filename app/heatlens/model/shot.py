@@ -79,7 +79,7 @@ class Shot:
     in_out             the part of them that is played and exported, None for all
     frames_per_second  when played
     looks              lenses that were kept, in the order of their keeping
-    kit                bounds what a hand may do to the lens; None where there are no bounds
+    kit                bounds what a hand may do to the lens; None if there are no bounds
     start_timecode     timecode of the first frame, None: what the headers of the plates tell
 
     Raises InputError for marks of one name, a rate no film has, a source no file can have.
@@ -247,6 +247,6 @@ class Shot:
 
 
 def _fitting(timecode: Timecode, later: int, frames_per_second: float) -> Timecode | None:
-    """Return a timecode so many frames later; None where it does not fit the rate."""
+    """Return a timecode so many frames later; None if it does not fit the rate."""
     is_fitting = timecode.fits(frames_per_second)
     return timecode.later(later, frames_per_second) if is_fitting else None

@@ -26,7 +26,7 @@ class Timecode:
 
     @property
     def is_possible(self) -> bool:
-        """Return True where a clock can show it."""
+        """Return True if a clock can show it."""
         sixties = (self.minutes, self.seconds)
         is_time = 0 <= self.hours < 24 and all(0 <= value < 60 for value in sixties)
         return is_time and 0 <= self.frames < 100
@@ -69,7 +69,7 @@ class Timecode:
 
 
 def timecode_in(text: str) -> Timecode | None:
-    """Return the timecode that a text shows; None where it is none that is possible."""
+    """Return the timecode that a text shows; None if it is none that is possible."""
     match = _TEXT.fullmatch(text.strip())
     if match is None:
         return None
@@ -79,7 +79,7 @@ def timecode_in(text: str) -> Timecode | None:
 
 
 def parse_timecode(text: str) -> Timecode:
-    """Return the timecode of a text. Raises InputError where it is none."""
+    """Return the timecode of a text. Raises InputError if it is none."""
     found = timecode_in(text)
     if found is None:
         raise InputError(

@@ -95,7 +95,7 @@ def format_distance(distance_m: float, unit: str = "m") -> str:
 
 
 def _feet_and_inches_m(words: str) -> float | None:
-    """Return the metres of 6'3" and similar; None where `words` are something else."""
+    """Return the metres of 6'3" and similar; None if `words` are something else."""
     match = _FEET_AND_INCHES.fullmatch(words)
     return float(match[1]) * FOOT_M + float(match[2]) * INCH_M if match else None
 

@@ -94,7 +94,7 @@ class ViewState:
 
     @property
     def has_overlay(self) -> bool:
-        """Return True where colours are laid over the picture: an overlay, peaking or both."""
+        """Return True if colours are laid over the picture: an overlay, peaking or both."""
         return self.overlay is not Overlay.NONE or self.is_peaking
 
     def exposed_through(self, lens: Lens) -> "ViewState":

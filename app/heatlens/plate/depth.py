@@ -208,7 +208,7 @@ def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
 def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
     """Return the sign of visible distances: -1 with a note for a camera looking along -z, else 1.
 
-    Raises InputError where both signs occur too often.
+    Raises InputError if both signs occur too often.
     """
     positive = raw.values.size - raw.infinite_count - raw.zero_count - raw.nan_count
     positive -= raw.negative_count

@@ -78,7 +78,7 @@ def _check_colors(colors: NDArray[Any]) -> None:
 
 
 def _check_numbers(what: str, values: NDArray[Any], kinds: str) -> None:
-    """Raise InputError where the dtype is none of `kinds`, which are letters as NumPy has them."""
+    """Raise InputError if the dtype is none of `kinds`, which are letters as NumPy has them."""
     if values.dtype.kind == "c":
         raise InputError(f"{what} cannot be complex numbers ({values.dtype}): give real ones.")
     if values.dtype.kind not in kinds:
@@ -97,7 +97,7 @@ def _rgba(colors: NDArray[Any]) -> FloatImage:
 
 
 def _float32(what: str, values: NDArray[Any]) -> FloatImage:
-    """Return the values as float32. Raises InputError where some of them are masked."""
+    """Return the values as float32. Raises InputError if some of them are masked."""
     if np.ma.is_masked(values):
         raise InputError(
             f"{what} cannot have masked values, for every pixel shows something: fill them first, "

@@ -46,7 +46,7 @@ def is_missing(value: Any) -> bool:
 
 
 def distance(value: Any) -> Length | None:
-    """Return a distance, which may be infinite but not zero; None where it cannot be read."""
+    """Return a distance, which may be infinite but not zero; None if it cannot be read."""
     if isinstance(value, int | float):
         return Length(float(value), None) if value >= _LEAST else None
     text = str(value)
@@ -60,7 +60,7 @@ def distance(value: Any) -> Length | None:
 
 
 def focal_length(value: Any) -> Length | None:
-    """Return a finite length above zero; None where it cannot be read."""
+    """Return a finite length above zero; None if it cannot be read."""
     length = distance(value)
     return None if length is None or length.value > _MOST else length
 

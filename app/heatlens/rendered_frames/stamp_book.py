@@ -70,7 +70,7 @@ class StampBook:
         return self._found.frames.get(frame)
 
     def stamped(self, paths: Iterable[Path]) -> tuple[StampedFile, ...] | None:
-        """Return files as they were looked up for any frame; None where one was not."""
+        """Return files as they were looked up for any frame; None if one was not."""
         found = [self._found.paths.get(path) for path in paths]
         known = tuple(file for file in found if file is not None)
         return known if len(known) == len(found) else None

@@ -35,7 +35,7 @@ class Accumulation:
         self._count = 0
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release everything on the GPU."""
         for program in self._programs.all:
             program.release()
         self._pool.release()
@@ -130,7 +130,7 @@ def _views_of_colors(pupil: Pupil, view: SceneView) -> Iterator[tuple[Colors, Sc
 def _weighing(
     pupil: Pupil, view: SceneView, offset_m: tuple[float, float], colors: Colors
 ) -> dict[str, object] | None:
-    """Return the uniforms by which a view is weighed; None where all weigh the same."""
+    """Return the uniforms by which a view is weighed; None if all weigh the same."""
     if pupil.is_plain:
         return None
     across, up = pupil.half_extents_m

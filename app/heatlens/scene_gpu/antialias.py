@@ -45,7 +45,7 @@ class Antialias:
         self._key: object = None  # of the picture that is there
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release everything on the GPU."""
         self._mean_program.release()
         self._done_program.release()
         self._pool.release()

@@ -93,7 +93,7 @@ class DepthSurvey:
         return np.frombuffer(self._counts.read(), np.uint32).astype(np.int64)
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release everything on the GPU."""
         programs = self._bounds_program, self._bins_program, self._fragments_program
         for held in (*programs, self._bounds, self._counts):
             held.release()

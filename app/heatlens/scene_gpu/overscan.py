@@ -136,7 +136,7 @@ class RingSurvey:
         return self._rings
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release everything on the GPU."""
         self._program.release()
         if self._rings is not None:
             self._rings.release()

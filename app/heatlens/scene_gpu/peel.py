@@ -227,7 +227,7 @@ class ScenePeel:
         )
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release everything on the GPU."""
         programs = self._count, self._starts, self._write
         for held in (*programs, self._total, self._surfaces, self._pool):
             held.release()

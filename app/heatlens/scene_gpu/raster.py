@@ -217,7 +217,7 @@ class SceneRaster:
         self._draws, self._buffers, self._placed = {}, None, None
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release everything on the GPU."""
         self._let_go()
         self._targets.release()
         self._shadow.release()
@@ -243,7 +243,7 @@ class SkyDraw:
         self._array.render(moderngl.TRIANGLES, 3)
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release everything on the GPU."""
         self._array.release()
         self._program.release()
 

@@ -40,7 +40,7 @@ class SceneBuffers:
 
     vertices        of all meshes, VERTEX, or BUMPY_VERTEX where a material has a normal map;
                     the ray tracer reads two or three vec4 for each
-    colors          four half floats for each vertex, linear; None where no mesh has any
+    colors          four half floats for each vertex, linear; None if no mesh has any
     more_uvs        two floats for each vertex, the second set of texture coordinates; None where
                     the maps of each material lie alike
     places          where the maps of each material lie, None in the same case
@@ -151,7 +151,7 @@ class SceneBuffers:
         return placed_corners(self.boxes_m[[i.mesh for i in self.scene.instances]], transforms)
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Release everything on the GPU."""
         for held in (self.vertices, self.triangles, self.commands):
             held.release()
         for held in (self.storage | self.vertex_storage).values():

@@ -47,6 +47,6 @@ class SurfaceRaster:
         )
 
     def release(self) -> None:
-        """Give the programs back to OpenGL."""
+        """Release the programs."""
         for held in (self._cover, self._surface, self._sky):
             held.release()

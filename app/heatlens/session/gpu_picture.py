@@ -29,7 +29,7 @@ class GpuPicture:
         self.renderer = renderer
         self.plate: Plate | None = None
         self.histogram: DepthHistogram | None = None
-        self._bins: ValueBins | None = None  # dioptres of the plate; None where it has none
+        self._bins: ValueBins | None = None  # dioptres of the plate; None if it has none
         self._most_dioptres = 0.0  # of the frames known so far, for an axis that stays
         self.upload_s = 0.0
         self.version = 0

@@ -40,7 +40,7 @@ class Following:
     def go_on(self) -> None:
         """Measure for a short time, at least one frame.
 
-        Raises HeatlensError where a frame has no distance.
+        Raises HeatlensError if a frame has no distance.
         """
         if self.renderer.scene is not self.scene:
             raise InputError(f"{self.mark.name} is not followed: another scene was opened.")

@@ -117,7 +117,7 @@ class RenderedPull:
 
     @property
     def is_on(self) -> bool:
-        """Return True where there are frames to be played, and they are to be kept."""
+        """Return True if there are frames to be played, and they are to be kept."""
         source = self._source
         if (
             not self._preferences.now.keep_frames

@@ -20,7 +20,7 @@ class Pinhole:
     color  RGBA, premultiplied
     depth  metres, or the signed circle of confusion in pixels if the plate holds that
     bins   the distribution of its depths, see `Plate.bins`
-    fragments  what is known behind the picture; None where nothing is
+    fragments  what is known behind the picture; None if nothing is
     overscan   of a scene: the same picture with a margin; plates have theirs in their data window
     peeled     of a scene: what is known behind all of that; None for a hurried picture
     light_scale  what `color` is multiplied by before it is blurred, and the picture divided by

@@ -14,7 +14,7 @@ _LETTERS_SAID = 200
 def requested_file(name: str, is_of_this_machine: bool) -> Path:
     """Return the path of a picture file that a client asks to open.
 
-    Raises InputError where the client is on another machine, which could not read the file by
+    Raises InputError if the client is on another machine, which could not read the file by
     itself, and where `name` is not the full path of an EXR or a picture that is there.
     """
     said, path = f"A client asked for the file {printable(name)[:_LETTERS_SAID]!r}", Path(name)
@@ -34,7 +34,7 @@ def requested_file(name: str, is_of_this_machine: bool) -> Path:
 
 
 def is_of_this_machine(connection: socket.socket) -> bool:
-    """Return True where the other end of a connection is this very machine."""
+    """Return True if the other end of a connection is this very machine."""
     try:
         host = connection.getpeername()[0]
         return ipaddress.ip_address(host.partition("%")[0]).is_loopback

@@ -66,7 +66,7 @@ class TevServer(Closing):
         """Listen at `host`:`port`.
 
         `on_news` is called on the server's thread after `version` went up or a packet was dropped
-        or refused. Raises InputError where the address cannot be used.
+        or refused. Raises InputError if the address cannot be used.
         """
         self._listener = listening_socket(host, port)
         self.address: tuple[str, int] = self._listener.getsockname()[:2]

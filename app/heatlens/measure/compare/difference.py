@@ -24,7 +24,7 @@ def absolute_difference(result: FloatImage, truth: FloatImage, gain: float) -> F
 def flip_map(result: FloatImage, truth: FloatImage) -> FloatImage:
     """Return the LDR-FLIP of each pixel in the colours of magma, as display values (H, W, 3).
 
-    Black means no difference. Raises InputError where the package for FLIP is not installed.
+    Black means no difference. Raises InputError if the package for FLIP is not installed.
     """
     shown, shown_truth = srgb_encoded(result), srgb_encoded(truth)
     colors = flip_evaluation(shown, shown_truth, "LDR", applyMagma=True)[0]

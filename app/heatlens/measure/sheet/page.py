@@ -43,7 +43,7 @@ def data_uri(display: FloatImage) -> str:
 
 
 def sheet_html(title: str, shot: Shot, entries: Sequence[SheetEntry]) -> str:
-    """Return the page. Raises InputError where the package that makes it is not installed."""
+    """Return the page. Raises InputError if the package that makes it is not installed."""
     marks = mark_rows(shot, [entry.marks for entry in entries])
     values = {"title": title, "facts": _facts(shot, entries), "entries": entries, "marks": marks}
     return page_of(PURPOSE, _TEMPLATE, values)
@@ -66,7 +66,7 @@ def _facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:
 def write_sheet(path: Path, title: str, shot: Shot, entries: Sequence[SheetEntry]) -> Path:
     """Write the page to `path` and the table beside it; return the path of the table.
 
-    Raises InputError where a file cannot be written.
+    Raises InputError if a file cannot be written.
     """
     table = path.with_suffix(".csv")
     write_whole(path, sheet_html(title, shot, entries).encode())

@@ -18,7 +18,7 @@ _FLIP_LEAST = 0.01  # the shortest axis, for methods that all equal the referenc
 
 
 def check_chart() -> None:
-    """Raise InputError where matplotlib is not installed, with the extra of `study`."""
+    """Raise InputError if matplotlib is not installed, with the extra of `study`."""
     new_figure(1.0, 1.0, extra="study")
 
 

@@ -45,7 +45,7 @@ class Rows:
 
 
 def check_measurable() -> None:
-    """Raise InputError where the package that measures FLIP is not installed."""
+    """Raise InputError if the package that measures FLIP is not installed."""
     import_extra("flip_evaluator", "FLIP", "study")
 
 

@@ -42,14 +42,14 @@ class Place:
 
 
 def check_page() -> None:
-    """Raise InputError where the package that makes the page is not installed."""
+    """Raise InputError if the package that makes the page is not installed."""
     check_pages(_PURPOSE)
 
 
 def page_html(report: Report, chart: str) -> str:
     """Return the whole page, valid HTML 5 with every name escaped; `chart` is a file beside it.
 
-    Raises InputError where the package that makes the page is not installed.
+    Raises InputError if the package that makes the page is not installed.
     """
     values = {**_values(report), "chart": chart}
     return page_of(_PURPOSE, _TEMPLATE, values, {"duration": duration})

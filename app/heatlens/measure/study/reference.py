@@ -35,7 +35,7 @@ class Reference:
 def from_file(subject: Subject, truth: Picture) -> Reference:
     """Return the finished picture of a file, over the region that it shares with the subject.
 
-    Raises InputError where the two are not on one pixel grid.
+    Raises InputError if the two are not on one pixel grid.
     """
     plate = subject.plate
     data = plate.data_window

@@ -17,7 +17,7 @@ PAGE, CHART = "index.html", "chart.svg"
 def write_report(folder: Path, report: Report, say: Callable[[str], None]) -> None:
     """Write every file of the report into an empty folder.
 
-    Raises InputError where a file cannot be written.
+    Raises InputError if a file cannot be written.
     """
     say("writing the pictures")
     files = list(write_pictures(folder, report))

@@ -30,7 +30,7 @@ class Target:
 def target_of(gltf: GltfFile, channel: Record) -> Target | None:
     """Return what a channel changes; None, and a note where something is lost, for anything else.
 
-    Raises InputError where it is a node that is given by a matrix.
+    Raises InputError if it is a node that is given by a matrix.
     """
     told = channel.inside("target")
     path, node = told.text("path"), told.index("node", len(gltf.listed("nodes")))

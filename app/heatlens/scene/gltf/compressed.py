@@ -36,7 +36,7 @@ def draco_parts(
 ) -> tuple[NDArray[np.uint32], dict[int, NDArray[np.generic]]]:
     """Return triangles (T, 3) and the attributes (V, width) by their numbers in the bytes.
 
-    Raises InputError where the bytes are damaged, LibraryMissingError without DracoPy.
+    Raises InputError if the bytes are damaged, LibraryMissingError without DracoPy.
     """
     library = _library("DracoPy", f"{record.entry.path}: a mesh compressed by Draco")
     try:
@@ -51,7 +51,7 @@ def draco_parts(
 def meshopt_bytes(record: Record, data: memoryview) -> bytes:
     """Return what the bytes of a buffer view are unpacked to.
 
-    Raises InputError where they are damaged, LibraryMissingError without meshopt.
+    Raises InputError if they are damaged, LibraryMissingError without meshopt.
     """
     library = _library("meshopt", f"{record.entry.path}: a buffer compressed by meshoptimizer")
     count, stride = record.whole("count"), record.whole("byteStride")
@@ -68,7 +68,7 @@ def meshopt_bytes(record: Record, data: memoryview) -> bytes:
 def ktx2_pixels(data: bytes, what: str) -> NDArray[np.uint8]:
     """Return a picture in KTX 2 with Basis Universal as (H, W, 4); errors call it `what`.
 
-    Raises InputError where it is damaged or too large, LibraryMissingError without opengl_basisu.
+    Raises InputError if it is damaged or too large, LibraryMissingError without opengl_basisu.
     """
     library = _library("opengl_basisu", f"{what}: a picture in KTX 2")
     try:

@@ -12,7 +12,7 @@ def files_of_usd(path: Path) -> tuple[Path, ...]:
     """Return files of sublayers, references, payloads and pictures as OpenUSD follows them.
 
     The files need not exist. Files packed in a .usdz count as the package. This runs in a process
-    of its own, which takes half a second. Raises InputError where the file cannot be read.
+    of its own, which takes half a second. Raises InputError if the file cannot be read.
     """
     if not path.is_file():
         raise unreadable(path)

@@ -30,7 +30,7 @@ class UsdGeometry:
     def of(self, prim: Any) -> tuple[int, ...]:
         """Return the numbers of the meshes of a prim, one for each of its materials.
 
-        Raises InputError where the prim contradicts itself.
+        Raises InputError if the prim contradicts itself.
         """
         own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         if own.GetPath() not in self._known:

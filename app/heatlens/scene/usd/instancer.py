@@ -64,7 +64,7 @@ class Instancers:
     def copies(self, prim: Any, frames: FrameRange | None) -> Copies:
         """Return the copies of the instancer over the frames in which its own attributes change.
 
-        Raises InputError where it has too many copies.
+        Raises InputError if it has too many copies.
         """
         times = list(frames) if frames is not None and changing(prim) else []
         found = self._at(prim, times[0] if times else None, 0)
@@ -139,7 +139,7 @@ class Instancers:
 
 
 def _is_hidden(prim: Any) -> bool:
-    """Return True where a prim within a prototype is not to be seen, by its own words.
+    """Return True if a prim within a prototype is not to be seen, by its own words.
 
     The visibility of what lies above the prototype does not count: it often hides all prototypes.
     """

@@ -59,7 +59,7 @@ class _Surface:
     """Polygons with the attributes of their corners.
 
     faces    (F,) the face of the file that each one is a part of
-    normals  (corners, 3); None where they are found as for polygons
+    normals  (corners, 3); None if they are found as for polygons
     """
 
     points: NDArray[np.float32]

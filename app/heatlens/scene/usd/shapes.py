@@ -22,7 +22,7 @@ _LENGTHS = ("size", "radius", "height", "width", "length", "radiusTop", "radiusB
 def read_shape(materials: UsdMaterials, prim: Any) -> list[Mesh]:
     """Return the mesh of a shape; an empty list if it has no extent.
 
-    Raises InputError where a length of it is negative or no number.
+    Raises InputError if a length of it is negative or no number.
     """
     what = f"{materials.stage.path}: {prim.GetPath()}"
     found = _shape(what, prim)
