@@ -13,6 +13,7 @@ from heatlens.commands.say import say, shows_progress, tell
 from heatlens.errors import HeatlensError
 from heatlens.export.plan import ExportPlan
 from heatlens.export.run import FrameDone
+from heatlens.sequence.names import frames_text
 
 Tell = Callable[[FrameDone], None]
 _WIPE = "\r\x1b[K"
@@ -26,18 +27,27 @@ class Tally:
         self.written: list[int] = []
         self.kept = 0
         self.surfaces_lost = ""  # a sentence, of the first frame that has one
+        self._remarks: dict[str, tuple[str, list[int]]] = {}  # sentence and frames by key
         self._clock = clock
         self._start_s = clock()
 
     def add(self, done: FrameDone) -> None:
         """Count a frame. Time is measured from the first frame that had to be rendered."""
         self.surfaces_lost = self.surfaces_lost or _lost_words(done)
+        for remark in done.remarks:
+            self._remarks.setdefault(remark.key, (remark.sentence, []))[1].append(done.frame)
         if done.was_there:
             self.kept += 1
             if not self.written:
                 self._start_s = self._clock()
         else:
             self.written.append(done.frame)
+
+    @property
+    def told(self) -> list[str]:
+        """Sentences for the end: what is unusual, once with its frames, and lost surfaces."""
+        remarks = [f"{_frame_words(at)}: {words}" for words, at in self._remarks.values()]
+        return [*remarks, *filter(None, [self.surfaces_lost])]
 
     @property
     def done(self) -> int:
@@ -76,7 +86,7 @@ def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
         show(plan.frames[0].frame)  # the first one may take long
         yield tell
-    _say_lost(tally)
+    say(*tally.told)
     were = "was" if tally.kept == 1 else "were"
     kept = f", {tally.kept} {were} finished before" if tally.kept else ""
     say(f"{_frames(len(tally.written))} written{kept}.")
@@ -97,7 +107,7 @@ def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
         _say(event="frame", frame=done.frame, path=str(done.path), state=state, **of)
 
     yield tell
-    told = {"told": tally.surfaces_lost} if tally.surfaces_lost else {}
+    told = {"told": " ".join(tally.told)} if tally.told else {}
     counts = {"written": len(tally.written), "finished_before": tally.kept}
     _say(event="end", output=output, **counts, **told)
 
@@ -112,7 +122,7 @@ def _for_farm(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
         _print(f"openjd_progress: {100 * tally.done / tally.count:.1f}")
 
     yield tell
-    _say_lost(tally)
+    say(*tally.told)
     _print(str(plan.job.output.pattern))
 
 
@@ -137,10 +147,11 @@ def _lost_words(done: FrameDone) -> str:
     return f"Frame {done.frame}: {done.surfaces_lost}" if done.surfaces_lost else ""
 
 
-def _say_lost(tally: Tally) -> None:
-    """Say once what is not known behind the pictures; nothing where all is."""
-    if tally.surfaces_lost:
-        say(tally.surfaces_lost)
+def _frame_words(frames: list[int]) -> str:
+    """Return the frames that a sentence is about, the first of which gave its numbers."""
+    first, *others = frames
+    also = f", and likewise {frames_text(others)}" if others else ""
+    return f"Frame {first}{also}"
 
 
 def progress_text(tally: Tally) -> str:

@@ -11,6 +11,7 @@ from PIL.PngImagePlugin import PngInfo
 from heatlens.errors import InputError
 from heatlens.export.job import ExportJob, ExrOptions
 from heatlens.export.plan import PlannedFrame
+from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.timecode import Timecode
@@ -31,12 +32,14 @@ Whole = TypeVar("Whole", np.uint8, np.uint16)
 class RenderedFrame:
     """A frame on its way to its file.
 
-    pixels  EXR: light, (H, W, 4) premultiplied; else display values 0..1, (H, W, 3)
+    pixels   EXR: light, (H, W, 4) premultiplied; else display values 0..1, (H, W, 3)
+    remarks  what is unusual about the plate, compared with those before
     """
 
     planned: PlannedFrame
     plate: Plate
     pixels: FloatImage
+    remarks: tuple[Remark, ...] = ()
 
 
 def write_frame(job: ExportJob, frame: RenderedFrame) -> None:

@@ -15,6 +15,7 @@ from heatlens.export.movie import movie_file
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.rendering import FrameRendering
 from heatlens.export.replaced import check_replaced
+from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import remove_leftovers
 from heatlens.files.output_check import check_space, check_writable, make_folder
 from heatlens.render import FrameRenderer
@@ -30,6 +31,7 @@ class FrameDone:
     path: Path
     was_there: bool  # finished by an earlier run
     surfaces_lost: str = ""  # a sentence, if surfaces behind its picture were merged or left out
+    remarks: tuple[Remark, ...] = ()  # what is unusual about its plate
 
 
 def export_frames(
@@ -113,4 +115,4 @@ def _files(plan: ExportPlan) -> Iterator[Write]:
 def _written(write: Write, frame: RenderedFrame) -> FrameDone:
     write(frame)
     lost = frame.plate.surfaces_lost
-    return FrameDone(frame.planned.frame, frame.planned.path, False, lost)
+    return FrameDone(frame.planned.frame, frame.planned.path, False, lost, frame.remarks)
