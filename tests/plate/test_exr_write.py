@@ -72,11 +72,11 @@ def test_half_never_overflows(tmp_path):
 @pytest.mark.parametrize("data", [Box(-3, 7, 2, 10), Box(1, 1, 6, 4), Box(-9, -9, -4, -6)])
 def test_windows_and_aspect_round_trip_through_a_plate(tmp_path, data):
     path = tmp_path / "out.exr"
-    channels = dict.fromkeys("RGBAZ", ramp() + 6)
+    channels = dict.fromkeys("RGBZ", ramp() + 6)
     write_exr(path, channels, data, Box(0, 0, 40, 20), pixel_aspect_ratio=2.0)
     plate = read_plate(path)
     assert plate.data_window == data and plate.display_window == Box(0, 0, 40, 20)
-    assert plate.pixel_aspect_ratio == 2.0 and plate.has_alpha
+    assert plate.pixel_aspect_ratio == 2.0 and not plate.has_alpha
     np.testing.assert_array_equal(plate.color[:, :, 2], ramp() + 6)
 
 
