@@ -39,7 +39,7 @@ def folder_to_write_in(path: Path) -> Path:
 
 def unreadable(path: Path, error: OSError | None = None) -> InputError:
     """Return the error for a file that cannot be opened."""
-    if path.is_dir():
+    if os.path.isdir(path):  # raises nothing, unlike Path.is_dir of a name that is too long
         return InputError(f"{path} is a folder, not a file.")
     if not os.path.lexists(path):
         return InputError(f"{path} is not there.")

@@ -61,7 +61,7 @@ SCALARS = st.one_of(
     st.complex_numbers(),
     st.text(),
     st.sampled_from(
-        ["6ft", "f/2.8", "inf", "film", "\0", "\ud800", "demo", "film.exr", "a" * 5000]
+        ["6ft", "f/2.8", "inf", "film", "\0", "\ud800", "demo", "film.exr", "a" * 5000, "~no one/z"]
     ),
     st.binary(),
     st.sampled_from([fractions.Fraction(7, 2), decimal.Decimal("2.8"), Path("x"), object(), len]),
@@ -165,6 +165,19 @@ def test_a_wrong_argument_of_render_is_told_what_would_help(given, words):
 def test_a_wrong_argument_of_open_is_told_what_would_help(plate, call, words):
     with pytest.raises(HeatlensError, match=words):
         call(plate)
+
+
+@pytest.mark.parametrize("name", ["a" * 5000, "b" * 300 + ".exr", "~no one/z.exr", "z\0.exr"])
+def test_files_that_no_system_can_have_are_not_there(plate, name):
+    source = heatlens.open(COLORS, DEPTH_M)
+    for call in (
+        lambda: heatlens.open(name),
+        lambda: heatlens.open(plate, depth_source=name).render(),
+        lambda: heatlens.open(plate, behind=name).render(),
+        lambda: source.render(**LENS, aperture_image=name),
+    ):
+        with pytest.raises(HeatlensError, match=r"not there|cannot be|neither a file|no name can"):
+            call()
 
 
 def test_numbers_of_numpy_are_numbers():

@@ -50,7 +50,7 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
 
     Raises InputError for an unsupported kind of file, and for a movie with a number.
     """
-    path = Path(text).expanduser()
+    path = Path(os.path.expanduser(text))
     parsed = parse_pattern(path.name)
     form, frames = parsed or (NameForm(path.name, 0, ""), None)
     output = Output(path.parent, form)

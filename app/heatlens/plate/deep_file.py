@@ -1,5 +1,6 @@
 """Recognise deep EXR files, and choose the channels of their picture."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +42,7 @@ def is_deep_file(path: Path) -> bool:
 
     Bit 11 of the second word says so. Source: "OpenEXR File Layout".
     """
-    if not path.is_file():  # opening a pipe would wait for its writer
+    if not os.path.isfile(path):  # opening a pipe would wait for its writer
         return False
     try:
         with path.open("rb") as file:

@@ -6,6 +6,7 @@ would silently reduce to 8 bits are read by OpenImageIO. That is an optional ext
 
 import contextlib
 import importlib.util
+import os
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -74,7 +75,7 @@ def _opened(path: Path) -> Iterator[Image.Image | None]:
     """Open the file without decoding its pixels; yield None if Pillow does not know the format."""
     if path.suffix.lower() in _HEIC:
         _with_heic(path)
-    if not path.is_file():  # opening a pipe would wait for its writer
+    if not os.path.isfile(path):  # opening a pipe would wait for its writer
         raise unreadable(path)
     with path.open("rb"):  # raises an OSError that says why the file cannot be opened
         pass

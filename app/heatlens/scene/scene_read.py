@@ -65,7 +65,7 @@ def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) 
     if reader is None:
         known = ", ".join(SCENE_SUFFIXES)
         raise InputError(f"{path} is not a scene that heatlens reads; it reads {known}.")
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise unreadable(path)
     if timing is None:
         return reader(path)

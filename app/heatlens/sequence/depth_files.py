@@ -1,5 +1,6 @@
 """Find the separate files that belong to a picture: its depth, and pictures behind it."""
 
+import os
 import re
 from collections.abc import Sequence as Items
 from pathlib import Path
@@ -26,8 +27,8 @@ def beside_path(path: Path, source: str, option: str, what: str) -> Path:
     pattern has no such frame or the picture has no number. The error names `option` and `what` the
     file holds.
     """
-    found = Path(source).expanduser()
-    if found.exists() or parse_pattern(found.name) is None:
+    found = Path(os.path.expanduser(source))
+    if os.path.exists(found) or parse_pattern(found.name) is None:
         return found
     frame = form_of(path.name)[1]
     if frame is None:
@@ -61,8 +62,8 @@ class PlateFiles:
         return (path, *(found for it in self._sources for found in self._beside(path, it)))
 
     def _beside(self, path: Path, source: str) -> tuple[Path, ...]:
-        found, frame = Path(source).expanduser(), form_of(path.name)[1]
-        if found.exists() or parse_pattern(found.name) is None:
+        found, frame = Path(os.path.expanduser(source)), form_of(path.name)[1]
+        if os.path.exists(found) or parse_pattern(found.name) is None:
             return (found,)
         try:
             frames = self._frames.get(source) or find_sequence(source)

@@ -1,5 +1,6 @@
 """A 3D scene as a source: every frame exists, and is drawn on request."""
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -51,7 +52,7 @@ class SceneSource:
 
     def require(self) -> None:
         """See `Source`."""
-        if self.files is not None and not self.files.is_file():
+        if self.files is not None and not os.path.isfile(self.files):
             raise unreadable(self.files)
 
     def span(self, shot: Shot) -> FrameRange | None:
