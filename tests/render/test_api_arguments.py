@@ -75,7 +75,7 @@ ODD = st.one_of(
     st.sets(st.integers(), max_size=2),
 )
 MANY = settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 
 
