@@ -161,8 +161,16 @@ def test_the_nodes_that_defocus_have_the_lens_and_its_opening():
         assert at(bokeh["focalLength"], frame) == camera.focal_length_mm[index]
 
 
-def test_a_round_opening_needs_no_node_of_its_own():
-    assert nodes_of(nuke_text(shaped(squeeze=1.0))) == {}
+def test_a_round_opening_has_the_focus_in_zdefocus_alone():
+    camera = shaped(squeeze=1.0)
+    nodes = nodes_of(nuke_text(camera, 0.01))
+    assert list(nodes) == ["ZDefocus2"]
+    zdefocus = nodes["ZDefocus2"]
+    assert (zdefocus["filter_type"], "label" in zdefocus) == ("disc", False)
+    for index, frame in enumerate(FRAMES):
+        focus = min(camera.focus_distance_m[index], INFINITE_M) / 0.01
+        assert at(zdefocus["center"], frame) == focus
+    assert nodes_of(nuke_text(replace(camera, focus_distance_m=None))) == {}
 
 
 def test_what_the_nodes_cannot_hold_is_said_in_them_and_to_the_user():

@@ -95,3 +95,9 @@ def test_without_surfaces_there_is_nothing_to_hold_the_focus_against():
 def test_depths_alone_are_doubted_only_where_another_unit_makes_a_room():
     assert "--scene-unit cm" in span_doubts(DepthSpan(76, 1104))[0].sentence
     assert not span_doubts(ROOM) and not span_doubts(DepthSpan(5e5, 9e5))
+
+
+@pytest.mark.parametrize(("f_stop", "is_doubted"), [(0.1, True), (0.49, True), (0.5, False)])
+def test_no_lens_is_faster_than_half(f_stop, is_doubted):
+    found = doubts(Lens(50.0, f_stop, 3.0, 36.0), DepthSpan(1.0, 20.0))
+    assert any("faster than f/0.5" in doubt.sentence for doubt in found) is is_doubted

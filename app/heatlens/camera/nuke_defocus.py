@@ -32,13 +32,16 @@ def has_shape(camera: CameraSamples) -> bool:
 
 
 def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
-    """Return the text of both nodes; "" for a round opening, which every node makes by itself.
+    """Return the text of ZDefocus with its keyed focus, and of Bokeh where the opening has a shape.
 
-    Bokeh comes last, for a Nuke before 14 has no such node and stops reading there.
+    Both are left out for a round opening without a focus. Bokeh comes last, for a Nuke before 14
+    has no such node and stops reading there.
     """
-    if not has_shape(camera):
+    if not has_shape(camera) and "focus_distance_m" not in camera.lens_tracks:
         return ""
     zdefocus = _node("ZDefocus2", camera, _zdefocus(camera, meters_per_unit))
+    if not has_shape(camera):
+        return zdefocus
     return zdefocus + _node("Bokeh", camera, _bokeh(camera, meters_per_unit))
 
 
@@ -57,8 +60,10 @@ def left_out(camera: CameraSamples) -> str:
 
 
 def _node(kind: str, camera: CameraSamples, knobs: Iterator[str]) -> str:
-    note = ". ".join(part for part in (left_out(camera).rstrip("."), _COMPARE) if part)
-    lines = ("inputs 0", *knobs, f"label {quoted(note + '.')}", f"name {camera.identifier}_{kind}")
+    compare = _COMPARE if has_shape(camera) else ""  # a disc has no blades to compare
+    note = ". ".join(part for part in (left_out(camera).rstrip("."), compare) if part)
+    label = (f"label {quoted(note + '.')}",) if note else ()
+    lines = ("inputs 0", *knobs, *label, f"name {camera.identifier}_{kind}")
     return f"{kind} {{\n" + "".join(f" {line}\n" for line in lines) + "}\n"
 
 

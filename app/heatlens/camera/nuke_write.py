@@ -1,7 +1,7 @@
 """A camera as the text of Nuke nodes, to be pasted or read as a script.
 
-Camera2 is read by every Nuke from 6 on. Nuke has no infinity: that focus is INFINITE_M away. Where
-the opening of the lens is not round, the nodes that defocus follow, see `nuke_defocus`.
+Camera2 is read by every Nuke from 6 on. Nuke has no infinity: that focus is INFINITE_M away. The
+nodes that defocus follow, see `nuke_defocus`.
 """
 
 from collections.abc import Iterator

@@ -37,6 +37,7 @@ _SENSOR_LEAST_MM, _SENSOR_MOST_MM = 2.0, 620.0
 _FOCAL_MOST_MM = 6000.0
 _VIEW_LEAST_DEGREES, _VIEW_MOST_DEGREES = 0.3, 160.0
 _INCH_MM = 25.4
+_F_STOP_LEAST = 0.5  # of a lens without spherical aberration and coma in air (Abbe)
 
 About = Literal["focus", "lens", "depth"]
 
@@ -126,6 +127,12 @@ def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
         yield Doubt("lens", f"No sensor is {sensor_mm:g} mm wide. --sensor-width is in mm.")
     if focal_mm > _FOCAL_MOST_MM:
         yield Doubt("lens", f"No lens has a focal length of {focal_mm:g} mm. It is given in mm.")
+    if lens.f_stop < _F_STOP_LEAST:
+        yield Doubt(
+            "lens",
+            f"No lens is faster than f/{_F_STOP_LEAST:g}, and this is f/{lens.f_stop:g}: discs are "
+            "far larger than any camera's.",
+        )
     is_reported = (
         focal_mm < _LEAST_HARDWARE_MM or not _SENSOR_LEAST_MM <= sensor_mm <= _SENSOR_MOST_MM
     )
