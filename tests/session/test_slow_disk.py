@@ -7,7 +7,7 @@ that waited for such a read would never get to the line that does.
 import subprocess
 import sys
 from pathlib import Path
-from threading import Event
+from threading import Event, current_thread
 
 import pytest
 
@@ -16,6 +16,7 @@ from heatlens.frame_cache import reader
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.model.shot import Shot
+from heatlens.plate import plate as plate_module
 from heatlens.plate.plate import Plate
 from heatlens.session import shot_store
 from heatlens.session.open_source import OpenSource
@@ -103,6 +104,22 @@ def test_a_file_that_hangs_bars_neither_the_next_nor_the_end(source, disk, woken
     source.open(str(slow), KNOWN)
     source.close()
     assert not disk.answers.is_set()
+
+
+def test_the_depths_of_a_plate_are_counted_by_the_thread_that_reads_it(
+    source, woken, tmp_path, monkeypatch
+):
+    counting, bins_of = [], plate_module.bins_of
+
+    def recorded(values):
+        counting.append(current_thread())
+        return bins_of(values)
+
+    monkeypatch.setattr(plate_module, "bins_of", recorded)
+    source.open(str(plate_file(tmp_path / "a.exr")), KNOWN)
+    arrived(source, woken)
+    assert source.histogram is not None
+    assert len(counting) == 1 and counting[0] is not current_thread()
 
 
 def test_a_source_that_arrives_too_late_is_closed(source, disk, woken, tmp_path, monkeypatch):

@@ -227,7 +227,7 @@ class MarkCommands:
 
     def _read(self, cache: FrameCache, mark: PointMark, frames: FrameRange) -> None:
         opened = self._source.opened
-        options = PlateOptions() if opened is None else opened.options
+        options = PlateOptions() if opened is None else opened.settled
         reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if reads:
             self._say(f"Reading {reads} frames to follow {mark.name} ...")

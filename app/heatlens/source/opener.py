@@ -119,8 +119,9 @@ def _opened(
             return opened_scene(text, options, timing, placing)
     source = PlateSource(text, sequence_of_one_size(text), options)
     first, news = _first_frame(source.sequence, text, frame), News(wake)
+    reader = SequenceReader(options, source.first_file)  # as an export reads the sequence
     # A fault of the program in one frame makes that frame damaged; the others are still shown.
-    read = faults_reported("A frame could not be read")(SequenceReader(options))
+    read = faults_reported("A frame could not be read")(reader)
     cache = FrameCache(
         source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.files_of
     )
