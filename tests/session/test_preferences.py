@@ -1,7 +1,7 @@
 """What is remembered from one start to the next, and files that say something else."""
 
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -14,7 +14,7 @@ from heatlens.model.peaking import PEAKING_COLORS, Peaking, PeakingOn
 from heatlens.model.plate_options import PlateOptions
 from heatlens.ring.channel_map import ChannelMap, Ring
 from heatlens.session.playback import Ending
-from heatlens.session.preferences import FILE_NAME, Preferences, Remembered, Theme
+from heatlens.session.preferences import _READERS, FILE_NAME, Preferences, Remembered, Theme
 
 OPTIONS = st.builds(
     PlateOptions,
@@ -65,14 +65,24 @@ REMEMBERED = st.builds(
 FULL = Remembered(("/a/b.exr",), {"open": "/a"}, {"/a": PlateOptions(near_m=1.0)}, "D", "V", "ft")
 
 
+def write(preferences: Preferences) -> None:
+    saving = preferences.saving()
+    if saving is not None:
+        saving()
+
+
 def saved(folder: Path, now: Remembered) -> Path:
     preferences = Preferences.load(folder)
     preferences.now = now
-    preferences.save()
+    write(preferences)
     return folder / FILE_NAME
 
 
 # The file
+
+
+def test_each_field_is_written_and_read():
+    assert list(_READERS) and set(_READERS) == {field.name for field in fields(Remembered)}
 
 
 @given(REMEMBERED)
@@ -86,14 +96,14 @@ def test_what_is_saved_is_what_is_loaded(tmp_path_factory, now):
 def test_without_a_file_all_is_as_in_the_beginning(tmp_path):
     loaded = Preferences.load(tmp_path / "not" / "there")
     assert (loaded.now, loaded.problem) == (Remembered(), "")
-    loaded.save()
+    write(loaded)
     assert list(tmp_path.iterdir()) == []  # nothing changed, nothing written
 
 
 def test_only_the_user_may_read_what_was_opened(tmp_path):
     preferences = Preferences.load(tmp_path)
     preferences.opened("/somewhere/private.exr")
-    preferences.save()
+    write(preferences)
     assert preferences.path is not None
     assert preferences.path.stat().st_mode & 0o777 == 0o600
 
@@ -102,10 +112,10 @@ def test_nothing_is_written_that_was_written_already(tmp_path):
     path = saved(tmp_path, FULL)
     preferences = Preferences.load(tmp_path)
     path.unlink()
-    preferences.save()
+    write(preferences)
     assert not path.exists()
     preferences.change(unit="m")
-    preferences.save()
+    write(preferences)
     assert path.exists()
 
 
@@ -113,7 +123,7 @@ def test_in_memory_nothing_is_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     preferences = Preferences()
     preferences.opened("a.exr")
-    preferences.save()
+    write(preferences)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -182,9 +192,9 @@ def test_where_nothing_can_be_written_it_is_said_once(tmp_path):
     preferences = Preferences.load(tmp_path / "file" / "heatlens")
     preferences.opened("a.exr")
     with pytest.raises(InputError, match="Preferences are not kept"):
-        preferences.save()
+        write(preferences)
     preferences.opened("b.exr")
-    preferences.save()
+    write(preferences)
 
 
 # What is remembered

@@ -18,10 +18,13 @@ from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate import plate as plate_module
 from heatlens.plate.plate import Plate
-from heatlens.session import shot_store
+from heatlens.session import preferences, shot_store
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_feed import Playhead
+from heatlens.session.preferences import Preferences
+from heatlens.session.session import Session
 from heatlens.session.shot_store import ShotStore
+from heatlens.session.start import Start
 from heatlens.source.opened import Opened
 from support.exr_files import distances, rgb, write_file
 from support.frame_caches import PATIENCE_S
@@ -119,7 +122,7 @@ def test_the_depths_of_a_plate_are_counted_by_the_thread_that_reads_it(
     source.open(str(plate_file(tmp_path / "a.exr")), KNOWN)
     arrived(source, woken)
     assert source.histogram is not None
-    assert len(counting) == 1 and counting[0] is not current_thread()
+    assert counting and current_thread() not in counting
 
 
 def test_a_source_that_arrives_too_late_is_closed(source, disk, woken, tmp_path, monkeypatch):
@@ -153,6 +156,40 @@ def test_a_shot_file_that_hangs_holds_up_no_autosave(monkeypatch, tmp_path):
     assert path.stat().st_size and not reading.done()
     answers.set()
     assert reading.result(PATIENCE_S).saved == SHOT
+
+
+def test_preferences_are_written_in_order_while_the_loop_goes_on(renderer, monkeypatch, tmp_path):
+    answers, is_asked, write_whole = Event(), Event(), preferences.write_whole
+
+    def hangs(*words):
+        is_asked.set()
+        assert answers.wait(PATIENCE_S)
+        write_whole(*words)
+
+    monkeypatch.setattr(preferences, "write_whole", hangs)
+    session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path))
+    for name in ("/a.exr", "/b.exr"):
+        session.preferences.opened(name)
+        session.remember()
+        assert is_asked.wait(PATIENCE_S)
+    assert not (tmp_path / preferences.FILE_NAME).exists()
+    answers.set()
+    session.close()
+    assert Preferences.load(tmp_path).now.recent == ("/b.exr", "/a.exr")
+
+
+def test_preferences_that_cannot_be_written_are_said_once(renderer, tmp_path):
+    (tmp_path / "file").touch()
+    session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path / "file" / "in"))
+    said: list[str] = []
+    session.documents._say = lambda sentence: said.append(str(sentence))
+    for name in ("/a.exr", "/b.exr"):
+        session.preferences.opened(name)
+        session.remember()
+    session.documents.store.write(lambda: None).result(PATIENCE_S)
+    session.poll()
+    assert len(said) == 1 and "Preferences are not kept" in said[0]
+    session.close()
 
 
 def test_a_read_sees_what_was_written_before(tmp_path):

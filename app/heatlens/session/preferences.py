@@ -2,10 +2,11 @@
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -113,14 +114,23 @@ class Preferences:
                 path.with_suffix(".damaged.json").write_bytes(path.read_bytes())
         return preferences
 
-    def save(self) -> None:
-        """Write changed preferences. Raise InputError, but only once, if that is impossible."""
+    def saving(self) -> Callable[[], None] | None:
+        """Return a function that writes the preferences as they are now; None if nothing changed.
+
+        It may be called on a thread, in the order in which this method was called. It raises
+        InputError, but only once, if nothing can be written.
+        """
         if self.path is None or self.now == self._saved:
+            return None
+        self._saved = self.now
+        return partial(self._write, self.path, self.now)
+
+    def _write(self, path: Path, now: Remembered) -> None:
+        if self.path is None:  # an earlier call has failed
             return
-        path, self._saved = self.path, self.now
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            text = json.dumps(_entries(self.now), indent=2) + "\n"
+            text = json.dumps(_entries(now), indent=2) + "\n"
             write_whole(path, text.encode(), FOR_THE_USER)  # private, because it names opened files
         except (OSError, InputError) as error:
             self.path = None

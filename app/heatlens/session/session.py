@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from heatlens.errors import FaultError, HeatlensError, InputError
+from heatlens.errors import FaultError, HeatlensError
 from heatlens.faults import faults_reported
 from heatlens.gpu import shader_reload
 from heatlens.model.depth_histogram import DepthHistogram
@@ -392,7 +392,7 @@ class Session:
         return min((wait for wait in waits if wait is not None), default=None)
 
     def remember(self, **window: object) -> None:
-        """Save the preferences; `window` has further fields of Remembered."""
+        """Begin to save the preferences; `window` has further fields of Remembered."""
         view, playback = self.view, self.timeline.playback
         self.preferences.change(
             display=view.display,
@@ -404,10 +404,7 @@ class Session:
             every_frame=playback.is_every_frame,
             **window,
         )
-        try:
-            self.preferences.save()
-        except InputError as error:
-            self.say(Problem(error))
+        self.documents.keep_preferences()
 
     def close(self) -> None:
         """Finish writing, stop an export, and end all threads."""

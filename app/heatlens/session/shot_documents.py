@@ -160,6 +160,15 @@ class ShotDocuments:
             is_saved = self.is_saved
             self._track(self.store.drop(target) if is_saved else self.store.keep(target, shot))
 
+    def keep_preferences(self) -> None:
+        """Begin to write changed preferences beside the shots, so that the loop waits for no disk.
+
+        The disk confirms each write, which takes long while an export uses it.
+        """
+        saving = self._preferences.saving()
+        if saving is not None:
+            self._track(self.store.write(saving))
+
     def keep_now(self) -> None:
         """Autosave at once, even during a gesture, and wait for the disk.
 
@@ -244,7 +253,7 @@ class ShotDocuments:
             self._track(self.store.drop(path))
 
     def close(self) -> None:
-        """Autosave, and finish writing."""
+        """Autosave, and wait until everything is written."""
         self.keep_now()
         self._drop_unnamed()
         self.store.close()

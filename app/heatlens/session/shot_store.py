@@ -73,6 +73,10 @@ class ShotStore:
         """Begin to remove the unsaved changes beside the file."""
         return self._begin(self._writer, lambda: autosave_path(path).unlink(missing_ok=True))
 
+    def write(self, job: Callable[[], None]) -> Future[None]:
+        """Begin to call `job`, which writes another file, after all writes before it."""
+        return self._begin(self._writer, job)
+
     def _begin(
         self, threads: ThreadPoolExecutor | Threads, job: Callable[[], Result]
     ) -> Future[Result]:
