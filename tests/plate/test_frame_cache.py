@@ -118,6 +118,19 @@ def test_a_fault_of_the_program_reaches_the_caller():
                 ask(2)
 
 
+def test_a_fault_that_is_asked_for_again_and_again_does_not_grow():
+    def fault(path):
+        raise ZeroDivisionError
+
+    cache, lengths = FrameCache(sequence_of([1]), fault, 99 * ONE), set()
+    for _ in range(5):
+        with pytest.raises(ZeroDivisionError) as raised:
+            cache.wait(1)
+        lengths.add(len(raised.traceback))
+    assert max(lengths) - min(lengths) <= 1  # the first comes out of the wait itself
+    cache.close()
+
+
 def test_a_fault_of_the_listener_reaches_the_caller():
     with FrameCache(sequence_of(range(4)), Reader(), 9 * ONE, on_ready=lambda: 1 / 0) as cache:
         cache.want(1)

@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import TracebackType
 from typing import Literal
 
 from heatlens.background import Threads
@@ -62,6 +63,7 @@ class FrameCache(Closing):
         self._is_looking = False
         self._problem: str | None = None
         self._failure: BaseException | None = None
+        self._failed_at: TracebackType | None = None
         self._closed = False
         # One thread more than concurrent reads, so that scanning the folder never waits for them.
         self._threads = Threads("frame-cache", workers + 1)
@@ -163,9 +165,9 @@ class FrameCache(Closing):
     def _raise_failure(self) -> None:
         """Raise in the caller's thread the exception that stopped a worker thread."""
         with self._changed:
-            failure = self._failure
+            failure, trace = self._failure, self._failed_at
         if failure is not None:
-            raise failure
+            raise failure.with_traceback(trace)  # else it would grow with each call
 
     def _is_unread(self, frame: int) -> bool:
         """Return True for a file that is neither held nor being read; the lock is held."""
@@ -254,7 +256,7 @@ class FrameCache(Closing):
             yield
         except BaseException as error:
             with self._changed:
-                self._failure = error
+                self._failure, self._failed_at = error, error.__traceback__
                 self._changed.notify_all()
             self._on_ready()
             raise

@@ -42,6 +42,7 @@ class CleanFeed:
         self._alone = PictureAlone(ctx)
         self._window: Any = None
         self._own: moderngl.Context | None = None
+        self._shared: moderngl.Texture | None = None  # the picture, as the own context knows it
 
     def draw(
         self, is_wanted: bool, pictures: Pictures | None, view: ViewState, has_labels: bool
@@ -77,10 +78,12 @@ class CleanFeed:
         glfw.set_key_callback(self._window, self._key_changed)
         glfw.make_context_current(self._window)
         glfw.swap_interval(0)  # only the main window waits for the monitor's refresh
-        self._own = moderngl.create_context(require=330)
-        program = self._own.program(vertex_shader=_COPY_VERTEX, fragment_shader=_COPY_FRAGMENT)
-        self._quad = self._own.vertex_array(program, [])
-        glfw.make_context_current(self._main)
+        try:
+            self._own = moderngl.create_context(require=330)
+            program = self._own.program(vertex_shader=_COPY_VERTEX, fragment_shader=_COPY_FRAGMENT)
+            self._quad = self._own.vertex_array(program, [])
+        finally:
+            glfw.make_context_current(self._main)
 
     def _key_changed(self, window: Any, key: int, _code: int, action: int, _mods: int) -> None:
         """Close the window on Escape or F12; toggle full screen on F11."""
@@ -99,16 +102,24 @@ class CleanFeed:
         self._alone.draw(pictures, view, size, has_labels)
         self._ctx.finish()  # the other context reads the texture next
         assert self._alone.texture is not None
-        number = self._alone.texture.glo
         glfw.make_context_current(self._window)
-        self._own.screen.use()
-        self._own.screen.viewport = (0, 0, *size)
-        shared = self._own.external_texture(number, size, 4, 0, "f1")
-        shared.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        shared.use(0)
-        self._quad.render(moderngl.TRIANGLE_STRIP, vertices=4)
-        glfw.swap_buffers(self._window)
-        glfw.make_context_current(self._main)
+        try:
+            self._own.screen.use()
+            self._own.screen.viewport = (0, 0, *size)
+            self._shared = self._in_own(self._own, self._alone.texture)
+            self._shared.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._shared.use(0)
+            self._quad.render(moderngl.TRIANGLE_STRIP, vertices=4)
+            glfw.swap_buffers(self._window)
+        finally:
+            glfw.make_context_current(self._main)
+
+    def _in_own(self, own: moderngl.Context, texture: moderngl.Texture) -> moderngl.Texture:
+        """Return the texture for the own context; each new object for it leaks a few bytes."""
+        kept = self._shared
+        if kept is not None and (kept.glo, kept.size) == (texture.glo, texture.size):
+            return kept
+        return own.external_texture(texture.glo, texture.size, 4, 0, "f1")
 
     def close(self) -> None:
         """Close the window if it is open."""
@@ -116,7 +127,7 @@ class CleanFeed:
             return
         self._alone.release()
         glfw.destroy_window(self._window)
-        self._window, self._own = None, None
+        self._window, self._own, self._shared = None, None, None
         glfw.make_context_current(self._main)
 
 
