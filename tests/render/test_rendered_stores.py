@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from heatlens import free_memory
 from heatlens.model.boxes import Box
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.frame_store import FrameStore
@@ -19,7 +20,7 @@ from heatlens.rendered_frames.kept_picture import (
     encoded,
     half_of,
 )
-from heatlens.rendered_frames.memory_store import MemoryStore
+from heatlens.rendered_frames.memory_store import MemoryStore, default_memory_bytes
 
 WINDOWS = Box(-2, 3, 10, 9), Box(0, 0, 12, 8)
 
@@ -270,3 +271,16 @@ def test_a_folder_that_cannot_be_listed_bars_nothing(tmp_path, monkeypatch, expe
     store.wait()
     assert store.has_room and "could not be listed" in store.problem
     store.close()
+
+
+def test_a_quarter_of_the_free_memory_is_taken_and_a_fixed_part_where_it_is_unknown(
+    tmp_path, monkeypatch
+):
+    facts = tmp_path / "meminfo"
+    monkeypatch.setattr(free_memory, "_FACTS", facts)
+    for text, free_bytes in (("MemAvailable:  4096 kB\n", 4096 * 1024), ("MemFree: 1 kB\n", None)):
+        facts.write_text(text)
+        assert free_memory.free_memory_bytes() == free_bytes
+        assert default_memory_bytes() == (1 << 30 if free_bytes is None else free_bytes // 4)
+    facts.unlink()
+    assert free_memory.free_memory_bytes() is None

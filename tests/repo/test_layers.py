@@ -20,8 +20,8 @@ LAYERS = (
     "commands",
 )
 BASE = (
-    *("__init__", "background", "closing", "errors", "faults", "folders", "paths", "printable"),
-    "stopping",
+    *("__init__", "background", "closing", "errors", "faults", "folders", "free_memory", "paths"),
+    *("printable", "stopping"),
 )
 # render, preview, export, session and ui pass textures on; measure owns what it measures with
 GPU_LAYERS = (

@@ -1,13 +1,12 @@
 """Make a headless OpenGL 4.3 context with EGL, and check the limits of the machine."""
 
-import math
 import os
-from pathlib import Path
 from typing import Any
 
 import moderngl
 
 from heatlens.errors import GpuError
+from heatlens.free_memory import free_memory_bytes
 from heatlens.gpu import nan_fill
 
 _EGL: dict[str, Any] = {"backend": "egl"}  # reaches glcontext; moderngl's stub has no name for it
@@ -77,8 +76,8 @@ def check_work_fits(ctx: moderngl.Context, width: int, height: int) -> None:
             f"The picture has {width * height / 1e6:.1f} million pixels; this OpenGL's storage "
             f"blocks hold {list_limit / 1e6:.1f} million. A smaller --proxy fits."
         )
-    need, free = width * height * BYTES_PER_PIXEL, _free_memory_bytes()
-    if is_software(ctx) and need > free:
+    need, free = width * height * BYTES_PER_PIXEL, free_memory_bytes()
+    if free is not None and is_software(ctx) and need > free:
         raise GpuError(
             f"The picture needs about {need / 1e9:.1f} GB; {free / 1e9:.1f} GB of memory are free. "
             "A smaller --proxy fits."
@@ -93,13 +92,3 @@ def check_storage_fits(ctx: moderngl.Context, size_bytes: int, what: str) -> Non
             f"There are {size_bytes / 1e6:.0f} MB of {what}; this OpenGL's storage blocks hold "
             f"{limit / 1e6:.0f} MB. A smaller picture or fewer surfaces fit."
         )
-
-
-def _free_memory_bytes() -> float:
-    """Return the memory that Linux could give without swapping; infinite if unknown."""
-    try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
-    except OSError:
-        return math.inf
-    kilobytes = [line.split()[1] for line in lines if line.startswith("MemAvailable:")]
-    return 1024.0 * float(kilobytes[0]) if kilobytes else math.inf

@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 
+from heatlens.free_memory import free_memory_bytes
 from heatlens.rendered_frames.kept_picture import KeptPicture
 from heatlens.rendered_frames.limited_store import LimitedStore
 
@@ -57,13 +58,5 @@ class MemoryStore(LimitedStore):
 
 def default_memory_bytes() -> int:
     """Return a quarter of the currently free memory in bytes."""
-    return _free_bytes() // _FREE_SHARE
-
-
-def _free_bytes() -> int:
-    try:
-        with open("/proc/meminfo", encoding="ascii") as lines:
-            facts = dict(line.split(":", 1) for line in lines)
-        return int(facts["MemAvailable"].split()[0]) * 1024
-    except (OSError, KeyError, ValueError):  # not Linux, or an old version of it
-        return _UNKNOWN_FREE
+    free = free_memory_bytes()
+    return (_UNKNOWN_FREE if free is None else free) // _FREE_SHARE
