@@ -190,7 +190,7 @@ def test_what_decides_a_picture_of_a_scene_is_in_the_fingerprint(square, tmp_pat
 def test_a_scene_that_is_written_again_is_rendered_again(capsys, square, tmp_path):
     out = tmp_path / "n.exr"
     exported(capsys, square, out, *TOLD)
-    assert "1 were finished before" in exported(capsys, square, out, *TOLD)
+    assert "1 was finished before" in exported(capsys, square, out, *TOLD)
     scene = square_scene()
     scene.json["nodes"][0]["translation"] = [0.0, 0.0, 0.25]
     scene.write(square)
@@ -313,7 +313,7 @@ def test_an_exported_plate_is_the_rendered_one_with_overscan_and_what_lies_behin
         assert np.array_equal(plate.color, rendered.color)
         assert np.array_equal(plate.depth_m, rendered.depth_m)
         assert (plate.fragments is None) == (not deep)
-        assert "1 were finished before" in exported(
+        assert "1 was finished before" in exported(
             capsys, "demo", many, "--frames=74", *words, *deep
         )
 

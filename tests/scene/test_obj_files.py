@@ -47,7 +47,7 @@ def test_materials_and_pictures_are_named_as_they_are_read(scene, monkeypatch):
 def test_an_export_renders_again_what_was_written_again(capsys, scene, tmp_path, name):
     out, path = tmp_path / "n.exr", scene.parent / name
     exported(capsys, scene, out, *TOLD)
-    assert "1 were finished before" in exported(capsys, scene, out, *TOLD)
+    assert "1 was finished before" in exported(capsys, scene, out, *TOLD)
     data = encoded([*BLUE, *RED]) if name.endswith("png") else path.read_bytes() + b"Ns 50\n"
     path.write_bytes(data)
     assert "1 frame written" in exported(capsys, scene, out, *TOLD)

@@ -87,7 +87,7 @@ def test_other_files_of_the_folder_do_not_count(scene):
 def test_an_export_renders_again_what_has_other_bytes(capsys, scene, tmp_path):
     out = tmp_path / "n.exr"
     exported(capsys, scene, out, *TOLD)
-    assert "1 were finished before" in exported(capsys, scene, out, *TOLD)
+    assert "1 was finished before" in exported(capsys, scene, out, *TOLD)
     (scene.parent / "a map.png").write_bytes(encoded([[[200, 20, 20], [20, 20, 200]]]))
     assert "1 frame written" in exported(capsys, scene, out, *TOLD)
 

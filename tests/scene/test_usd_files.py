@@ -74,7 +74,7 @@ def test_names_of_other_places_are_no_files(tmp_path):
 def test_an_export_sees_what_was_written_again_and_is_not_written_over_it(capsys, scene, tmp_path):
     out, path = tmp_path / "n.exr", scene.parent / "map.png"
     exported(capsys, scene, out, *TOLD)
-    assert "1 were finished before" in exported(capsys, scene, out, *TOLD)
+    assert "1 was finished before" in exported(capsys, scene, out, *TOLD)
     path.write_bytes(encoded([[[200, 20, 20], [20, 20, 200]]]))
     assert "1 frame written" in exported(capsys, scene, out, *TOLD)
     before = path.read_bytes()
