@@ -3,7 +3,7 @@
 // Inputs
 //   coc_tx        signed circle of confusion, diameter in pixels
 // Outputs
-//   out_kind_img  WHOLE, FAR_RIM or NEAR_RIM
+//   out_kind_img  what lib/kind.lib.glsl says
 //   pixel list    both rims, for fragments_far and fragments_near
 
 #ifdef LISTS
@@ -14,13 +14,22 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-layout(r16f) uniform writeonly image2D out_kind_img;
-
 #ifdef LISTS
+layout(rg16f) uniform writeonly image2D out_kind_img;
 uniform bool is_measured;  // the lists tell the coverage of every silhouette
-bool is_told(ivec2 at) { return is_measured || list_at(inside(at), textureSize(coc_tx, 0)).has_front; }
+bool is_told(ivec2 at) { return is_measured || list_at(inside(at)).has_front; }
+
+#define HALF_STEP 0.001  // of a number: at least what is lost where it is stored in half
+void store(ivec2 at, float kind) {
+    List list = list_at(at);
+    float coc = list.first < list.end ? fragment_of(list.first).coc : NO_LIST_PX;
+    float no_more = min(coc - HALF_STEP * abs(coc), NO_LIST_PX);
+    imageStore(out_kind_img, at, vec4(list.has_front ? LISTED : kind, no_more, 0.0, 0.0));
+}
 #else
+layout(r16f) uniform writeonly image2D out_kind_img;
 bool is_told(ivec2 at) { return false; }
+void store(ivec2 at, float kind) { imageStore(out_kind_img, at, vec4(kind)); }
 #endif
 
 void main() {
@@ -37,5 +46,5 @@ void main() {
     }
     float kind = beside_nearer ? FAR_RIM : beside_farther ? NEAR_RIM : WHOLE;
     if (kind != WHOLE) list_append(at);
-    imageStore(out_kind_img, at, vec4(kind));
+    store(at, kind);
 }

@@ -54,7 +54,7 @@ bool is_outside(vec2 at) {
 // How much of a pixel is covered by what is nearer than `start`; all of it without a list of its own.
 float cover_at(ivec2 at, float start) {
     ivec2 size = textureSize(coc_tx, 0);
-    List list = list_at(clamp(at, ivec2(0), size - 1), size);
+    List list = list_at(clamp(at, ivec2(0), size - 1));
     float seen = list.has_front ? 1.0 : 0.0;
     for (uint i = list.first; i < list.end && seen > 0.0; ++i) {
         Fragment fragment = fragment_of(i);
@@ -68,11 +68,13 @@ vec4 covers_around(vec2 at, float start) {
     return vec4(cover_at(low + ivec2(0, 1), start), cover_at(low + 1, start),
                 cover_at(low + ivec2(1, 0), start), cover_at(low, start));
 }
+vec4 kinds_around(vec2 at) { return textureGather(kind_tx, at / vec2(textureSize(kind_tx, 0))); }
+ivec2 inside(vec2 at) { return clamp(ivec2(floor(at)), ivec2(0), textureSize(kind_tx, 0) - 1); }
 
 // How much of a pixel a surface of its list covers that lies at this coc.
 float cover_of(ivec2 at, float coc, float same) {
     ivec2 size = textureSize(coc_tx, 0);
-    List list = list_at(clamp(at, ivec2(0), size - 1), size);
+    List list = list_at(clamp(at, ivec2(0), size - 1));
     float seen = 1.0;
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
@@ -90,9 +92,7 @@ vec4 covers_of(vec2 at, float coc, float same) {
 // How much the listed surfaces hide that a ray meets about `level`: it may pass a surface where the picture
 // shows another one, nearer, which it passes elsewhere.
 float listed_part(vec2 centre, vec2 per_px, float coc, float level, float step_px, float start) {
-    ivec2 size = textureSize(coc_tx, 0);
-    ivec2 at = ivec2(floor(centre + per_px * (coc - level)));
-    List list = list_at(clamp(at, ivec2(0), size - 1), size);
+    List list = list_at(inside(centre + per_px * (coc - level)));
     float hidden = 0.0;
     for (uint i = list.first; i < list.end; ++i) {
         float met = fragment_of(i).coc;
@@ -104,38 +104,64 @@ float listed_part(vec2 centre, vec2 per_px, float coc, float level, float step_p
     }
     return hidden;
 }
-#else
-vec4 covers_around(vec2 at, float start) { return vec4(1.0); }
 #endif
 
+// How much of the four pixels around hides that is at the coc `met`.
+vec4 hits_around(vec2 at, float coc, float met) {
+    float same = max(SAME_COC_PX, SAME_COC_PART * (coc - met));
+    return step(abs(cocs_around(at) - met), vec4(same));
+}
+
 // How much of the highlight is hidden from this point of the lens, 0..1: smooth across an occluder's edge.
+// Steps with something to look up in lists are noted, and looked at after all others: a software rasteriser
+// goes through the whole body of a loop as soon as one of its invocations needs a part of it.
 float hidden_part(vec2 at, vec2 centre, float coc) {
     float start = coc - max(MARGIN_PX, MARGIN_PART * abs(coc));
     float step_px = (start - nearest_px) / float(STEPS);
     vec2 per_px = (at - centre) / coc;
     float hidden = 0.0;
+    uint listed = 0u, mixed = 0u;
     for (int k = 0; k < STEPS && step_px > 0.0 && hidden < 1.0; ++k) {
         float level = start - (float(k) + 0.5) * step_px;
         vec2 crossed = centre + per_px * (coc - level);
         if (is_outside(crossed)) break;
 #ifdef LISTS
-        hidden = max(hidden, listed_part(centre, per_px, coc, level, step_px, start));
+        if (texelFetch(kind_tx, inside(crossed), 0).g < min(start, level + step_px)) listed |= 1u << k;
 #endif
         vec4 cocs = cocs_around(crossed);
         float met = min(min(cocs.x, cocs.y), min(cocs.z, cocs.w));
         if (met >= start || abs(met - level) > step_px) continue;
         crossed = centre + per_px * (coc - met);
-        float same = max(SAME_COC_PX, SAME_COC_PART * (coc - met));
-        vec4 hits = step(abs(cocs_around(crossed) - met), vec4(same));
-        hidden = max(hidden, dot(hits * covers_around(crossed, start), weights_around(crossed)));
+        float hit = dot(hits_around(crossed, coc, met), weights_around(crossed));
+#ifdef LISTS
+        if (any(equal(kinds_around(crossed), vec4(LISTED)))) {
+            mixed |= 1u << k;
+            hit = 0.0;
+        }
+#endif
+        hidden = max(hidden, hit);
     }
+#ifdef LISTS
+    for (; listed != 0u && hidden < 1.0; listed &= listed - 1u) {
+        float level = start - (float(findLSB(listed)) + 0.5) * step_px;
+        hidden = max(hidden, listed_part(centre, per_px, coc, level, step_px, start));
+    }
+    for (; mixed != 0u && hidden < 1.0; mixed &= mixed - 1u) {
+        float level = start - (float(findLSB(mixed)) + 0.5) * step_px;
+        vec4 cocs = cocs_around(centre + per_px * (coc - level));
+        float met = min(min(cocs.x, cocs.y), min(cocs.z, cocs.w));
+        vec2 crossed = centre + per_px * (coc - met);
+        vec4 hits = hits_around(crossed, coc, met) * covers_around(crossed, start);
+        hidden = max(hidden, dot(hits, weights_around(crossed)));
+    }
+#endif
     return hidden;
 }
 
 // An anti-aliased silhouette in focus lets through what its nearer fragment does not cover.
 float seen_at(ivec2 at, float coc) {
 #ifdef LISTS
-    List list = list_at(at, textureSize(coc_tx, 0));
+    List list = list_at(at);
     float seen = 1.0;
     for (uint i = list.first; i < list.end && list.has_front; ++i) {
         Fragment fragment = fragment_of(i);

@@ -24,7 +24,7 @@ layout(r32f) uniform writeonly image2D out_coc_img;
 
 #ifdef LISTS
 float brightest_behind(ivec2 at) {
-    List list = list_at(at, textureSize(color_tx, 0));
+    List list = list_at(at);
     float brightest = 0.0;
     for (uint i = list.first; i < list.end; ++i)
         brightest = max(brightest, mean_of(fragment_of(i).color));

@@ -15,7 +15,7 @@ uniform sampler2D coc_tx;
 
 // Returns whether the pixel's highlight came out of its list.
 bool restore_list(ivec2 at, float high_coc) {
-    List list = list_at(at, textureSize(coc_tx, 0));
+    List list = list_at(at);
     for (uint i = WORDS * list.first; i < WORDS * list.end; ++i) low_fragment_buf[i] = fragment_buf[i];
     return list.has_front || high_coc != texelFetch(coc_tx, at, 0).r;
 }

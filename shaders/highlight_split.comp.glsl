@@ -89,7 +89,7 @@ float past_near_ones(List list, uint number, float margin_coc) {
 }
 
 void split_list(ivec2 at, float front_coc, float around, float surface, inout vec4 high) {
-    List list = list_at(at, textureSize(color_tx, 0));
+    List list = list_at(at);
     if (list.has_front) high.rgb = vec3(0.0);
     bool is_free = mean_of(high.rgb) == 0.0;
     float seen = list.has_front ? 1.0 : 0.0;  // of the pixel, past the fragments so far

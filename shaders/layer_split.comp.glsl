@@ -156,7 +156,7 @@ void add_list(inout Sum sum, List list, float front_coc, float seen, float unkno
 void add_pixel(inout Sum sum, ivec2 at) {
     float coc = texelFetch(coc_tx, at, 0).r;
 #ifdef LISTS
-    List list = list_at(at, textureSize(coc_tx, 0));
+    List list = list_at(at);
     if (list.has_front) {
         add_list(sum, list, coc, 1.0, 1.0);
         sum.count += 1.0;

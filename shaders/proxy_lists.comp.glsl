@@ -87,7 +87,7 @@ Group group_within(float low, float high) {
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
         for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
             ivec2 pixel = ivec2(x, y);
-            List list = list_at(pixel, whole_size);
+            List list = list_at(pixel);
             if (!is_counted(pixel, list)) continue;
             float part = part_in(footprint, pixel) / sampled_part, left = 1.0;
             if (has_fronts_seen && !list.has_front) add(group, front_of(pixel), part, left, low, high);
@@ -102,7 +102,7 @@ float nearest_from(float high) {
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
         for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
             ivec2 pixel = ivec2(x, y);
-            List list = list_at(pixel, whole_size);
+            List list = list_at(pixel);
             if (!is_counted(pixel, list)) continue;
             Fragment front = front_of(pixel);
             bool is_front = has_fronts_seen && !list.has_front && front.cover > LEAST_COVER;
@@ -132,12 +132,12 @@ void begin(ivec2 at) {
     nearest_group = farthest_group = sampled_part = 0.0;
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
         for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x)
-            has_fronts_seen = has_fronts_seen || list_at(ivec2(x, y), whole_size).has_front;
+            has_fronts_seen = has_fronts_seen || list_at(ivec2(x, y)).has_front;
     farthest_front = 1.0 / (imageLoad(depth_img, at).r * SAME_GROUP);
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
         for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
             ivec2 pixel = ivec2(x, y);
-            if (is_counted(pixel, list_at(pixel, whole_size))) sampled_part += part_in(footprint, pixel);
+            if (is_counted(pixel, list_at(pixel))) sampled_part += part_in(footprint, pixel);
         }
 }
 

@@ -45,7 +45,7 @@ void main() {
             nearest = min(nearest, coc);
             int rim = texelFetch(kind_tx, at, 0).r == FAR_RIM ? 1 : 0;
 #ifdef LISTS
-            List list = list_at(at, textureSize(coc_tx, 0));
+            List list = list_at(at);
             for (uint i = list.first; i < list.end; ++i) content |= layers_of(fragment_of(i).coc);
 #endif
             for (; rim > 0; --rim) content |= layers_of(texelFetch(near_tx, at, 0).a);

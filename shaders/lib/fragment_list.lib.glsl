@@ -8,9 +8,8 @@
 
 layout(std430) readonly buffer start_block { uint start_buf[]; };
 layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };
-uniform ivec2 lists_size;     // pixels of the plate; its picture may be smaller
-uniform ivec2 lists_origin;   // the plate's first pixel, and how many there are in a row, where the lists
-uniform int lists_stride;     // are of more than the plate
+uniform ivec2 lists_origin;   // the picture's first pixel, and how many there are in a row, where the
+uniform int lists_stride;     // lists are of more than the picture
 uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
 uniform bool is_open;         // behind the last fragment of a list there is nothing: the plate has alpha
 uniform bool is_alpha;        // the picture is the plate's alpha, of which each fragment is full
@@ -28,9 +27,9 @@ struct List {
     bool has_front;
 };
 
-List list_at(ivec2 at, ivec2 picture_size) {
-    ivec2 of_plate = lists_origin + (2 * at + 1) * lists_size / (2 * picture_size);
-    uint pixel = uint(of_plate.y * lists_stride + of_plate.x), start = start_buf[pixel];
+List list_at(ivec2 at) {
+    ivec2 place = lists_origin + at;
+    uint pixel = uint(place.y * lists_stride + place.x), start = start_buf[pixel];
     return List(start >> 1, start_buf[pixel + 1u] >> 1, (start & 1u) == 1u);
 }
 

@@ -9,6 +9,7 @@ uniform sampler2D kind_tx;
 
 vec3 color_at(ivec2 at) { return texelFetch(color_tx, at, 0).rgb; }
 float kind_at(ivec2 at) { return texelFetch(kind_tx, at, 0).r; }
+bool is_unmixed(ivec2 at) { return kind_at(at) == WHOLE || kind_at(at) == LISTED; }
 
 // A near rim pixel's own colour without what shines through: from its surface one pixel further in.
 // False where there is no such pixel, as on a wire one or two pixels wide.
@@ -17,7 +18,7 @@ bool unmixed_near(ivec2 at, out vec3 color) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < 9; ++k) {
         ivec2 p = neighbour(at, k);
-        if (kind_at(p) == WHOLE && is_same_surface(coc, coc_at(p))) sum += vec4(color_at(p), 1.0);
+        if (is_unmixed(p) && is_same_surface(coc, coc_at(p))) sum += vec4(color_at(p), 1.0);
     }
     color = sum.rgb / max(sum.a, 1.0);
     return sum.a > 0.0;

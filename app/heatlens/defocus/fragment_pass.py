@@ -20,7 +20,7 @@ class Fragments:
 
     color   rgb
     coc     signed diameter, pixels
-    kind    whole, far rim or near rim
+    kind    whole, far rim, near rim or listed; with lists also the coc at which each begins
     far     far rim: rgb of the far fragment, a = coverage of the near one; near rim: its own rgb
             and coverage; elsewhere not written. Half float is enough: pixels in focus do not use it
     near    far rim: rgb of the near fragment, a = its coc; near rim: a = coc of the surface behind

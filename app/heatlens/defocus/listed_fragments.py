@@ -76,7 +76,6 @@ class ListedFragments:
     def uniforms(self) -> dict[str, object]:
         """The uniforms that shaders need for the lists."""
         return {
-            "lists_size": self.held.size,
             "lists_origin": self.held.origin,
             "lists_stride": self.held.stride or self.held.size[0],
             "fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px),

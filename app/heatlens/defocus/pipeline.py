@@ -262,7 +262,7 @@ class DefocusPipeline:
         picture = Fragments(
             color,
             coc,
-            scratch.texture("kind", size, 1, "f2"),
+            scratch.texture("kind", size, 1 if lists is None else 2, "f2"),
             scratch.texture("far", size, 4, "f2"),
             scratch.texture("near", size, 4, "f2"),
             lists,

@@ -107,7 +107,6 @@ class ProxyListsPass:
 def _whole_uniforms(whole: FragmentBuffers) -> dict[str, object]:
     """Return the uniforms of the lists, with dioptres instead of coc."""
     return {
-        "lists_size": whole.size,
         "lists_origin": whole.origin,
         "lists_stride": whole.stride or whole.size[0],
         "fragment_line": (0.0, 1.0),
