@@ -7,7 +7,7 @@
 //   pixel list     what is guessed (hidden_blocks.comp.glsl)
 // Output (a pixel a block of 2 x 2; those with hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
-// With LISTS, which tell what is hidden, from
+// With MATCHED, for fragment lists that tell what is hidden in another light than what is seen, from
 //   state_tx, listed_tx   of layer_split.comp.glsl, also
 //   out_match_img  rgb logarithm of how much brighter what is seen is than what lists tell just beyond its end,
 //                  on the same surface; a how far that is known, -1 where it was not asked
@@ -50,7 +50,7 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
     return weights > 0.0 ? sum / weights : -1.0;
 }
 
-#ifdef LISTS
+#ifdef MATCHED
 #include "lib/match.lib.glsl"
 #endif
 
@@ -65,7 +65,7 @@ void compare_ends(ivec2 listed) {
         if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = difference(at, k, ends[k], taps);
     bool is_first = (uint(listed.x) & MARK_FIRST) != 0u;
     if (is_first) imageStore(out_cost_img, at >> 1, cost);
-#ifdef LISTS
+#ifdef MATCHED
     vec4 matched = match_of(at, ends, is_first && taps > 0 ? HIDDEN_DIRECTIONS : 0);
     if (is_first) imageStore(out_match_img, at >> 1, matched);
 #endif

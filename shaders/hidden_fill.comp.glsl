@@ -11,7 +11,7 @@
 //   pixel list        what is guessed (hidden_blocks.comp.glsl)
 //   listed_tx         with LISTS: what the pixels' lists tell (layer_split.comp.glsl), which goes before a
 //                     guess as deep behind a silhouette as a lens can see it
-//   match_tx          with LISTS: how what they tell is matched to what is seen (hidden_cost.comp.glsl)
+//   match_tx          with MATCHED: how what they tell is matched to what is seen (hidden_cost.comp.glsl)
 // Read where seen, written where hidden
 //   layer_img         rgb times coverage, a coverage, marked if hidden
 //   state_img         r diameter |coc|, g how far there is content, 0..1
@@ -95,8 +95,10 @@ Content end_at(ivec2 end, ivec2 onward, float step_px, float dull_px, ivec2 size
 
 #ifdef LISTS
 uniform sampler2D listed_tx;
+#endif
+
+#ifdef MATCHED
 uniform sampler2D match_tx;
-uniform bool is_exact;  // what lists tell was drawn with what is seen, and is not matched to it
 
 // What the light of a list is multiplied by, the mean of the blocks around.
 vec3 match_at(ivec2 block) {
@@ -181,8 +183,9 @@ void fill_pixel(ivec2 at, Guess guess) {
     own.a = marked_cover(own.a);
 #ifdef LISTS
     vec2 listed = texelFetch(listed_tx, at, 0).rg;
-    vec3 match = is_exact ? vec3(1.0) : match_at(at >> 1);
-    own.rgb *= mix(vec3(1.0), match, listed.r / max(listed.r + known, 1e-6));
+#ifdef MATCHED
+    own.rgb *= mix(vec3(1.0), match_at(at >> 1), listed.r / max(listed.r + known, 1e-6));
+#endif
     float beyond = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.away_px);
     known = min(known + listed.r * (1.0 - beyond), 1.0);
 #endif

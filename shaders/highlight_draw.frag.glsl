@@ -39,9 +39,8 @@ out vec4 out_light;
 
 // The four pixels around a place, in the order of textureGather, and how much each weighs there. GPUs round
 // the place that they gather at; it is where the four meet, so that they are those of the weights.
-vec4 cocs_around(vec2 at) {
-    return textureGather(coc_tx, (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)));
-}
+vec2 meeting_place(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
+vec4 cocs_around(vec2 at) { return textureGather(coc_tx, meeting_place(at)); }
 vec4 weights_around(vec2 at) {
     vec2 high = fract(at - 0.5), low = 1.0 - high;
     return vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y);
@@ -68,7 +67,7 @@ vec4 covers_around(vec2 at, float start) {
     return vec4(cover_at(low + ivec2(0, 1), start), cover_at(low + 1, start),
                 cover_at(low + ivec2(1, 0), start), cover_at(low, start));
 }
-vec4 kinds_around(vec2 at) { return textureGather(kind_tx, at / vec2(textureSize(kind_tx, 0))); }
+vec4 kinds_around(vec2 at) { return textureGather(kind_tx, meeting_place(at)); }
 ivec2 inside(vec2 at) { return clamp(ivec2(floor(at)), ivec2(0), textureSize(kind_tx, 0) - 1); }
 
 // How much of a pixel a surface of its list covers that lies at this coc.

@@ -157,11 +157,6 @@ void add_pixel(inout Sum sum, ivec2 at) {
     float coc = texelFetch(coc_tx, at, 0).r;
 #ifdef LISTS
     List list = list_at(at);
-    if (list.has_front) {
-        add_list(sum, list, coc, 1.0, 1.0);
-        sum.count += 1.0;
-        return;
-    }
 #endif
     vec3 x = texelFetch(color_tx, at, 0).rgb;
     float seen = visibility(coc), visible = max(seen, THIN), has_near = 0.0;
@@ -174,15 +169,19 @@ void add_pixel(inout Sum sum, ivec2 at) {
         has_near = kind == FAR_RIM && far.a * membership(near.a) > THIN ? 1.0 : 0.0;
     }
     float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
-    float known = max(knowledge(seen), has_near), solid = known * content.solid;
+    float known = max(knowledge(seen), has_near);
+#ifdef LISTS  // a list that begins with what is seen tells all; in one place, because both sides of a branch cost
+    float unknown = list.has_front ? 1.0 : 1.0 - known;
+    if (list.has_front) known = 0.0;
+    if (unknown > 0.0 && !list.has_front) unknown *= beyond_seam(at, coc);
+    add_list(sum, list, coc, list.has_front ? 1.0 : 0.0, unknown);
+#endif
+    float solid = known * content.solid;
     sum.layer += known * cover * vec4(content.color, 1.0);
     sum.diameter += (solid + 1e-6 * known) * content.diameter;
     sum.solid += solid;
     sum.known += known;
     sum.count += 1.0;
-#ifdef LISTS
-    if (known < 1.0) add_list(sum, list, coc, 0.0, (1.0 - known) * beyond_seam(at, coc));
-#endif
 }
 
 void store(ivec2 at, Sum sum) {

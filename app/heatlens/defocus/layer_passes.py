@@ -13,6 +13,7 @@ from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_un
 from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list, slice_count, slices
 from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
+from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, WORD_GROUP
 
 
@@ -24,7 +25,6 @@ class Layer:
     state  r = |coc| in pixels of the layer, g = how much content it has, 0..1
     mask   the active tiles; `listed` has the same tiles as a list
     told   what the fragment lists know of it (layer_split.comp.glsl); None without lists
-    is_exact  the lists were rendered with the picture, and need not be matched to it
     """
 
     color: moderngl.Texture
@@ -32,7 +32,6 @@ class Layer:
     mask: TileMask
     listed: TileList
     told: moderngl.Texture | None = None
-    is_exact: bool = False
 
 
 class LayerSplitPass:
@@ -96,7 +95,7 @@ class HiddenScratch:
     bits    which pixels are visible, of size `HiddenFillPass.bits_bytes`
     blocks  list of blocks to fill, of size `list_bytes` of the picture
     cost    RGBA of `block_size`, filled with -1
-    match   like `cost`; only with fragment lists
+    match   like `cost`; only with fragment lists that are matched to the picture
     """
 
     bits: moderngl.Buffer
@@ -117,8 +116,9 @@ class HiddenFillPass:
         self._all_program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
         self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")
         self._block_program = ComputeProgram(ctx, "hidden_blocks.comp.glsl")
-        self._cost_program = ListProgram(ctx, "hidden_cost.comp.glsl")
-        self._fill_program = ListProgram(ctx, "hidden_fill.comp.glsl")
+        cost, fill = "hidden_cost.comp.glsl", "hidden_fill.comp.glsl"
+        self._cost_programs = ProgramVersions(lambda on: ComputeProgram(ctx, cost, on))
+        self._fill_programs = ProgramVersions(lambda on: ComputeProgram(ctx, fill, on))
 
     @staticmethod
     def bits_bytes(size: tuple[int, int]) -> int:
@@ -154,24 +154,28 @@ class HiddenFillPass:
         yield
         guessed = bits | {"pixel_list_block": scratch.blocks}
         reach = {"reach_px": reach_px}
-        told, out_match, match = _list_textures(layer, scratch)
-        exact: dict[str, object] = {"is_exact": layer.is_exact} if told else {}
+        told: _Textures = {} if layer.told is None else {"listed_tx": layer.told}
+        compared, out_match, match = _matched(layer, scratch)
+        is_matched = bool(match)
         for part in slices(size):
-            self._cost_program.version(bool(told)).dispatch_indirect(
+            self._cost_programs.with_(MATCHED=is_matched).dispatch_indirect(
                 scratch.blocks,
-                textures={"layer_tx": layer.color} | told,
+                textures={"layer_tx": layer.color} | compared,
                 images={"out_cost_img": scratch.cost} | out_match,
                 buffers=guessed,
                 uniforms=reach | part,
             )
             yield
         for part in slices(size):
-            self._fill_program.version(bool(told)).dispatch_indirect(
+            fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=is_matched)
+            fill.dispatch_indirect(
                 scratch.blocks,
-                textures={"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | match,
+                textures={"cost_tx": scratch.cost, "around_tx": around or scratch.cost}
+                | told
+                | match,
                 images={"layer_img": layer.color, "state_img": layer.state},
                 buffers=guessed,
-                uniforms=reach | part | {"has_highlights": around is not None} | exact,
+                uniforms=reach | part | {"has_highlights": around is not None},
             )
             yield
 
@@ -188,19 +192,15 @@ class HiddenFillPass:
 _Textures = dict[str, moderngl.Texture]
 
 
-def _list_textures(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
-    """Return the textures that the cost pass reads, the image it writes, and what the fill reads.
+def _matched(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
+    """Return what lists are compared with, where the match is written, and what is read of it.
 
-    All three are empty without lists.
+    All are empty where nothing is matched.
     """
     if layer.told is None or scratch.match is None:
         return {}, {}, {}
-    listed = {"listed_tx": layer.told}
-    return (
-        listed | {"state_tx": layer.state},
-        {"out_match_img": scratch.match},
-        listed | {"match_tx": scratch.match},
-    )
+    compared = {"listed_tx": layer.told, "state_tx": layer.state}
+    return compared, {"out_match_img": scratch.match}, {"match_tx": scratch.match}
 
 
 def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:

@@ -288,8 +288,7 @@ class DefocusPipeline:
         told = None
         if picture.lists is not None:
             told = scratch.texture("told", size, 2, "f2", reduction)
-        is_exact = picture.lists is not None and picture.lists.is_exact
-        layer = Layer(color, state, *where, told, is_exact)
+        layer = Layer(color, state, *where, told)
         split = self._passes.split.steps(picture, plan, hidden, layer)
         yield from self._named("layer split", split)
         if not plan.cut.is_nearest:
@@ -312,9 +311,9 @@ class DefocusPipeline:
             self.scratch.buffer("hidden bits", HiddenFillPass.bits_bytes(whole)),
             self.scratch.buffer("hidden blocks", list_bytes(whole)),
             self.scratch.filled("hidden cost", blocks, _NO_COST, plan.reduction),
-            None
-            if layer.told is None
-            else self.scratch.filled("hidden match", blocks, _NO_COST, plan.reduction),
+            self.scratch.filled("hidden match", blocks, _NO_COST, plan.reduction)
+            if picture.lists is not None and not picture.lists.is_exact
+            else None,
         )
         reach_px = math.ceil(plan.uncovered_px / plan.reduction)
         around = picture.around if plan.is_in_focus and plan.reduction == 1 else None

@@ -67,7 +67,13 @@ def pass_builds() -> list[Build]:
     builds += [
         (name, defines | {"LISTS": 1})  # for pictures with fragment lists
         for name, defines in builds
-        if "#ifdef LISTS" in (data_dir("shaders") / name).read_text()
+        if "#ifdef LISTS" in _text(name)
+    ]
+    builds += [
+        (name, defines | {"MATCHED": 1})  # for lists that are not of the picture's light
+        for name, defines in builds
+        if "#ifdef MATCHED" in _text(name)
+        and ("LISTS" in defines or "#ifdef LISTS" not in _text(name))
     ]
     builds += [
         (name, defines | {"FINE_RIMS": 1})  # for highlights of scenes
@@ -97,6 +103,10 @@ def overlay_modes() -> list[str]:
     """Return the functions of the overlay's shader, one for each mode."""
     text = (data_dir("shaders") / _OVERLAY).read_text()
     return re.findall(r"^vec4 (\w+)\(ivec2 at, float", text, re.M)
+
+
+def _text(name: str) -> str:
+    return (data_dir("shaders") / name).read_text()
 
 
 def _whole_text(name: str) -> str:
