@@ -171,7 +171,7 @@ def test_a_shot_that_is_there_is_only_replaced_when_asked(capsys, folder):
         ((*LENS, "--key", "focus@1=3:smoth"), "paths hold, linear, smooth, bezier"),
         ((*LENS, "--key", "focus@1=near"), "'near' is not a distance"),
         ((*LENS, "--key", "focus@1=0.02"), "beyond the focal length of 50 mm, got 0.02 m"),
-        ((*LENS, *PULL, "--key", "focus@1001=2"), "1001 comes after 1001"),
+        ((*LENS, *PULL, "--key", "focus@1001=2"), "There are two keys at frame 1001."),
         (
             (*LENS, *PULL, "--key", "f-stop@1001=nan"),
             "f-stop must be between 0.001 and 1,000,000, got nan",

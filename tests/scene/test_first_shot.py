@@ -83,7 +83,8 @@ def test_every_value_says_where_it_is_from(capsys, bare, filmed, tmp_path):
     for scene, angle in ((bare, "assumed: the scene has no camera"), (filmed, "camera main of")):
         for command in ("render", "export"):
             words = (*TINY, *LENS, "--quality", "draft")
-            assert main([command, str(scene), "-o", str(tmp_path / "o.exr"), *words]) == 0
+            out = tmp_path / f"{command}.exr"
+            assert main([command, str(scene), "-o", str(out), *words]) == 0
             said = capsys.readouterr().err
             assert "lens at frame 1: focal length" in said and f"mm ({angle}" in said
             assert "f/2 (--f-stop), focus 3 m (--focus-distance)" in said

@@ -1,5 +1,6 @@
 """Find the fingerprint in an exported file without reading its pixels."""
 
+import warnings
 from pathlib import Path
 
 from PIL import Image
@@ -12,6 +13,7 @@ from heatlens.export.whole import is_whole
 from heatlens.plate.exr_scan import CutError, scanned_headers
 from heatlens.plate.exr_write import JOB_ATTRIBUTE
 
+_UNREADABLE = (OSError, CutError, IndexError, ValueError, SyntaxError)  # what the readers raise
 _BEFORE_MARK = f"{JOB_ATTRIBUTE}="  # in formats whose only text entry is a comment
 
 
@@ -34,6 +36,26 @@ def fingerprint_in(path: Path) -> str | None:
 
     The pixels of the file may be cut off. Raises InputError for a movie without PyAV.
     """
+    try:
+        return _fingerprint(path)
+    except _UNREADABLE:
+        return None
+
+
+def is_of_others(path: Path) -> bool:
+    """Return True if the file can be read and no export wrote it.
+
+    Of a file whose header cannot be read, nothing can be lost. Raises InputError for a movie
+    without PyAV.
+    """
+    try:
+        return _fingerprint(path) is None
+    except _UNREADABLE:
+        return False
+
+
+def _fingerprint(path: Path) -> str | None:
+    """Return the fingerprint; raise one of _UNREADABLE if the header cannot be read."""
     suffix = path.suffix.lower()
     if suffix == ".exr":
         return _exr_fingerprint(path)
@@ -41,21 +63,17 @@ def fingerprint_in(path: Path) -> str | None:
 
 
 def _exr_fingerprint(path: Path) -> str | None:
-    try:
-        with path.open("rb") as file:
-            mark = scanned_headers(file)[0].get(JOB_ATTRIBUTE)
-    except (OSError, CutError, IndexError):
-        return None
+    with path.open("rb") as file:
+        mark = scanned_headers(file)[0].get(JOB_ATTRIBUTE)
     return None if mark is None else mark.decode("ascii", "replace")
 
 
 def _picture_mark(path: Path) -> str | None:
     """Read the text of a PNG, the comment of a JPEG, or the description of a TIFF."""
-    try:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Pillow warns of files that were cut off
         with Image.open(path) as image:
             info, tags = image.info, image.getexif()
-    except (OSError, ValueError, SyntaxError):
-        return None
     if JOB_ATTRIBUTE in info:
         return str(info[JOB_ATTRIBUTE])
     comment = info.get("comment") or tags.get(IMAGE_DESCRIPTION) or ""
@@ -67,8 +85,8 @@ def _movie_comment(path: Path) -> object:
     try:
         with library.open(str(path)) as container:
             return container.metadata.get("comment")
-    except library.error.FFmpegError:
-        return None
+    except library.error.FFmpegError as error:
+        raise ValueError(f"{path} is not a whole movie") from error
 
 
 def _marked(comment: object) -> str | None:

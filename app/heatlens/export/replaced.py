@@ -4,15 +4,15 @@ import os
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.export.finished import fingerprint_in
+from heatlens.export.finished import is_of_others
 from heatlens.export.plan import ExportPlan
 
 
 def check_replaced(plan: ExportPlan) -> None:
     """Raise InputError if files of others are in the place of frames and must not be replaced.
 
-    Files of an earlier export are replaced without a question, whatever it was an export of. An
-    empty file holds nothing that could be lost.
+    Files of an earlier export are replaced without a question, whatever it was an export of. Of
+    an empty file, or one whose header cannot be read, nothing can be lost.
     """
     if plan.job.overwrite:
         return
@@ -26,7 +26,7 @@ def check_replaced(plan: ExportPlan) -> None:
 
 
 def _is_of_others(path: Path) -> bool:
-    return path.is_file() and os.path.getsize(path) > 0 and fingerprint_in(path) is None
+    return path.is_file() and os.path.getsize(path) > 0 and is_of_others(path)
 
 
 def _words(others: list[Path], count: int) -> str:
