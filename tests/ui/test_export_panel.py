@@ -101,6 +101,22 @@ def test_the_lens_goes_out_as_a_camera(gui: Gui, tmp_path: Path) -> None:
     json.loads((tmp_path / "cam.json").read_text())
 
 
+def test_files_of_other_programs_are_replaced_if_that_is_ticked(gui: Gui, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    theirs = tmp_path / "out" / "x.1002.exr"
+    theirs.write_bytes((tmp_path / "room.1002.exr").read_bytes())
+    gui.session.exports.settings = ExportSettings(str(tmp_path / "out"), "x", frames="1002")
+    gui.frame(2)
+    gui.click(gui.middle("Export"))
+    refused = ended(gui)
+    assert refused.code == 2 and "overwrite" in refused.said
+    assert theirs.read_bytes() == (tmp_path / "room.1002.exr").read_bytes()
+    gui.click(gui.middle("overwrite files of other programs"))
+    gui.click(gui.middle("Export"))
+    assert ended(gui).code == 0
+    assert theirs.read_bytes() != (tmp_path / "room.1002.exr").read_bytes()
+
+
 def test_what_cannot_be_exported_is_said_in_red(gui: Gui, tmp_path: Path) -> None:
     exporter = gui.session.exports
     exporter.settings = ExportSettings(str(tmp_path / "out"), "x", frames="2001-2010")

@@ -34,6 +34,7 @@ class ExportSettings:
     frames          range as text, "" for all from in to out
     quality         "" for that of the shot
     with_guides     the guides of the window are drawn into the pictures
+    overwrite       replace files too that no export wrote
     is_single       the shot has one frame, whose file needs no number unless frames are named
     """
 
@@ -45,6 +46,7 @@ class ExportSettings:
     with_depth: bool = False
     burn_in: bool = False
     with_guides: bool = False
+    overwrite: bool = False
     camera_kind: str = "USD"
     is_single: bool = False
 
@@ -70,6 +72,7 @@ class ExportSettings:
         """Return the options of `heatlens export`. EXR output ignores the look and the guides."""
         words = ["--frames", self.frames] if self.frames else []
         words += ["--quality", self.quality] if self.quality else []
+        words += ["--overwrite"] if self.overwrite else []
         if self.is_linear:
             return [*words, "--with-depth"] if self.with_depth else words
         words += words_of(look)

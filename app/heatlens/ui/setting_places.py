@@ -29,6 +29,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "Export": (
         *("folder", "name", "as", "frames", "at quality", "depth beside the colour", "for"),
         *("frame, focus and f-stop in the picture", "guides and desqueeze of the window"),
+        "overwrite files of other programs",
     ),
     "Marks": ("close focus",),
     "Guides": (

@@ -43,7 +43,7 @@ def export_panel(
     imgui.separator_text("Frames")
     settings = _where(settings)
     settings = replace(settings, kind=widgets.choice("as", settings.kind, list(FRAME_KINDS)))
-    settings = _options(settings, played)
+    settings = _overwrite(_options(settings, played))
     is_busy = state is not None and state.code is None
     pressed = Pressed.NOTHING
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
@@ -90,6 +90,13 @@ def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSetti
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Draws what the Guides tab draws over the picture into the files.")
     return replace(settings, with_guides=with_guides)
+
+
+def _overwrite(settings: ExportSettings) -> ExportSettings:
+    overwrite = _check("overwrite files of other programs", settings.overwrite)
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip("What an export of heatlens wrote is replaced without this.")
+    return replace(settings, overwrite=overwrite)
 
 
 def _text(name: str, value: str) -> str:
