@@ -146,8 +146,9 @@ float area_inside(Sprite sprite) {
     return (high.x - low.x) * (high.y - low.y);
 }
 
-// Whether the block is a part of a surface, and its disc at the last level would be coarser than at any other:
-// side by side such discs are a pattern of eggs. Its light is given back (highlight_restore.comp.glsl).
+// Whether the block is a part of a bright surface, and the one disc that the last level makes of it would be
+// too small for its pixels: side by side such discs show as a grid of spots. Such a block makes no disc,
+// and its light is diffused (highlight_restore.comp.glsl).
 bool is_given_back(int level) {
     if (level < LEVELS - 1 || lit_count <= HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / 2) return false;
     taken[0] = taken[1] = 0u;

@@ -5,9 +5,10 @@
 #define TIMES_BRIGHTER 3.0
 #define LEAST_LUMINANCE 0.25  // grain in the dark is not a highlight
 
-// A surface is bright where the luminance of surroundings is clipped. What is many times brighter still is a lamp, however large: the ripple of its diffusion would be seen on the wall around it.
-#define LAMP_FROM 10.0
-#define LAMP_TO 40.0
+// A surface is bright if its luminance is above 1, where that of surroundings is clipped. What is many times
+// brighter still is a lamp, however large: the ripple of its diffusion would be seen on the wall around it.
+#define LAMP_FROM 10.0  // up to this luminance a surface is diffused,
+#define LAMP_TO 40.0    // and from this one on it is drawn as discs
 #define SURFACE_FROM 0.3  // where this part of the surroundings is bright a highlight may be a surface,
 #define SURFACE_TO 0.6    // and from this part on it is one
 #define NO_HIGHLIGHT 60000.0  // surroundings that nothing outshines; half floats hold it

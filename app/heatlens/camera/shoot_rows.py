@@ -64,7 +64,7 @@ def table_of(text: str) -> ShootTable:
 def unreadable_notes(path: Path, table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
     """Return a sentence for each value of the lens that cannot be read in some rows.
 
-    Raises InputError if that are most of the rows that say something.
+    Raises InputError if most cells of a column that hold anything cannot be read.
     """
     notes = []
     for field, expected in _EXPECTED.items():
