@@ -1,6 +1,9 @@
 """Includes, defines and the way back from a driver's line number."""
 
+import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import moderngl
@@ -12,6 +15,21 @@ from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_source import assemble
 from heatlens.model.settings import LAYERS_MAX
 from heatlens.paths import data_dir
+from support.command_line import ENVIRONMENT
+
+_EVERY_TEXT = """
+import json
+from hashlib import sha256
+from heatlens.color.view_transform import srgb_transform
+from heatlens.doctor.shader_builds import pass_builds, solver_builds
+from heatlens.gpu.shader_source import assemble
+from heatlens.paths import data_dir
+texts = [(name, defines, assemble(data_dir("shaders"), name, defines).text)
+         for name, defines in solver_builds() + pass_builds()]
+texts.append(("sRGB", {}, srgb_transform().glsl))
+print(json.dumps([[name, defines, sha256(text.encode()).hexdigest()]
+                  for name, defines, text in texts]))
+"""
 
 
 def write(folder: Path, **files: str) -> None:
@@ -59,6 +77,18 @@ def test_a_define_that_is_given_stands_before_a_constant(tmp_path: Path) -> None
     write(tmp_path, a="float side = TILE;\n")
     text = assemble(tmp_path, "a.glsl", {"TILE": 7}).text
     assert "#define TILE 7\n" in text and text.count("#define") == 1
+
+
+def test_every_shader_has_the_same_text_in_each_start() -> None:
+    """Otherwise a driver finds none of the shaders that it has compiled before."""
+    command = [sys.executable, "-c", _EVERY_TEXT]
+    first, second = (
+        subprocess.check_output(command, text=True, env=ENVIRONMENT | {"PYTHONHASHSEED": seed})
+        for seed in "12"
+    )
+    assert json.loads(first) == json.loads(second)
+    built = {name for name, _, _ in json.loads(first)}
+    assert built >= {path.name for path in data_dir("shaders").glob("*.glsl")}
 
 
 @pytest.mark.parametrize("path", sorted(data_dir("shaders").rglob("*.glsl")), ids=lambda p: p.name)

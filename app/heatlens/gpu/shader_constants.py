@@ -80,8 +80,13 @@ SHADER_CONSTANTS: Mapping[str, str] = {
 
 
 def constants_in(text: str) -> dict[str, str]:
-    """Return the constants that `text` mentions, by name, as GLSL."""
-    return {name: SHADER_CONSTANTS[name] for name in SHADER_CONSTANTS.keys() & _words_of(text)}
+    """Return the constants that `text` mentions, by name, as GLSL, in the order of this file.
+
+    The order of a set changes from one start to the next, and a driver that keeps compiled shaders
+    would find none of them again.
+    """
+    words = _words_of(text)
+    return {name: glsl for name, glsl in SHADER_CONSTANTS.items() if name in words}
 
 
 def _words_of(text: str) -> set[str]:
