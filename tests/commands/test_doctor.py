@@ -1,6 +1,7 @@
 """`heatlens doctor`: what is well is said to be well, and what is not is found."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 from heatlens.commands import doctor as command
 from heatlens.commands.main import main
 from heatlens.defocus.kernels import named_kernel
-from heatlens.doctor import gpu_check, machine_check, picture_check, window_check
+from heatlens.doctor import gpu_check, machine_check, picture_check, start_check, window_check
 from heatlens.doctor.finding import Finding, made_sure
 from heatlens.doctor.gpu_check import Gpu
 from heatlens.doctor.solver_check import KERNELS, TOLERANCE, blurred_float64
@@ -32,7 +33,9 @@ def states(findings) -> list[str]:
 
 def test_everything_is_said_and_nothing_is_at_fault(capsys, session_context):
     assert main(["doctor"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    said = capsys.readouterr()
+    assert re.fullmatch(r"heatlens: this takes about \d+ s; Ctrl-C ends it\n", said.err)
+    lines = said.out.splitlines()
     assert lines[-1].endswith("nothing is at fault")
     names = [line.split(":")[0].split(maxsplit=1)[1] for line in lines[:-1]]
     assert set(names) == set(command._checks())
@@ -80,6 +83,36 @@ def test_the_stored_picture_is_that_of_the_program(ctx, request):
         channels = {name: picture[..., i] for i, name in enumerate("RGB")}
         write_exr(picture_check.stored_path(), channels, window, window, compression="piz")
     assert states(picture_check.still_life(ctx)) == ["ok"]
+
+
+def test_a_second_start_finds_its_shaders_compiled():
+    """In both a random seed gives sets another order."""
+    (finding,) = start_check.second_start()
+    assert finding.state == "ok" and finding.details["share_new"] < start_check.MOST_NEW
+
+
+def test_a_driver_that_keeps_no_shaders_is_a_note(monkeypatch):
+    monkeypatch.setenv("MESA_SHADER_CACHE_DISABLE", "true")
+    (finding,) = start_check.second_start()
+    assert finding.state == "note" and "keeps none" in finding.said
+
+
+def test_a_start_that_fails_is_a_fault_in_one_sentence(monkeypatch, tmp_path):
+    monkeypatch.setattr(start_check, "data_dir", lambda _: tmp_path)
+    (finding,) = made_sure("second start", start_check.second_start)
+    assert finding.state == "fault" and "still_life.exr is not there" in finding.said
+
+
+def test_every_part_that_is_told_is_in_the_plan(ctx, monkeypatch):
+    builds = [("coc.comp.glsl", {})]
+    monkeypatch.setattr(gpu_check, "pass_builds", lambda: builds)
+    monkeypatch.setattr(gpu_check, "solver_builds", lambda: builds)
+    told = []
+    gpu = Gpu(lambda: ctx, told.append)
+    list(gpu.shaders()), list(gpu.solvers())
+    planned = [step.sentence for step in command._steps()]
+    assert told == [words for words in planned if words[:7] in ("shader ", "solver ")]
+    assert [words for words in planned if words not in told] == list(command._checks())
 
 
 def test_a_missing_package_is_a_note_or_a_fault(monkeypatch):

@@ -3,6 +3,7 @@
 import io
 import os
 import pty
+import re
 import sys
 from contextlib import suppress
 from itertools import pairwise
@@ -11,8 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.commands.bench_progress import BenchProgress
+from heatlens.commands import progress_line
 from heatlens.commands.main import main
+from heatlens.commands.paced_progress import paced_progress
 from heatlens.measure.bench.bounded import LIMIT_S
 from heatlens.measure.bench.schedule import Asked, Pace, Step, planned
 from heatlens.model.settings import DefocusSettings
@@ -91,16 +93,17 @@ def test_what_is_planned_is_what_is_said(capsys, monkeypatch):
         monkeypatch.setattr(f"heatlens.{name}.SWEEP_SIZES", ((32, 24),))
     for name in ("methods", "schedule"):
         monkeypatch.setattr(f"heatlens.measure.bench.{name}.METHOD_COC_PX", (5.0,))
+    monkeypatch.setattr(progress_line, "shows_progress", lambda _: True)
     assert main(["bench", *WORDS, *ALL, "--json"]) == 0
-    told = [line for line in capsys.readouterr().err.splitlines() if " of " in line]
+    told = [line for line in re.split(r"\r|\n", capsys.readouterr().err) if " of " in line]
     numbers = [line.partition(" (")[2].split(" of ") for line in told if " left)" in line]
     counts = {int(rest.split(",")[0]) for _, rest in numbers}
     assert len(counts) == 1 and [int(n) for n, _ in numbers] == list(range(1, counts.pop() + 1))
 
 
-def test_without_a_terminal_there_is_a_plain_line_for_each_part(capsys):
+def test_without_a_terminal_what_stays_is_told_alone(capsys):
     clock = Clock()
-    with BenchProgress(tuple(steps_of([60.0, 60.0])), clock) as tell:
+    with paced_progress(steps_of([60.0, 60.0]), clock) as tell:
         tell("part 0")
         clock.now_s += 120.0
         tell("left out: something")
@@ -108,9 +111,7 @@ def test_without_a_terminal_there_is_a_plain_line_for_each_part(capsys):
     said = capsys.readouterr()
     assert said.out == "" and said.err.splitlines() == [
         "heatlens: this takes about 2 min; Ctrl-C ends it",
-        "heatlens: part 0 (1 of 2, about 2 min left)",
         "heatlens: left out: something",
-        "heatlens: part 1 (2 of 2, about 2 min left)",
     ]
 
 
@@ -118,7 +119,7 @@ def test_on_a_terminal_one_line_is_rewritten_and_wiped(monkeypatch):
     ours, theirs = pty.openpty()
     with os.fdopen(theirs, "w") as terminal:
         monkeypatch.setattr(sys, "stderr", terminal)
-        with BenchProgress(tuple(steps_of([1.0, 1.0])), Clock()) as tell:
+        with paced_progress(steps_of([1.0, 1.0]), Clock()) as tell:
             tell("part 0")
             tell("part 1")
         monkeypatch.setattr(sys, "stderr", io.StringIO())

@@ -3,6 +3,7 @@
 import argparse
 import json
 import resource
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,9 +14,9 @@ from heatlens.commands.bench_drag import (
     dragged,
     level_sentences,
 )
-from heatlens.commands.bench_progress import BenchProgress
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
+from heatlens.commands.paced_progress import paced_progress
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import size_of
 from heatlens.commands.value_types import whole
@@ -189,7 +190,7 @@ def _measured(
     say("finding out how long this takes")
     drag = dragged(args, settings, _SIZE)
     asked = _asked(args, settings if drag is None else drag[2], drag)
-    with BenchProgress(planned(asked, probe_seconds_per_px(frames, settings))) as tell:
+    with paced_progress(planned(asked, probe_seconds_per_px(frames, settings))) as tell:
         return _report(args, frames, asked, drag, tell)
 
 
@@ -216,7 +217,7 @@ def _report(
     frames: BenchFrames,
     asked: Asked,
     drag: Dragged | None,
-    tell: BenchProgress,
+    tell: Callable[[str], None],
 ) -> BenchReport:
     """Run the measurements in the order of the plan."""
     size, settings, runs = asked.size, asked.settings, asked.runs
@@ -235,7 +236,10 @@ def _report(
 
 
 def _errors(
-    args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings, tell: BenchProgress
+    args: argparse.Namespace,
+    frames: BenchFrames,
+    settings: DefocusSettings,
+    tell: Callable[[str], None],
 ) -> ErrorReport | None:
     """Measure the errors, or return None if they were not requested."""
     if not args.methods or args.truth_views == 0:

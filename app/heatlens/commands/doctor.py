@@ -3,19 +3,32 @@
 import argparse
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 
-from heatlens.doctor import machine_check, picture_check, window_check
+from heatlens.commands.paced_progress import paced_progress
+from heatlens.commands.say import tell
+from heatlens.defocus.line_solver import SOLVERS
+from heatlens.doctor import gpu_check, machine_check, picture_check, start_check, window_check
 from heatlens.doctor.finding import Check, Finding, made_sure
 from heatlens.doctor.gpu_check import Gpu
 from heatlens.gpu.context import headless_context
+from heatlens.measure.bench.schedule import Step
 
 _DESCRIPTION = """\
 Checks everything that heatlens depends on: packages, OpenGL and its limits, every shader, the
-solvers against float64, the still life against a stored picture, colours, fonts and display. Takes
-a few seconds. The exit code is 1 if something fails. Paste the output into bug reports.
+solvers against float64, the still life against a stored picture, colours, fonts and display, and
+whether a second start finds its shaders compiled. Says how long it takes. The exit code is 1 if
+something fails. Paste the output into bug reports.
 """
+# Of each part, where nothing is compiled yet.
+_SECONDS = {
+    "packages": 1.2,
+    "shaders": 0.02,
+    "solvers": 1.5,
+    "still life": 3.4,
+    "second start": 6.2,
+}
 _EPILOG = """\
 examples:
   heatlens doctor
@@ -39,10 +52,12 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 def run(args: argparse.Namespace) -> int:
     """Run all checks and print each finding at once; return 1 if something fails."""
     start, found = time.perf_counter(), []
-    for finding in _findings():
-        found.append(finding)
-        if not args.json:
-            print(f"{finding.state:5}  {finding.name}: {finding.said}", flush=True)
+    with paced_progress(_steps()) as tell_step:
+        for finding in _findings(tell_step):
+            found.append(finding)
+            tell_step("")
+            if not args.json:
+                tell(f"{finding.state:5}  {finding.name}: {finding.said}")
     faults = sum(finding.state == "fault" for finding in found)
     seconds = time.perf_counter() - start
     if args.json:
@@ -54,14 +69,26 @@ def run(args: argparse.Namespace) -> int:
     return int(faults > 0)
 
 
-def _findings() -> Iterator[Finding]:
-    for name, check in _checks().items():
+def _steps() -> list[Step]:
+    """Return the parts of all checks in order, with the seconds that they took on two cores."""
+    solvers = [gpu_check.solver_words(name) for name in SOLVERS]
+    parts = {"shaders": gpu_check.shader_words(), "solvers": solvers}
+    return [
+        Step(words, _SECONDS.get(name, 0.1))
+        for name in _checks()
+        for words in (name, *parts.get(name, ()))
+    ]
+
+
+def _findings(tell_step: Callable[[str], None]) -> Iterator[Finding]:
+    for name, check in _checks(tell_step).items():
+        tell_step(name)
         yield from made_sure(name, check)
 
 
-def _checks() -> dict[str, Check]:
+def _checks(tell_step: Callable[[str], None] = lambda _: None) -> dict[str, Check]:
     """Return the checks, basic ones first; the display is last, because drivers may crash there."""
-    gpu = Gpu(headless_context)
+    gpu = Gpu(headless_context, tell_step)
     return {
         "machine": machine_check.system,
         "packages": machine_check.packages,
@@ -72,6 +99,7 @@ def _checks() -> dict[str, Check]:
         "still life": lambda: picture_check.still_life(gpu.ctx),
         "OpenColorIO": lambda: picture_check.color(gpu.ctx),
         "OpenGL errors": gpu.errors,
+        "second start": start_check.second_start,
         "fonts": window_check.fonts,
         "display": window_check.display,
     }

@@ -1,22 +1,18 @@
 """Show the progress of an export: one rewritten line for people, a line per frame for programs."""
 
-import io
 import json
-import os
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from typing import TextIO
 
-from heatlens.commands.say import say, shows_progress, tell
+from heatlens.commands.progress_line import progress_line, time_text
+from heatlens.commands.say import say, tell
 from heatlens.errors import HeatlensError
 from heatlens.export.plan import ExportPlan
 from heatlens.export.run import FrameDone
 from heatlens.sequence.names import frames_text
 
 Tell = Callable[[FrameDone], None]
-_WIPE = "\r\x1b[K"
 
 
 class Tally:
@@ -74,17 +70,13 @@ def progress_of(kind: str, plan: ExportPlan) -> AbstractContextManager[Tell]:
 
 @contextmanager
 def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
-    with _terminal() as out:
-
-        def show(frame: int) -> None:
-            out.write(f"{_WIPE}heatlens: frame {frame}, {progress_text(tally)}")
-            out.flush()
+    with progress_line() as show:
 
         def tell(done: FrameDone) -> None:
             tally.add(done)
-            show(done.frame)
+            show(f"frame {done.frame}, {progress_text(tally)}")
 
-        show(plan.frames[0].frame)  # the first one may take long
+        show(f"frame {plan.frames[0].frame}, {progress_text(tally)}")  # it may take long
         yield tell
     say(*tally.told)
     were = "was" if tally.kept == 1 else "were"
@@ -160,33 +152,8 @@ def progress_text(tally: Tally) -> str:
     return f"{tally.done} of {tally.count} done{left}"
 
 
-def time_text(seconds: float) -> str:
-    """Return a duration as text, with the precision of an estimate."""
-    if seconds < 100:
-        return f"{seconds:.0f} s"
-    minutes = round(seconds / 60)
-    return f"{minutes} min" if minutes < 100 else f"{minutes // 60} h {minutes % 60} min"
-
-
 def _frames(count: int) -> str:
     return "1 frame" if count == 1 else f"{count} frames"
-
-
-@contextmanager
-def _terminal() -> Iterator[TextIO]:
-    """Yield stderr and clear its line at the end, or yield a dummy if it is no terminal.
-
-    It has its own descriptor, because Python's stderr is replaced at times while other threads read
-    files, to hide messages of the EXR library.
-    """
-    if not shows_progress(sys.stderr):
-        yield io.StringIO()
-        return
-    with open(os.dup(sys.stderr.fileno()), "w") as out:
-        try:
-            yield out
-        finally:
-            out.write(_WIPE)
 
 
 def _say(**entry: object) -> None:

@@ -2,7 +2,6 @@
 
 import os
 import shlex
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +12,7 @@ from PIL import Image
 import heatlens
 from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import ViewTransform, view_transform
+from heatlens.commands.progress_line import progress_line
 from heatlens.commands.say import say
 from heatlens.errors import NoWindowError
 from heatlens.files.atomic_file import write_whole
@@ -23,10 +23,9 @@ from heatlens.scene.scene_name import DEMO
 
 _STILL, _PULL = "heatlens_still_life.png", "heatlens_pull.webp"
 _FRUIT = (290, 190)  # the pixel of the still life to focus on
-_FRAMES, _SIZE = 8, (320, 180)  # of the focus pull, which takes a few seconds on a processor
+_FRAMES, _SIZE = 4, (320, 180)  # of the focus pull, which takes a few seconds on a processor
 _F_STOP = 1.2  # wider than in the demo, so that the pull is visible in a small picture
-_MILLISECONDS = 240  # duration of each frame
-_WIPE = "\r\x1b[K"
+_MILLISECONDS = 480  # duration of each frame
 
 
 def make_first_pictures(why: NoWindowError) -> int:
@@ -69,15 +68,12 @@ def _shown_frames(view: ViewTransform) -> Iterator[Image.Image]:
     """Render the first pull of the demo; show the progress on a terminal."""
     start, end = demo_shot().key_frames[:2]
     source = heatlens.open(DEMO, size=_SIZE)
-    for number, frame in enumerate(np.linspace(start, end, _FRAMES)):
-        if sys.stderr.isatty():
-            sys.stderr.write(f"{_WIPE}heatlens: frame {number + 1} of {_FRAMES}")
-            sys.stderr.flush()
-        light = source.render(frame=round(float(frame)), f_stop=_F_STOP, quality="preview")
-        shown = np.clip(view.apply_cpu(light[..., :3]), 0.0, 1.0)
-        yield Image.fromarray((shown * 255 + 0.5).astype(np.uint8))
-    if sys.stderr.isatty():
-        sys.stderr.write(_WIPE)
+    with progress_line() as show:
+        for number, frame in enumerate(np.linspace(start, end, _FRAMES), start=1):
+            show(f"frame {number} of {_FRAMES}")
+            light = source.render(frame=round(float(frame)), f_stop=_F_STOP, quality="preview")
+            shown = np.clip(view.apply_cpu(light[..., :3]), 0.0, 1.0)
+            yield Image.fromarray((shown * 255 + 0.5).astype(np.uint8))
 
 
 def _animation(frames: list[Image.Image]) -> bytes:

@@ -1,12 +1,13 @@
 """The output of `heatlens info` for several frames: a sequence, a folder, or a list of files."""
 
 import os
-import sys
 from collections.abc import Sequence as Items
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 from heatlens.commands.info_scene import Line
+from heatlens.commands.progress_line import progress_line
 from heatlens.frame_cache.sequence_facts import sequence_facts
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.units import format_distance
@@ -50,17 +51,13 @@ def _settled(key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], lis
 
 def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[dict[str, Any], list[Line]]:
     """Return the facts of a sequence, and lines of text; show the progress on a terminal."""
-    count, done = len(sequence.present), 0
-
-    def tell(frame: int) -> None:
-        nonlocal done
-        done += 1
-        if sys.stderr.isatty():
-            print(f"\rframe {frame}, {done} of {count}", end="", file=sys.stderr, flush=True)
-
-    facts = sequence_facts(sequence, options, tell)
-    if sys.stderr.isatty():
-        print("\r\033[K", end="", file=sys.stderr, flush=True)
+    number = count(1)
+    with progress_line() as show:
+        facts = sequence_facts(
+            sequence,
+            options,
+            lambda frame: show(f"frame {frame}, {next(number)} of {len(sequence.present)}"),
+        )
     return facts, _lines(facts)
 
 

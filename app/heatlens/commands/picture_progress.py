@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TextIO
 
-from heatlens.commands.export_progress import time_text
+from heatlens.commands.progress_line import progress_line, time_text
 from heatlens.commands.say import shows_progress
 from heatlens.model.framing import Framing
 from heatlens.model.shot import Shot
@@ -15,7 +15,6 @@ from heatlens.render import FrameRenderer
 
 _SILENT_S = 1.0  # no progress is shown for faster pictures
 _PAUSE_S = 0.25  # interval between updates, because each one waits for the GPU
-_WIPE = "\r\x1b[K"
 _VIEWS = ("view", "rays")  # steps that draw a whole picture from one point of the lens
 
 # The work before the first layer and behind the last one, in layers, and how much of a layer is
@@ -166,24 +165,16 @@ def _line(stream: TextIO | None) -> Iterator[Write]:
     Its arguments are a function that makes the text from the elapsed seconds, and one to wait for
     before that. It writes nothing at first, and then not too often.
     """
-    out = stream or sys.stderr
-    if not shows_progress(out):
-        yield lambda *_: None
-        return
     start = time.perf_counter()
     last = start + _SILENT_S - _PAUSE_S
+    with progress_line(stream) as show:
 
-    def write(text: Callable[[float], str], wait: Callable[[], None] = lambda: None) -> None:
-        nonlocal last
-        if time.perf_counter() - last < _PAUSE_S:
-            return
-        wait()
-        last = time.perf_counter()
-        out.write(f"{_WIPE}heatlens: {text(last - start)}")
-        out.flush()
+        def write(text: Callable[[float], str], wait: Callable[[], None] = lambda: None) -> None:
+            nonlocal last
+            if time.perf_counter() - last < _PAUSE_S:
+                return
+            wait()
+            last = time.perf_counter()
+            show(text(last - start))
 
-    try:
         yield write
-    finally:
-        out.write(_WIPE)
-        out.flush()

@@ -2,12 +2,12 @@
 
 import argparse
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 from heatlens.commands.export_progress import failure_reported
 from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
-from heatlens.commands.say import say, tell
+from heatlens.commands.progress_line import progress_line
+from heatlens.commands.say import tell
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.shot_file import SHOT_SUFFIX, read_shot
 from heatlens.errors import InputError
@@ -85,11 +85,14 @@ def _write(args: argparse.Namespace) -> None:
     shot = _shot_of(args)
     frames = _frames_of(args, shot)
     look, count = _look_of(args, shot), len(sheet_frames(shot, frames))
-    tell_of = _progress(args.progress, count)
     entries = []
-    for entry in sheet_entries(shot, frames, look, _renderer):
-        entries.append(entry)
-        tell_of(len(entries))
+    with progress_line() as show:
+        for entry in sheet_entries(shot, frames, look, _renderer):
+            entries.append(entry)
+            if args.progress == "json":
+                tell(json.dumps({"event": "frame", "done": len(entries), "frames": count}))
+            else:
+                show(f"picture {len(entries)} of {count}")
     title = args.title or args.shot.name.removesuffix(SHOT_SUFFIX)
     table = write_sheet(args.output, title, shot, entries)
     if args.progress == "terminal":
@@ -116,18 +119,6 @@ def _look_of(args: argparse.Namespace, shot: Shot) -> Look:
     asked, options = look_of(args), shot.plate_options
     header = color_header(source_of(shot).first_file, options.color_layer, options.eye)
     return Look(transform_of(asked, header), asked.exposure_stops, asked.gamma)
-
-
-def _progress(kind: str, count: int) -> Callable[[int], None]:
-    """Return a function to call after each picture, which prints the progress."""
-
-    def for_programs(done: int) -> None:
-        tell(json.dumps({"event": "frame", "done": done, "frames": count}))
-
-    def for_people(done: int) -> None:
-        say(f"picture {done} of {count}")
-
-    return for_programs if kind == "json" else for_people
 
 
 def _renderer() -> FrameRenderer:

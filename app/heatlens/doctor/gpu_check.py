@@ -29,6 +29,7 @@ class Gpu:
     """The context that the checks share, made on first use."""
 
     make_context: Callable[[], moderngl.Context]
+    tell: Callable[[str], None] = lambda _: None  # is called with the words of each part
     _made: list[moderngl.Context] = field(default_factory=list)
 
     @property
@@ -57,8 +58,9 @@ class Gpu:
     def shaders(self) -> Iterator[Finding]:
         """Build every shader in every variant."""
         builds = solver_builds() + pass_builds()
-        refused = []
-        for build in builds:
+        refused: list[str] = []
+        for words, build in zip(shader_words(), builds, strict=True):
+            self.tell(words)
             try:
                 _build(self.ctx, build)
             except ShaderError as error:
@@ -73,6 +75,7 @@ class Gpu:
     def solvers(self) -> Iterator[Finding]:
         """Compare each solver on random lines with NumPy in float64."""
         for name, make in SOLVERS.items():
+            self.tell(solver_words(name))
             solver = make(self.ctx)
             errors = {kernel: worst_error(self.ctx, solver, kernel) for kernel in KERNELS}
             solver.release()
@@ -88,6 +91,17 @@ class Gpu:
         if error != "GL_NO_ERROR":
             raise GpuError(f"OpenGL reports an error: {error}.")
         yield Finding("OpenGL errors", "ok", "none")
+
+
+def shader_words() -> list[str]:
+    """Return the words of each part of the check of shaders."""
+    count = len(solver_builds()) + len(pass_builds())
+    return [f"shader {number} of {count}" for number in range(1, count + 1)]
+
+
+def solver_words(name: str) -> str:
+    """Return the words of the check of one solver."""
+    return f"solver {name}"
 
 
 def _build(ctx: moderngl.Context, build: Build) -> None:
