@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +15,7 @@ from heatlens.commands.main import main
 from heatlens.model.boxes import Box
 from heatlens.plate.exr_write import write_exr
 from heatlens.sequence.sequence import find_sequence
+from heatlens.ui.theme import SURROUND
 from support.command_line import ENVIRONMENT, started
 from support.plates import room
 from support.x_server import WAIT_S, Screen, Window
@@ -93,6 +96,32 @@ def test_a_file_named_later_opens_there_and_closing_ends_the_process(
     window.quit()
     code, said = window.closed()
     assert (code, said) == (0, "")
+
+
+_STUCK = """
+import sys
+from heatlens.session.preferences import Preferences
+from heatlens.session.start import Start
+from heatlens.ui import window
+window.FrameRenderer = lambda ctx: sys.stdin.read()  # what compiles shaders and takes long
+window.Loop(window._open_window(Preferences().now), Start(""), Preferences())
+"""
+
+
+def test_the_window_has_its_background_before_anything_is_compiled(screen: Screen) -> None:
+    environment = ENVIRONMENT | {"DISPLAY": screen.display}
+    environment.pop("WAYLAND_DISPLAY", None)
+    process = subprocess.Popen(
+        [sys.executable, "-c", _STUCK], env=environment, stdin=subprocess.PIPE
+    )
+    screen.started.append(process)
+    surround = [round(255 * value) for value in SURROUND]
+    end = time.monotonic() + WAIT_S
+    while (shown(screen) == surround).all(axis=2).mean() < 0.5:
+        assert process.poll() is None and time.monotonic() < end
+        time.sleep(0.1)
+    process.kill()
+    process.communicate()
 
 
 def test_without_a_display_one_sentence_says_what_works(plate: Path) -> None:

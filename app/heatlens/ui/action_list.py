@@ -256,14 +256,15 @@ def _window(ui: UiState) -> list[Action]:
     return [
         Action(
             "Picture alone", "Window", ui.toggle_bare, _K.tab, is_on=lambda: ui.is_bare,
+            is_alone=True,
         ),
         Action(
             "Full screen", "Window", ui.toggle_full_screen, _K.f11,
-            is_on=lambda: ui.is_full_screen,
+            is_on=lambda: ui.is_full_screen, is_alone=True,
         ),
         Action(
             "Second window with the picture", "Window", ui.toggle_feed, _K.f12,
-            is_on=lambda: ui.has_feed,
+            is_on=lambda: ui.has_feed, is_alone=True,
         ),
         Action(
             "Names of looks in the second window", "Window", ui.toggle_feed_labels,
@@ -273,6 +274,6 @@ def _window(ui: UiState) -> list[Action]:
         panel("Speed"),
         Action("Reset layout", "Window", ui.reset_layout),
         Action("Find a command...", "Help", ui.palette.open, _K.p | CTRL | SHIFT),
-        Action("Go to the menus", "Help", ui.open_menus, _K.f10),
-        Action("Keys", "Help", ui.toggle_keys, _K.slash | SHIFT),
+        Action("Go to the menus", "Help", ui.open_menus, _K.f10, is_alone=True),
+        Action("Keys", "Help", ui.toggle_keys, _K.slash | SHIFT, is_alone=True),
     ]  # fmt: skip

@@ -1,6 +1,6 @@
 """Define an action: one thing the user can do, for menu, palette, shortcuts and list of keys."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from imgui_bundle import imgui
@@ -40,6 +40,8 @@ class Action:
     is_on     returns the state of a switch; None for actions that switch nothing
     barred    returns the reason why the action is unavailable now, or ""
     label     returns the text that the menu shows instead of the name
+    is_alone  keys typed behind it wait, since it may open something or change what hears them;
+              so it is with Ctrl, and with names that end in "..."
     """
 
     name: str
@@ -50,6 +52,7 @@ class Action:
     is_on: Callable[[], bool] | None = None
     barred: Callable[[], str] | None = None
     label: Callable[[], str] | None = None
+    is_alone: bool = False
 
     @property
     def shown(self) -> str:
@@ -88,6 +91,20 @@ class Action:
         if (name, parts) == ("/", ["Shift"]):
             return "?"
         return "+".join([*parts, name])
+
+
+def opens(actions: tuple[Action, ...], key: imgui.Key, mods: int) -> bool:
+    """Return True if keys typed behind this one have to wait for what it does."""
+    meant = [action for action in actions if action.key == key and _fits(action, mods)]
+    return not meant or any(
+        action.is_alone or action.mods & CTRL or action.name.endswith("...") for action in meant
+    )
+
+
+def in_order(pressed: Iterator[Action], typed: Sequence[imgui.Key]) -> list[Action]:
+    """Return the actions in the order in which their keys were typed."""
+    places = {key: place for place, key in enumerate(typed)}
+    return sorted(pressed, key=lambda action: places.get(action.key or imgui.Key.none, -1))
 
 
 def pressed(actions: tuple[Action, ...]) -> Iterator[Action]:

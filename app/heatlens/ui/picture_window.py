@@ -47,14 +47,19 @@ class PictureWindow:
         self.alt = AltHeld()
         self.pictures: Pictures | None = None  # the pictures shown in this frame
 
-    def draw(self, hears_keys: bool) -> None:
-        """Draw the picture; `hears_keys` is False while a dialog, field or menu takes the keys."""
+    def draw(self, hears_keys: bool, is_seen: bool = True) -> None:
+        """Draw the picture; `hears_keys` is False while a dialog, field or menu takes the keys.
+
+        With `is_seen` False the pictures of the frame before are enough.
+        """
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         self._begin()
         imgui.pop_style_var()
         is_held_off = self.alt.is_over(self.hovered is not None)
         self._session.picture_view.is_lens_held_off = is_held_off
-        self.pictures = self._seen.now()
+        is_there = self._session.source.plate is not None and self._session.seen is not None
+        if is_seen or not is_there:
+            self.pictures = self._seen.now()
         if self._session.start_choices.is_wanted:
             self.hovered = None
             self._choose(hears_keys)

@@ -1,6 +1,6 @@
 """Draw one frame of the interface: menus, panels, the picture and the status bar."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from imgui_bundle import ImVec2, imgui
 
@@ -12,7 +12,7 @@ from heatlens.session.pull_recording import RecordingState
 from heatlens.session.session import Session
 from heatlens.ui import topmost
 from heatlens.ui.action_list import actions
-from heatlens.ui.actions import Action, pressed
+from heatlens.ui.actions import Action, in_order, opens, pressed
 from heatlens.ui.docked_panels import DockedPanels
 from heatlens.ui.export_bar import export_words
 from heatlens.ui.files.quit_question import quit_question
@@ -42,6 +42,7 @@ class Screen:
         self._session = session
         self.ui = UiState(session, wake)
         self.actions = actions(session, self.ui)
+        self.typed: Sequence[imgui.Key] = ()  # keys that went down in this frame, in their order
         ctx = session.renderer.ctx
         self._pictures = ScreenPictures(ctx)
         kept = KeptScreen(
@@ -53,22 +54,33 @@ class Screen:
         self._panels = DockedPanels(session, self.ui)
         session.looks.still_now = lambda: self._panels.stills.now(session, self.picture.pictures)
 
-    def draw(self) -> None:
-        """Draw between ImGui's new_frame and render; an error is shown and drawing goes on."""
+    def opens(self, key: imgui.Key, mods: int) -> bool:
+        """Return True if keys typed behind this one have to wait for what it does."""
+        is_covered = topmost.is_any_open() or self._session.documents.offer is not None
+        is_elsewhere = is_covered or self.ui.is_bare or self._session.start_choices.is_wanted
+        return is_elsewhere or opens(self.actions, key, mods)
+
+    def draw(self, is_seen: bool = True) -> None:
+        """Draw between ImGui's new_frame and render; an error is shown and drawing goes on.
+
+        With `is_seen` False nobody will see the frame, since more input waits: no news is taken and
+        no picture is made for it.
+        """
         state = imgui.internal.ErrorRecoveryState()
         imgui.internal.error_recovery_store_state(state)
         try:
             with faults_reported("The window could not be drawn"):
-                self._draw()
+                self._draw(is_seen)
                 topmost.note_frame()
         except HeatlensError as error:
             _close_what_is_open(state)
             self._session.say_error(error)
 
-    def _draw(self) -> None:
+    def _draw(self, is_seen: bool) -> None:
         session = self._session
         self.ui.theme.apply()
-        session.poll()
+        if is_seen:
+            session.poll()
         hears = hears_keys()  # asked before a popup can handle Enter and close
         topmost.close_escaped()
         forget_after_click()
@@ -82,8 +94,9 @@ class Screen:
             for name in ("Lens", "Look"):  # bring them in front of the other tabs
                 imgui.set_window_focus(name)
         session.ring.poll()  # again, for samples that came while the panels were drawn
-        session.scheduler.update()
-        self.picture.draw(hears)
+        if is_seen:
+            session.scheduler.update()
+        self.picture.draw(hears, is_seen)
         session.editing.rest(is_held=imgui.is_any_item_active())
         session.color.apply(session.view, self._pictures)
 
@@ -103,7 +116,9 @@ class Screen:
                 ui.leave_bare()
         is_covered = topmost.is_any_open() or session.documents.offer is not None
         chosen = None if ui.is_bare else menu_bar(session, ui, self.actions)
-        keyed = () if is_covered else (a for a in pressed(self.actions) if not self._is_asleep(a))
+        keyed = in_order(
+            (a for a in pressed(self.actions) if not (is_covered or self._is_asleep(a))), self.typed
+        )
         for action in (*keyed, chosen, self._palette()):
             if action is not None:
                 action.do(session.say)

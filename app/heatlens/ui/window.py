@@ -1,6 +1,5 @@
 """Open the GLFW window and run its loop, which draws only when something has changed."""
 
-import ctypes
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -26,7 +25,8 @@ from heatlens.session.window_door import WindowDoor
 from heatlens.ui import theme
 from heatlens.ui.clean_feed import CleanFeed, fill_screen
 from heatlens.ui.export_bar import export_title
-from heatlens.ui.fast_keys import FastKeys, events_wait
+from heatlens.ui.glfw_input import GlfwInput
+from heatlens.ui.input_queue import InputQueue
 from heatlens.ui.keyboard_grab import is_keyboard_taken
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.monitors import room_of, screen_name
@@ -75,9 +75,11 @@ def _open_window(remembered: Remembered) -> Any:
         (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
         (glfw.OPENGL_FORWARD_COMPAT, 1),
         (glfw.SCALE_TO_MONITOR, 1),
+        (glfw.VISIBLE, 0),  # until it has its size
     ):
         glfw.window_hint(hint, value)
     window = glfw.create_window(*_SIZE, "heatlens", None, None)
+    glfw.window_hint(glfw.VISIBLE, 1)  # for others
     if not window:
         reason = _glfw_error()
         glfw.terminate()
@@ -92,6 +94,7 @@ def _open_window(remembered: Remembered) -> Any:
         glfw.maximize_window(window)
     glfw.make_context_current(window)
     glfw.swap_interval(1)
+    glfw.show_window(window)
     return window
 
 
@@ -114,10 +117,8 @@ class Loop:
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = self._drawn_at = 0.0
         self._ctx = moderngl.create_context(require=430)
+        self._show_background()
         imgui.create_context()
-        self._keys = FastKeys()
-        self._watch_events()
-        self._start_imgui()
         folder = rendered_frames_dir()
         self._session = Session(
             FrameRenderer(self._ctx),
@@ -127,9 +128,12 @@ class Loop:
             folder,
             is_software(self._ctx),
         )
+        self._show_background()  # a window manager may have changed its size
         if isinstance(start.lens_in, PadInput):
             start.lens_in.read = pad_axes
         self._screen = Screen(self._session, glfw.post_empty_event)
+        self._input = InputQueue(self._screen.opens)
+        self._start_imgui()
         self._screen.picture.alt.is_keyboard_taken = partial(is_keyboard_taken, window)
         self._ui = self._screen.ui
         self._ui.scale.of_screen = glfw.get_window_content_scale(window)[0]
@@ -142,6 +146,17 @@ class Loop:
         self._seen_key: object = None
         self._title = ""
 
+    def _show_background(self) -> None:
+        """Show an empty window at once: what follows compiles shaders and takes its time."""
+        glfw.poll_events()
+        self._clear()
+        glfw.swap_buffers(self._window)
+
+    def _clear(self) -> None:
+        self._ctx.screen.use()
+        self._ctx.screen.viewport = (0, 0, *glfw.get_framebuffer_size(self._window))
+        self._ctx.screen.clear(*theme.SURROUND)
+
     def run(self, stops: StopSignals, door: WindowDoor) -> None:
         """Run until the window is closed or a stop signal comes."""
         session = self._session
@@ -149,6 +164,8 @@ class Loop:
             self._wait()
             self._open_named(door.take())
             if glfw.window_should_close(self._window):
+                self._input.hurry()
+            if glfw.window_should_close(self._window) and not self._input.saves:
                 glfw.set_window_should_close(self._window, False)
                 self._ui.quit()
                 self._woken()
@@ -157,9 +174,8 @@ class Loop:
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
-            if (
-                session.scheduler.is_working
-            ):  # also between frames: a moving pointer must not keep it off
+            # Also between frames: a moving pointer must not keep it off.
+            if session.scheduler.is_working and not self._input.waits:
                 session.work()
                 self._frames_due += session.scheduler.seen_key != self._seen_key
         self._remember()
@@ -224,19 +240,26 @@ class Loop:
         return min(known) if known else None
 
     def _draw(self) -> None:
-        start = self._drawn_at = time.perf_counter()
+        """Take input in, and draw the window unless more input waits."""
+        start = time.perf_counter()
         session, before = self._session, self._session.live.shown
         self._follow_screen()
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
+        self._input.hand_out()
+        is_seen = not self._input.waits
         imgui.new_frame()
-        self._screen.draw()
+        self._screen.typed = self._input.typed
+        self._screen.draw(is_seen)
+        if not is_seen:
+            imgui.end_frame()
+            self._frames_due = max(self._frames_due, 1)
+            return
         imgui.render()
-        width, height = glfw.get_framebuffer_size(self._window)
-        self._ctx.screen.use()
-        self._ctx.screen.viewport = (0, 0, width, height)
-        self._ctx.screen.clear(*theme.SURROUND)
-        self._screen.picture.viewport.paint(self._ctx.screen, (width, height))
+        self._drawn_at = start
+        self._clear()
+        size = glfw.get_framebuffer_size(self._window)
+        self._screen.picture.viewport.paint(self._ctx.screen, size)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
         session.drawn()
@@ -250,7 +273,7 @@ class Loop:
         session.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
-        if (shown and not session.ring.is_turning) or events_wait():
+        if shown and not session.ring.is_turning:
             self._frames_due = max(self._frames_due, 1)
         self._seen_key = session.scheduler.seen_key
 
@@ -280,34 +303,16 @@ class Loop:
                 glfw.set_window_title(self._window, printable(title))
 
     def _watch_events(self) -> None:
-        """Register callbacks that request frames after any event.
-
-        They are set before ImGui's own callbacks, which call them in turn.
-        """
+        """Request frames after any event."""
         woken: Callable[..., None] = lambda *_: self._woken()  # noqa: E731
-        glfw.set_key_callback(self._window, self._key_changed)
-        glfw.set_mouse_button_callback(self._window, self._button_changed)
+        GlfwInput(self._window, self._input, self._woken)
         for register in (
-            glfw.set_char_callback,
-            glfw.set_cursor_pos_callback,
-            glfw.set_cursor_enter_callback,
-            glfw.set_scroll_callback,
-            glfw.set_window_focus_callback,
             glfw.set_framebuffer_size_callback,
             glfw.set_window_refresh_callback,
             glfw.set_window_content_scale_callback,
         ):
             register(self._window, woken)
         glfw.set_drop_callback(self._window, self._dropped)  # type: ignore[arg-type]  # see stub
-
-    def _button_changed(self, _window: Any, _button: int, action: int, _mods: int) -> None:
-        if action == glfw.PRESS:
-            self._keys.before_click()
-        self._woken()
-
-    def _key_changed(self, _window: Any, key: int, _code: int, action: int, mods: int) -> None:
-        self._keys.before(key, action, mods)
-        self._woken()
 
     def _woken(self) -> None:
         self._frames_due = _FRAMES_AFTER_EVENT
@@ -333,6 +338,5 @@ class Loop:
         io = imgui.get_io()
         io.config_flags |= imgui.ConfigFlags_.docking_enable
         io.set_ini_filename("")
-        pointer = ctypes.cast(self._window, ctypes.c_void_p).value or 0
-        imgui.backends.glfw_init_for_opengl(pointer, True)
+        self._watch_events()
         imgui.backends.opengl3_init("#version 430")
