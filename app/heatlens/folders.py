@@ -80,5 +80,5 @@ def _chosen(variable: str, usual: Callable[[], str]) -> Path:
         return Path(chosen)
     try:
         return Path(usual())
-    except RuntimeError:  # a user without a home, as in a container
+    except (RuntimeError, OSError):  # no home, as in a container; or others took the folder's name
         return home_dir() / f".{_NAME}"

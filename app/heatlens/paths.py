@@ -5,6 +5,7 @@ This module also makes the error for a file that cannot be opened.
 
 import errno
 import os
+import stat
 from pathlib import Path
 
 from heatlens.errors import InputError
@@ -49,9 +50,19 @@ def unreadable(path: Path, error: OSError | None = None) -> InputError:
 
 def file_bytes(path: Path) -> bytes:
     """Return the content of a file; raise OSError for a pipe or a device, which may never end."""
-    if os.path.exists(path) and not os.path.isfile(path):
-        raise OSError(errno.EINVAL, "it is no file", str(path))
-    return path.read_bytes()
+    return file_and_status(path)[0]
+
+
+def file_and_status(path: Path) -> tuple[bytes, os.stat_result]:
+    """Return the content and the status of the same opened file; raises OSError as `file_bytes`."""
+    # A pipe that nobody writes to would make this wait; the status of what was opened cannot change
+    # between the check and the reading, as that of a name can.
+    opened = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with open(opened, "rb") as file:
+        status = os.fstat(opened)
+        if not stat.S_ISREG(status.st_mode):
+            raise OSError(errno.EINVAL, "it is no file", str(path))
+        return file.read(), status
 
 
 def data_dir(name: str) -> Path:

@@ -30,13 +30,15 @@ _NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_RDWR
 _NEW_FILE |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
-def write_whole(path: str | os.PathLike[str], data: bytes, mode: int = _FOR_ALL) -> None:
+def write_whole(
+    path: str | os.PathLike[str], data: bytes, mode: int = _FOR_ALL, follows_links: bool = True
+) -> None:
     """Write `data` to `path`, or leave an existing file there unchanged.
 
     `mode` holds the permission bits of a new file, before the user's umask. Raises InputError if
     the file cannot be written completely.
     """
-    with replacing(path, mode) as beside, open(beside, "wb", buffering=0) as file:
+    with replacing(path, mode, follows_links) as beside, open(beside, "wb", buffering=0) as file:
         left = memoryview(data)
         while left:  # a full disk may accept a part, and fail only at the next write
             left = left[file.write(left) :]
@@ -47,14 +49,17 @@ def write_whole(path: str | os.PathLike[str], data: bytes, mode: int = _FOR_ALL)
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str], mode: int = _FOR_ALL) -> Iterator[Path]:
+def replacing(
+    path: str | os.PathLike[str], mode: int = _FOR_ALL, follows_links: bool = True
+) -> Iterator[Path]:
     """Yield a path to write to; it replaces `path` when the block ends without an error.
 
-    The old file stays until then, and after an error. The target of a link is replaced, not the
-    link. The yielded path is an empty file with a short random name. Use `write_whole` if all bytes
-    are in memory. Raises InputError if the file cannot be written.
+    The old file stays until then, and after an error. The target of a link is replaced, or, where
+    others may put links, without `follows_links`, the link itself. The yielded path is an empty
+    file with a short random name. Use `write_whole` if all bytes are in memory. Raises InputError
+    if the file cannot be written.
     """
-    target = Path(os.path.realpath(path))
+    target = Path(os.path.realpath(path) if follows_links else path)
     _check_target(target)
     beside = target.with_name(f".heatlens-{secrets.token_hex(8)}.{_MACHINE}.{os.getpid()}.part")
     try:
