@@ -17,5 +17,5 @@ void main() {
     if (any(greaterThanEqual(at, textureSize(depth_tx, 0)))) return;
     float depth_m = texelFetch(depth_tx, at, 0).r;
     float coc_px = at_infinity_px + per_dioptre_px / depth_m;
-    imageStore(out_coc_img, at, vec4(coc_px));
+    imageStore(out_coc_img, at, vec4(clamp(coc_px, -COC_MOST_PX, COC_MOST_PX)));
 }

@@ -20,7 +20,7 @@ from heatlens.gpu.context import check_plate_fits, check_texture_fits, check_wor
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.breathing import as_seen, plate_ratio
-from heatlens.model.coc import axial_px, coc_line
+from heatlens.model.coc import COC_MOST_PX, axial_px, coc_line
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
@@ -333,4 +333,5 @@ def optics_of(plate: Plate, occupied: npt.NDArray[np.float64], lens: Lens) -> Op
         return Optics(None, occupied, disc)
     line = coc_line(lens, shown.width)
     coc = line.at_infinity_px + line.per_dioptre_px * occupied
+    np.clip(coc, -COC_MOST_PX, COC_MOST_PX, out=coc)
     return Optics(line, coc[::-1], disc)  # more dioptres, less coc

@@ -14,6 +14,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 _UNFINISHED, _FINISHED, _MADE, _HEARS, _DEAF, _SAID = b"+", b"-", b"?", b"h", b"d", b"s"
@@ -30,6 +31,17 @@ class Stopped(KeyboardInterrupt):
         """Keep the `number` of the signal."""
         super().__init__()
         self.number = number
+
+
+@cache
+def stop_signals() -> frozenset[signal.Signals]:
+    """Return the signals that end the program: not those that it was started to ignore.
+
+    `nohup` and shell scripts start programs so. Worker processes know what their parent was told.
+    """
+    names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
+    found = {getattr(signal, name) for name in names if hasattr(signal, name)}
+    return frozenset(stop for stop in found if signal.getsignal(stop) is not signal.SIG_IGN)
 
 
 @dataclass(frozen=True)

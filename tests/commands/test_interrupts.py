@@ -118,8 +118,12 @@ def test_what_is_started_in_the_background_ignores_ctrl_c(bench, tmp_path):
     assert process.returncode == 0 and (out / "o.exr").is_file()
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+ENDS = [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+
+
+@pytest.mark.parametrize(("number", "code"), ENDS)
 def test_an_idle_window_is_closed_by_a_signal(tmp_path: Path, number, code):
+    """SIGHUP comes where the terminal is closed from which the window was started."""
     screen = Screen()
     try:
         window = Window(screen, tmp_path, "--demo" if code == 130 else STILL)
@@ -129,3 +133,16 @@ def test_an_idle_window_is_closed_by_a_signal(tmp_path: Path, number, code):
     finally:
         screen.close()
     assert (window.process.returncode, *said) == (code, "", "heatlens: stopped\n")
+    assert (tmp_path / "config" / "preferences.json").is_file()
+    assert not list((tmp_path / "run").iterdir())  # the window's port is not published any more
+
+
+@pytest.mark.parametrize("ignored", ["", "signal.signal(signal.SIGHUP, signal.SIG_IGN); "])
+def test_a_window_that_was_started_to_outlive_its_terminal_does_so(ignored):
+    code = (
+        f"import os, signal; {ignored}from heatlens.ui.stop_signals import StopSignals\n"
+        "with StopSignals(lambda: None) as stops: os.kill(os.getpid(), signal.SIGHUP)\n"
+        "print(stops.number)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True)
+    assert said.stdout.decode().strip() == ("None" if ignored else str(int(signal.SIGHUP)))

@@ -111,6 +111,15 @@ def test_damage_is_a_sentence(deep, name):
     assert "deep.exr" in str(caught.value) and len(str(caught.value).splitlines()) == 1
 
 
+def test_samples_for_which_the_file_has_no_bytes_are_refused_before_they_are_read(deep):
+    """As many as the chunk says itself, in a hundred bytes or so."""
+    _, (first, *_) = places_of(deep)
+    patched(deep, first + 24 + 4 * SIZE[1], "<i", 2_000_000)
+    patched(deep, first + 20, "<Q", 2_000_000 * (4 * 2 + 2 * 4))
+    with pytest.raises(InputError, match="cannot hold the 2,000,000 samples that it claims"):
+        DeepPart(deep, 0)
+
+
 @pytest.mark.parametrize(("place", "said"), [(0, "1 of its 9 rows"), (1 << 50, "1 of its 9 rows")])
 def test_rows_that_were_never_written_are_told(deep, place, said):
     table, _ = places_of(deep)

@@ -136,3 +136,11 @@ def test_overscan_stays_and_an_impossible_display_window_is_left():
     assert window_of_all(wide, Box(0, 0, 40, 24)) == Box(-4, -4, 44, 24)
     assert window_of_all(BOX, Box(0, 0, 1 << 30, 1 << 30)) == BOX
     assert window_of_all(BOX, Box(50, 50, 2, 2)) == BOX
+
+
+def test_a_display_window_may_be_large_where_the_file_holds_much_itself():
+    """It takes memory and time, and costs the file no bytes."""
+    frame, vast = Box(0, 0, 8192, 4320), Box(0, 0, 8192, 8192)
+    assert window_of_all(BOX, frame) == frame
+    assert window_of_all(BOX, vast) == BOX
+    assert window_of_all(frame, vast) == vast

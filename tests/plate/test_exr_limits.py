@@ -130,6 +130,18 @@ def test_a_name_that_is_no_utf_8_is_told(tmp_path, letter):
             read(path)
 
 
+def test_a_type_of_an_attribute_that_is_no_utf_8_is_told(tmp_path):
+    path = write_file(tmp_path / "a.exr", rgb() | {"Z": distances()}, pinholeFocalLength=50.0)
+    name = b"pinholeFocalLength\0"
+    good, bad = name + b"float\0", name + b"fl\xde\xc2\xe8\0"
+    path.write_bytes(path.read_bytes().replace(good, bad))
+    for read in (read_plate, read_headers):
+        with pytest.raises(
+            InputError, match="type of the attribute 'pinholeFocalLength' is not UT"
+        ):
+            read(path)
+
+
 def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "a.exr")
     for read in (read_plate, read_headers):

@@ -5,12 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.model.coc import coc_line
+from heatlens.model.coc import coc_px as disc_px
 from heatlens.model.lens import Lens
 from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from support.alpha_plates import covered_room
 from support.alpha_plates import through as through_alpha
 from support.lamps import DIM, HALF_ROUNDING, KINDS, LAMP, SIZE, grey_for, point_plate, through
+from support.methods_of_plates import OF_PLATES
 from support.plates import FAR_M, coc_plate_of, lens_blurring, moments, plate_of, room
 
 
@@ -23,6 +26,18 @@ def test_one_colour_over_many_depths_stays_that_colour_disc(ctx, renderer, quali
     for lens in (lens_blurring(1.5, 96), lens_blurring(40.0, 96)):
         picture = through(renderer, plate, lens, Bokeh.DISC, quality, layers)
         assert np.abs(picture[..., :3] / tint - 1.0).max() < 4 * HALF_ROUNDING
+
+
+@pytest.mark.parametrize("method", OF_PLATES)
+def test_circles_far_larger_than_any_number_of_the_gpu_make_a_picture(ctx, renderer, rng, method):
+    """A narrow sensor, a long lens and a surface at its front: a circle of 4e10 pixels."""
+    depth = rng.uniform(0.5, 5.0, (12, 20)).astype(np.float32)
+    depth[:4, :7] = 1e-6
+    renderer.load(plate_of(rng.random((12, 20, 3), np.float32), depth))
+    lens = Lens(focal_length_mm=800, f_stop=2, focus_distance_m=0.9, sensor_width_mm=1)
+    assert abs(disc_px(1e-6, coc_line(lens, 20))) > 1e10
+    picture = renderer.pixels(Shot(lens, DefocusSettings(method=method)))
+    assert np.isfinite(picture).all()
 
 
 @pytest.mark.parametrize("coc_px", [2.0, 4.0, 8.0, 10.0, 12.0, 16.0, 20.0])

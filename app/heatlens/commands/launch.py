@@ -33,7 +33,7 @@ def main() -> int:
     if sys.platform != "linux":  # the system calls used here exist only on Linux
         signal.signal(signal.SIGINT, signal.default_int_handler)
         return _work()
-    stops = _stop_signals()
+    stops = stopping.stop_signals()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {*stops, signal.SIGCHLD})
     record, parent = stopping.begin_record(), os.getpid()
     worker = os.fork()
@@ -77,13 +77,7 @@ def _end_now(code: int) -> NoReturn:
     os._exit(code)
 
 
-def _stop_signals() -> set[signal.Signals]:
-    """Return the signals that end this process; a background process may ignore some of them."""
-    stops = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    return {stop for stop in stops if signal.getsignal(stop) is not signal.SIG_IGN}
-
-
-def _wait_for(worker: int, stops: set[signal.Signals], record: int) -> int:
+def _wait_for(worker: int, stops: frozenset[signal.Signals], record: int) -> int:
     """Wait until the worker has ended or must be ended; return the exit code."""
     while True:
         heard = signal.sigwait({*stops, signal.SIGCHLD})

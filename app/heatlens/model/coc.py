@@ -19,10 +19,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from heatlens.model.lens import Lens
 
+# Sixty times the width of the largest plate; sums of wider discs would not fit numbers on a GPU.
+COC_MOST_PX = 1e6
+
 
 @dataclass(frozen=True, slots=True)
 class CocLine:
     """Signed diameter over dioptres: coc_px = at_infinity_px + per_dioptre_px / depth_m.
+
+    Pictures are made of diameters up to COC_MOST_PX.
 
     at_infinity_px   diameter of a point at infinity, in pixels across; 0 with focus at infinity
     per_dioptre_px   pixels for each 1/m that the point is nearer; always negative

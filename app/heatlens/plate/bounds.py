@@ -7,13 +7,12 @@ is read, and one note tells the user.
 
 import numpy as np
 
+from heatlens.model.coc import COC_MOST_PX
 from heatlens.plate.plate import FloatImage
 
 # A thousandth of a millimetre in front of the lens. Anything nearer is treated as a missing depth
 # and repaired: its blur would be wider than numbers on a GPU can hold.
 DEPTH_LEAST_M = 1e-6
-# Sixty times the width of the largest plate.
-COC_MOST_PX = 1e6
 # The sum over all pixels of the largest plate, and its square, stay below float32's 3.4e38.
 LIGHT_MOST = 1e14
 

@@ -148,6 +148,7 @@ class DeepPart:
 
     def _read_chunks(self, file: BinaryIO, places: list[int], has_parts: bool) -> list[_Chunk]:
         found, left = [], SAMPLES_MOST
+        possible = file.seek(0, 2) * _SMALLER_MOST // self._sample_bytes
         for place in places:
             file.seek(place + 4 * has_parts)
             box = self._chunk_box(file)
@@ -157,6 +158,8 @@ class DeepPart:
             left -= int(chunk.counts.sum())
             if left < 0:
                 self._refuse_many()
+            if SAMPLES_MOST - left > possible:
+                raise CutError(f"it cannot hold the {SAMPLES_MOST - left:,} samples that it claims")
             found.append(chunk)
         return sorted(found, key=lambda chunk: (chunk.y, chunk.x))
 

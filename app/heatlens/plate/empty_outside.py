@@ -9,8 +9,10 @@ from heatlens.plate.plate import DepthReport, FloatImage, Plate, ReadPixels
 from heatlens.plate.stacked import Stacked, lists_over
 from heatlens.plate.windows import moved_to_window
 
-# A damaged header may claim any display window: 16384 x 8192 pixels take 2.7 GB in memory.
-_PIXELS_MOST = 1 << 27
+# A header may claim any display window, which costs the file no bytes: a frame of 8K is enough for
+# one that holds little, and takes a gigabyte in memory.
+_EMPTY_MOST = 8192 * 4320
+_OF_DATA_MOST = 4  # times the data window, for which the file must have bytes
 
 
 def window_of_all(data: Box, display: Box) -> Box:
@@ -18,7 +20,8 @@ def window_of_all(data: Box, display: Box) -> Box:
     if display.is_empty:
         return data
     both = data.union(display)
-    return both if both.width * both.height <= _PIXELS_MOST else data
+    most = max(_EMPTY_MOST, _OF_DATA_MOST * data.width * data.height)
+    return both if both.width * both.height <= most else data
 
 
 def with_empty_outside(plate: Plate) -> Plate:

@@ -73,7 +73,8 @@ def channels_of(header: RawHeader) -> list[RawChannel]:
 def _header(file: BinaryIO) -> RawHeader:
     found = {}
     while name := _name(file):
-        _name(file)  # its type
+        if "\\x" in _name(file):  # OpenEXR for Python cannot tell such a type, nor print its value
+            raise CutError(f"the type of the attribute {name[:40]!r} is not UTF-8")
         (length,) = _numbers(file, "<I")
         value = file.read(length) if file.tell() + length <= _BYTES_MOST else b""
         if len(value) != length:

@@ -1,4 +1,4 @@
-"""Note Ctrl-C in the terminal and SIGTERM, so that the window's loop can end in an orderly way.
+"""Note Ctrl-C, SIGTERM and a closed terminal, so that the window's loop can end in an orderly way.
 
 While the loop sleeps in GLFW it is in a C function, where Python runs no signal handlers. Python's
 own C handler still writes a byte into a pipe at once; a thread that reads it wakes the loop.
@@ -13,8 +13,6 @@ from typing import Any
 
 from heatlens import stopping
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
-
 
 class StopSignals:
     """A context manager that notes stop signals instead of raising in the middle of the work."""
@@ -28,7 +26,7 @@ class StopSignals:
 
     def __enter__(self) -> "StopSignals":
         """Begin to listen; call this on the main thread."""
-        for number in _SIGNALS:
+        for number in stopping.stop_signals():
             self._before[number] = signal.signal(number, self._note)
         read, self._write = os.pipe()
         os.set_blocking(self._write, False)
