@@ -7,6 +7,7 @@ its text does not repeat the number.
 import re
 from collections.abc import Mapping
 
+from heatlens.model.coc import COC_MOST_PX
 from heatlens.model.opening import FIELD_STEPS, RIM_MOST, RIM_POWER
 from heatlens.model.opening_image import BARREL_STEPS, IMAGE_SIDE
 from heatlens.model.settings import LAYERS_MAX
@@ -64,6 +65,7 @@ def _glsl(value: object) -> str:
 
 
 _OF_THE_MODEL = {
+    "COC_MOST_PX": COC_MOST_PX,
     "LAYERS_MAX": LAYERS_MAX,
     "DEPTH_BINS": DEPTH_BINS,
     "FIELD_STEPS": FIELD_STEPS,
