@@ -52,7 +52,7 @@ struct Content {
 Content content_at(ivec2 at) {
     vec4 layer = imageLoad(layer_img, at);
     vec3 color = layer.rgb / max(layer.a, 1e-4);
-    // A highlight stays where it stands. A loop that no lane enters costs nothing.
+    // A highlight stays where it stands. A loop is cheaper than a branch, of which both sides run.
     for (int look = has_highlights ? 1 : 0; look > 0; --look)
         color *= 1.0 - part_over(color, texelFetch(around_tx, at >> 1, 0).r);
     return Content(vec4(dimmed(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);

@@ -12,8 +12,9 @@
 //            `----------- c: what joins it to the pixel at hand
 //
 // Several lines share a workgroup (LINES_PER_GROUP, fastest index), so columns load coalesced.
-// Every invocation reaches every barrier: pixels beyond the line's end, and those of tiles that the
-// mask leaves out, are joined to nothing, and are neither read nor written.
+// Pixels beyond the line's end, and those of tiles that the mask leaves out, are joined to nothing, and are
+// neither read nor written. A workgroup of nothing else ends at once; in all others every invocation reaches
+// every barrier.
 //
 // SYSTEM names the network, a lib file that keeps the contract of shaders/README.md. To save registers its
 // channels are solved in PARTS, and it is asked for a pixel in two steps, as the contract says.
@@ -32,6 +33,7 @@ shared Value r_sh[SLOTS];
 shared Num g_sh[SLOTS];
 shared Num left_sh[SLOTS];
 shared Num right_sh[SLOTS];
+shared int has_work_sh;  // 0 or 1
 
 int slot_of(int run) { return run * LINES_PER_GROUP + int(gl_LocalInvocationID.x); }
 
@@ -203,9 +205,19 @@ void solve_pole(Run r, Source s[RUN], int run, int part, int pole, inout Output 
     for (int j = 0; j < RUN; ++j) add_pole(o[j], part, pole, y[j]);
 }
 
+// Whether any invocation of the workgroup has something to solve.
+bool has_group_work(Run r) {
+    if (gl_LocalInvocationIndex == 0u) has_work_sh = 0;
+    barrier();
+    if (!is_empty(r)) has_work_sh = 1;
+    barrier();
+    return has_work_sh != 0;
+}
+
 void main() {
     int run = int(gl_LocalInvocationID.y), start = run * RUN;
     Run r = run_from(first_line + int(gl_GlobalInvocationID.x), start);
+    if (!has_group_work(r)) return;
     Source s[RUN];
     Output o[RUN];
     for (int j = 0; j < RUN; ++j) clear_output(o[j]);

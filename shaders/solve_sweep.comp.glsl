@@ -60,11 +60,20 @@ Run run_of(int line, int tile) {
     return Run(start, end);
 }
 
-// How many blocks of a tile are solved; a loop over none of them is skipped at no cost.
-int blocks_of(int line, int tile) {
-    int pixels = min(line_length - tile * TILE, TILE);
-    return is_in_work(line, tile) ? (pixels + BLOCK - 1) / BLOCK : 0;
+// The first tile in work from this one on, or the number of tiles, and the last one up to it, or -1. A
+// processor that solves lines side by side runs the body of a loop for all of them, also for those that have
+// nothing to do there; so each line jumps over such tiles here, in a loop that is next to nothing.
+int next_in_work(int line, int tile, int tiles) {
+    while (tile < tiles && !is_in_work(line, tile)) ++tile;
+    return tile;
 }
+int last_in_work(int line, int tile) {
+    while (tile >= 0 && !is_in_work(line, tile)) --tile;
+    return tile;
+}
+
+// How many blocks of a tile there are.
+int blocks_of(int tile) { return (min(line_length - tile * TILE, TILE) + BLOCK - 1) / BLOCK; }
 
 Input input_in(int line, Run run, int i) {
     return input_at(pixel_at(line, clamp(i, run.start, run.end - 1)));
@@ -122,8 +131,9 @@ void eliminate_forward(int line, int slot, int tiles) {
     Front front;
     Place at;
     Eliminated gone;
-    for (int tile = 0; tile < tiles; ++tile) {
-        int blocks = blocks_of(line, tile);
+    int tile = next_in_work(line, 0, tiles);
+    for (; tile < tiles; tile = next_in_work(line, tile + 1, tiles)) {
+        int blocks = blocks_of(tile);
         Run run = run_of(line, tile);
         for (int block = 0; block < blocks; ++block) {
             int first = tile * TILE + block * BLOCK;
@@ -147,9 +157,10 @@ void substitute(Eliminated gone, inout Value y[POLES], ivec2 at, bool is_inside)
 void substitute_back(int line, int slot, int tiles) {
     Value y[POLES];
     EACH_POLE(CLEAR_POLE)
-    for (int tile = tiles - 1; tile >= 0; --tile) {
+    int tile = last_in_work(line, tiles - 1);
+    for (; tile >= 0; tile = last_in_work(line, tile - 1)) {
         Run run = run_of(line, tile);
-        for (int block = blocks_of(line, tile) - 1; block >= 0; --block) {
+        for (int block = blocks_of(tile) - 1; block >= 0; --block) {
             int first = tile * TILE + block * BLOCK;
             Front front;
             take(front, slot, first);
