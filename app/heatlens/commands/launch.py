@@ -13,6 +13,7 @@ Exit codes: those of `commands.main`, and 128 + N after signal N: 130 Ctrl-C, 14
 """
 
 import atexit
+import io
 import os
 import signal
 import sys
@@ -30,6 +31,7 @@ _PATIENCE_S = 3.0  # time for a worker that handles signals itself to finish its
 
 def main() -> int:
     """Run the command line of this process; returns the exit code."""
+    _use_utf8()
     if sys.platform != "linux":  # the system calls used here exist only on Linux
         signal.signal(signal.SIGINT, signal.default_int_handler)
         return _work()
@@ -44,6 +46,22 @@ def main() -> int:
         stopping.end_with(parent)
         return _work()
     return _wait_for(worker, stops, record)
+
+
+def _use_utf8() -> None:
+    """Start again with names of files in UTF-8, unless they are; libraries know no other way.
+
+    Text is still printed in the encoding of the terminal, and what that lacks is printed escaped.
+    """
+    if sys.getfilesystemencoding() != "utf-8":
+        terminal = f"terminal={sys.stdout.encoding}" if sys.stdout else "terminal"
+        words = ("-X", "utf8", "-X", terminal, *sys.orig_argv[1:])
+        os.execv(sys.executable, [sys.executable, *words])
+    encoding = sys._xoptions.get("terminal")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            encoding = encoding if isinstance(encoding, str) else None
+            stream.reconfigure(encoding=encoding, errors="backslashreplace")
 
 
 def _work() -> int:

@@ -9,7 +9,7 @@ from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.channels import Part
 from heatlens.plate.deep_file import is_deep_file
-from heatlens.plate.exr_limits import check_exr
+from heatlens.plate.exr_limits import check_exr, for_library
 
 # The library decompresses on one thread by default; more than four gain nothing on a frame.
 OpenEXR.set_global_thread_count(min(4, os.cpu_count() or 1))
@@ -24,9 +24,11 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
     check_exr(path)
     try:
         with quiet_library():
-            headers = [part.header for part in OpenEXR.File(str(path), header_only=True).parts]
+            headers = [
+                part.header for part in OpenEXR.File(for_library(path), header_only=True).parts
+            ]
             # The library only prints a warning for damaged pixels, and drops the part.
-            parts = OpenEXR.File(str(path), separate_channels=True).parts
+            parts = OpenEXR.File(for_library(path), separate_channels=True).parts
         read = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
     except (RuntimeError, ValueError, KeyError, TypeError, OSError, MemoryError) as error:
         _check_is_flat(path)

@@ -11,7 +11,7 @@ from heatlens.files.quiet import quiet_library
 from heatlens.plate.channel_choice import choose_color
 from heatlens.plate.channels import Header
 from heatlens.plate.deep_file import deep_channels, is_deep_file
-from heatlens.plate.exr_limits import check_exr
+from heatlens.plate.exr_limits import check_exr, for_library
 from heatlens.plate.picture_parts import picture_header
 
 
@@ -38,7 +38,7 @@ def read_headers(path: str | os.PathLike[str]) -> list[Header]:
     check_exr(Path(path))
     try:
         with quiet_library():
-            parts = OpenEXR.File(str(path), header_only=True).parts
+            parts = OpenEXR.File(for_library(path), header_only=True).parts
         headers = [part.header for part in parts]
     except (RuntimeError, ValueError, TypeError, OSError, MemoryError, ArithmeticError) as error:
         raise InputError(
