@@ -14,7 +14,9 @@ One unit of Blender counts as a metre in what heatlens is sent, as Cycles counts
 whatever the unit scale of the scene says, so that the picture of heatlens is that of Cycles.
 """
 
+import functools
 import json
+import math
 import os
 import shlex
 import socket
@@ -37,7 +39,9 @@ bl_info = {
     "category": "Render",
 }
 
-SQUEEZE_LEAST, SQUEEZE_MOST = 1.0, 2.0  # what heatlens takes
+# What heatlens takes.
+SQUEEZE_LEAST, SQUEEZE_MOST = 1.0, 2.0
+BLADES_MOST = 16
 SKY_M = 1e10  # what Cycles writes where nothing is hit
 LIVE_SAMPLES = (1, 4, 16, 64)  # of the passes of Cycles, each of them a whole picture
 LIVE_IMAGE, LENS_IMAGE = "Blender", "heatlens.lens"
@@ -87,6 +91,34 @@ def focus_distance(camera, depsgraph):
     return abs(eye.col[2].xyz.normalized().dot(eye.translation - place.translation))
 
 
+def opening_of(dof):
+    """Return the opening as heatlens reads it.
+
+    Both programs have corners on the circle and turn them anticlockwise. At rotation 0 Blender has
+    the middle of a blade at the right, and heatlens a corner on top.
+    """
+    blades = dof.aperture_blades if dof.aperture_blades <= BLADES_MOST else 0
+    turn = dof.aperture_rotation + math.pi / blades - math.pi / 2 if blades else 0.0
+    return {
+        "blades": blades,
+        "blade_rotation_deg": math.degrees(math.remainder(turn, 2 * math.pi / max(blades, 1))),
+        "squeeze": min(max(dof.aperture_ratio, SQUEEZE_LEAST), SQUEEZE_MOST),
+    }
+
+
+def left_out(dof):
+    """Return in sentences what of the opening heatlens cannot hold; "" where it holds all."""
+    squeeze, said = opening_of(dof)["squeeze"], []
+    if not math.isclose(squeeze, dof.aperture_ratio, rel_tol=1e-6):
+        said.append(
+            f"heatlens has no lens of the ratio {dof.aperture_ratio:.3g}, only from "
+            f"{SQUEEZE_LEAST:g} to {SQUEEZE_MOST:g}: {squeeze:g} was taken."
+        )
+    if dof.aperture_blades > BLADES_MOST:
+        said.append(f"{dof.aperture_blades} blades were taken for a round opening.")
+    return " ".join(said)
+
+
 def sample_of(scene, depsgraph):
     """Return one frame of a camera as heatlens reads it: mm, metres, world to camera."""
     camera = camera_of(scene)
@@ -100,7 +132,7 @@ def sample_of(scene, depsgraph):
         "focus_distance_m": focus_distance(camera, depsgraph),
         "sensor_width_mm": width,
         "sensor_height_mm": height,
-        "squeeze": min(max(data.dof.aperture_ratio, SQUEEZE_LEAST), SQUEEZE_MOST),
+        **opening_of(data.dof),
         "world_to_camera": [list(row) for row in place.inverted()],
     }
 
@@ -257,6 +289,8 @@ class HEATLENS_OT_render_plate(bpy.types.Operator):
         except (NoCameraError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        if left := left_out(camera_of(scene).data.dof):
+            self.report({"WARNING"}, left)
         try:
             bpy.ops.render.render(how, animation=self.animation, write_still=not self.animation)
         except RuntimeError as error:
@@ -331,7 +365,8 @@ def open_plate(scene, frames):
             _FOLLOW.know(shot)
         if scene.heatlens.open_window and not bpy.app.background:
             opened_window("view", shot)
-        _FOLLOW.message = f"{shot.name}: save it in heatlens, and the camera here follows."
+        said = f"{shot.name}: save it in heatlens, and the camera here follows."
+        _FOLLOW.message = f"{said} {left_out(camera_of(scene).data.dof)}".strip()
     except OSError:
         _FOLLOW.message = NOT_FOUND
     except RuntimeError as error:
@@ -514,6 +549,12 @@ def address_of(scene):
     return "127.0.0.1", scene.heatlens.port
 
 
+@functools.cache
+def live_folder():
+    """Return a folder that nobody else can write to. It stays, as heatlens may read it again."""
+    return Path(tempfile.mkdtemp(prefix="heatlens_"))
+
+
 class HEATLENS_OT_live_cycles(bpy.types.Operator):
     """Render passes without depth of field that get finer, and send each; Blender waits for them"""
 
@@ -523,7 +564,7 @@ class HEATLENS_OT_live_cycles(bpy.types.Operator):
     def execute(self, context):
         """Render each pass into one file, which heatlens is asked to read again."""
         scene, sender = context.scene, Sender()
-        path = Path(tempfile.gettempdir()) / f"heatlens_live_{os.getpid()}.exr"
+        path = live_folder() / "live.exr"
         try:
             sample = sample_of(scene, context.evaluated_depsgraph_get())
             is_progressive = scene.render.engine == "CYCLES"

@@ -1,6 +1,7 @@
 """The add-on in Blender itself, without its window; skipped where its module is missing."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -31,6 +32,9 @@ scene, render = bpy.context.scene, bpy.context.scene.render
 scene.heatlens.folder, scene.heatlens.port = str(folder), port
 data = scene.camera.data
 data.lens, data.dof.use_dof, data.dof.aperture_fstop, data.dof.focus_distance = 85, True, 2, 11
+dof = data.dof
+dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 5, 0.25, 1.5
+data["rim"] = 0.5
 render.engine, render.resolution_x, render.resolution_y = "CYCLES", 48, 27
 render.resolution_percentage, scene.cycles.samples, scene.cycles.use_denoising = 100, 1, False
 scene.frame_set(12)
@@ -46,12 +50,18 @@ before = state()
 bpy.ops.heatlens.render_plate()
 facts = {"before": before, "restored": state(), "message": module._FOLLOW.message}
 module.LIVE_SAMPLES = (1, 2)
+asked = module.asked
+module.asked = lambda path, first: facts.setdefault("live", str(path)) and asked(path, first)
 bpy.ops.heatlens.live_cycles()
+facts["live_mode"] = os.stat(os.path.dirname(facts["live"])).st_mode & 0o777
 facts["restored_live"] = state()
 shot = module.shot_path(scene)
+assert shot.exists(), module._FOLLOW.message
 module._FOLLOW.poll(scene)
 saved = json.loads(shot.read_text())
 saved["lens"]["f_stop"], saved["lens"]["focus_distance_m"] = 1.4, 7.5
+for name in ("blades", "blade_rotation_deg", "squeeze"):
+    facts[name] = saved["lens"].pop(name)
 shot.write_text(json.dumps(saved))
 os.utime(shot, (time.time() + 2, time.time() + 2))
 for _ in range(600):
@@ -60,6 +70,12 @@ for _ in range(600):
         break
     time.sleep(0.1)
 facts["lens"] = [data.lens, data.dof.aperture_fstop, data.dof.focus_distance]
+facts["opening"] = [dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio]
+facts["own"] = sorted(data.keys())
+scene.heatlens.folder += "_left_out"
+dof.aperture_ratio, dof.aperture_blades = 0.7, 40
+bpy.ops.heatlens.render_plate()
+facts["left_out"] = module._FOLLOW.message
 facts["camera"] = scene.camera.data.name == data.name
 facts["followed"] = module._FOLLOW.message
 module.unregister()
@@ -103,3 +119,13 @@ def test_a_plate_a_live_picture_and_the_lens_back(tmp_path):
 
     assert facts["lens"] == pytest.approx([85, 1.4, 7.5], rel=1e-6), facts["followed"]
     assert facts["camera"]
+    assert facts["live_mode"] == 0o700
+    told = [facts[name] for name in ("blades", "blade_rotation_deg", "squeeze")]
+    # A corner at 0.25 + pi / 5, where Blender's stands; the nearest one to the top is the third.
+    corner_deg = math.degrees(0.25 + math.pi / 5) + 72 - 90
+    assert told == pytest.approx([5, corner_deg, 1.5], abs=1e-4)
+    # The shot that came back is round, so the camera is, and has no rim of an earlier shot.
+    assert (facts["opening"], facts["own"]) == ([0, 0, 1], [])
+    assert "ratio 0.7" in facts["left_out"] and "40 blades" in facts["left_out"]
+    other = read_shot(next(folder.with_name("plates_left_out").glob("*.heatlens.json"))).lens
+    assert (other.blades, other.squeeze) == (0, 1.0)

@@ -11,9 +11,14 @@ from hypothesis import strategies as st
 
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.camera_file import write_camera
+from heatlens.camera.from_shot import camera_before_plates
 from heatlens.camera.same_discs import with_renderer_f_stop
 from heatlens.camera.samples import INFINITE_M
+from heatlens.model.frames import FrameRange
+from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
+from heatlens.model.opening_image import OpeningImage
+from heatlens.model.shot import Shot
 from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import FRAMES, SHOTS, TARGET, dolly, moving_camera
 
@@ -28,6 +33,9 @@ class Block(SimpleNamespace):
 
     def __setitem__(self, name: str, value: object) -> None:
         self.own[name] = value
+
+    def pop(self, name: str, default: object) -> object:
+        return self.own.pop(name, default)
 
     def value_of(self, path: str) -> object:
         if path.startswith("["):
@@ -96,6 +104,35 @@ def run(text: str, bpy: ModuleType) -> Block:
         patch.setitem(sys.modules, "bpy", bpy)
         exec(compile(text, "camera.py", "exec"), {"__name__": "__main__"})
     return bpy.context.scene.camera
+
+
+ONE = FrameRange(1, 1)
+OPENINGS = st.fixed_dictionaries(
+    {
+        "blades": st.sampled_from([0, 3, 5, 8]),
+        "blade_rotation_deg": st.sampled_from([0.0, 20.0]),
+        "cat_eye": st.sampled_from([0.0, 0.5]),
+        "rim": st.sampled_from([0.0, -0.5]),
+        "squeeze": st.sampled_from([1.0, 1.5]),
+        "widest_f_stop": st.sampled_from([None, 1.0]),
+        "aperture_image": st.sampled_from([None, OpeningImage("heart.png")]),
+    }
+)
+
+
+@given(OPENINGS, OPENINGS)
+def test_a_lens_leaves_nothing_of_the_one_before(before, after):
+    """After any two lenses the camera has what it has after the second alone."""
+    first, second = (
+        blender_text(camera_before_plates(Shot(Lens(50.0, 2.0, 2.0, 36.0, **opening)), "c", ONE))
+        for opening in (before, after)
+    )
+    both = blender()
+    run(first, both)
+    found = run(second, both).data
+    alone = run(second, blender()).data
+    assert (found.dof, found.own) == (alone.dof, alone.own)
+    assert found.dof.aperture_blades == after["blades"]
 
 
 def test_a_new_camera_has_the_lens_at_every_frame(tmp_path):

@@ -10,6 +10,8 @@ from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.from_shot import camera_before_plates
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.nuke_write import nuke_text
+from heatlens.commands.main import main
+from heatlens.documents.shot_file import read_shot
 from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
@@ -45,7 +47,15 @@ def test_it_comes_back(tmp_path: Path, suffix: str) -> None:
 def test_a_round_lens_says_nothing_of_it() -> None:
     camera = camera_before_plates(Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames), "cam")
     assert camera.blades is None and "blade" not in nuke_text(camera)
-    assert "aperture_blades" not in blender_text(camera)
+
+
+@pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
+def test_a_new_shot_takes_it_and_options_go_before_it(tmp_path: Path, suffix: str) -> None:
+    camera, shot = tmp_path / f"cam{suffix}", tmp_path / "s.heatlens.json"
+    write_camera(camera, camera_before_plates(SHOT, "cam"))
+    words = ["shot", "new", "no.####.exr", "--camera", str(camera), "-o", str(shot)]
+    assert main([*words, "--rim", "0.75"]) == 0
+    assert read_shot(shot).lens == replace(LENS, rim=0.75)
 
 
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])

@@ -2,7 +2,10 @@
 
 import math
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.into_shot import with_camera
@@ -10,7 +13,11 @@ from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
 from heatlens.errors import InputError
 from heatlens.model.lens import Lens
+from heatlens.model.plausibility import DepthSpan, focus_unit_doubts
 from heatlens.model.shot import Shot
+from heatlens.plate.shoot_names import shoot_lens
+from support.command_line import stderr_of_run
+from support.exr_files import rgb, write_file
 from support.shoot_tables import SHOOT_TABLES
 
 
@@ -108,8 +115,10 @@ def test_each_cell_may_have_its_own_unit(tmp_path):
     rows = "1001,6' 3\",2.8\n1005,6ft,2.8\n1010,150cm,2.8\n1011,7,2.8\n"
     camera = written(tmp_path, f"frame,focus,f-stop\n{rows}")
     assert camera.focus_distance_m == pytest.approx((1.905, 1.8288, 1.5, 7.0))
+    assert camera.focus_without_unit_m == ()
     assert camera.notes == (
-        "The focus stands without a unit in 1 of 4 rows and is taken for metres there.",
+        "The focus stands without a unit in 1 of 4 rows and is taken for metres; --table-unit "
+        "focus=mm, cm, ft or in says another.",
     )
 
 
@@ -125,6 +134,93 @@ def test_a_column_that_is_mostly_unreadable_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"'focus'.*2 of 3 rows: row 2 holds 'near'") as caught:
         written(tmp_path, "frame,focus,f-stop\n1,near,2\n2,far,2\n3,2,2\n")
     assert "take.csv" in str(caught.value)
+
+
+def plate_at(path, depth_m):
+    """Write a plate with surfaces from 1.2 m to `depth_m`."""
+    depth = np.linspace(1.2, depth_m, 24, dtype=np.float32).reshape(4, 6)
+    return write_file(path, rgb(4, 6) | {"Z": depth})
+
+
+@pytest.mark.parametrize(("unit", "named"), [("mm", "millimetres"), ("cm", "centimetres")])
+def test_a_focus_in_a_smaller_unit_is_doubted_before_the_depths_of_the_plate(
+    unit, named, tmp_path, capsys
+):
+    plate, shot = plate_at(tmp_path / "p.1001.exr", 64), tmp_path / "s.heatlens.json"
+    per_m = {"mm": 1000, "cm": 100}[unit]
+    table = tmp_path / "take.csv"
+    table.write_text(f"focus,f-stop\n{2 * per_m},2.8\n{3.15 * per_m},2.8\n")
+    words = ["shot", "new", plate, "--lens-from", f"{table}@1001", "-o", shot, "--overwrite"]
+    words += ["--focal-length", 50, "--sensor-width", 36]
+    said = stderr_of_run(capsys, 0, *words)
+    assert f"If {named} are meant, say --table-unit focus={unit}." in said
+    assert f"--table-unit focus={unit}." in stderr_of_run(capsys, 2, *words, "--strict")
+    said = stderr_of_run(capsys, 0, *words, "--strict", "--table-unit", f"focus={unit}")
+    assert "meant" not in said and "without a unit" not in said
+    assert read_shot(shot).lens_at(1001).focus_distance_m == pytest.approx(2.0)
+
+
+@given(st.lists(st.floats(0.5, 80.0), min_size=1, max_size=5), st.sampled_from(["mm", "cm", "ft"]))
+def test_the_unit_that_a_person_says_counts_but_not_over_one_beside_a_number(told_m, unit):
+    per_m = {"mm": 1000.0, "cm": 100.0, "ft": 1 / 0.3048}[unit]
+    for name in ("focus", "focus (m)"):
+        for distance_m in told_m:
+            bare = shoot_lens({name: f"{distance_m * per_m!r}"}, None, 1 / per_m)
+            assert bare.focus_distance_m == pytest.approx(distance_m) and bare.has_unit
+            assert shoot_lens({name: "150cm"}, None, 1 / per_m).focus_distance_m == 1.5
+
+
+@given(st.floats(0.1, 1e3), st.floats(1.1, 300.0))
+def test_a_focus_among_the_surfaces_is_in_no_doubt(near_m, times):
+    span = DepthSpan(near_m, near_m * times)
+    for focus_m in (near_m, near_m * times, near_m * math.sqrt(times), math.inf):
+        assert focus_unit_doubts([focus_m], span) == ()
+    (doubt,) = focus_unit_doubts([1e3 * near_m * math.sqrt(times)], span)
+    assert "focus=mm" in doubt.sentence
+
+
+@pytest.mark.parametrize("option", ["'furlong'", "iris=mm"])
+def test_a_unit_that_is_none_is_refused(option, tmp_path, capsys):
+    (tmp_path / "t.csv").write_text("focus,iris\n2000,2.8\n")
+    words = ["shot", "new", "no.####.exr", "-o", tmp_path / "s.heatlens.json", "--table-unit"]
+    typed = option if "=" in option else f"focus={option[1:-1]}"
+    assert option in stderr_of_run(capsys, 2, *words, typed, "--lens-from", tmp_path / "t.csv")
+    assert "--lens-from names" in stderr_of_run(capsys, 2, *words, "focus=mm")
+    said = stderr_of_run(capsys, 2, *words, "focus=mm", "--lens-from", tmp_path / "cam.json")
+    assert "no table of a shoot" in said
+
+
+def test_columns_that_are_not_understood_are_named(tmp_path):
+    path = tmp_path / "take.csv"
+    path.write_text("No,FocusPosition [m],IrisF,FocalLength [mm]\n1,2.5,2.8,50\n")
+    camera = read_camera(f"{path}@1001")
+    assert camera.focal_length_mm == (50.0,) and camera.focus_distance_m is None
+    (note,) = camera.notes
+    assert "'FocusPosition [m]', 'IrisF', 'No'" in note and "Focus Distance" in note
+    path.write_text("Fokus (m);Blende;Brennweite\n2,5;2,8;50\n")
+    with pytest.raises(InputError, match=r"no row has a value.*'Fokus \(m\)'.*Focal Length"):
+        read_camera(f"{path}@1001")
+
+
+def test_two_columns_that_disagree_are_told(tmp_path):
+    rows = "1000,T1,2.5\n1000,T2.8,2.5\n1000,T4,2.5\n"
+    camera = written(tmp_path, f"Lens Linear Iris,Iris (T-Stop),Focus Distance (m)\n{rows}")
+    assert camera.f_stop == (1.0,) * 3
+    conflict = next(note for note in camera.notes if "disagree" in note)
+    assert "2 of 3 rows" in conflict and "row 3 holds '1000' and 'T2.8'" in conflict
+    same = written(tmp_path, "focus (ft),focus distance (m),iris\n8,2.44,2.8\n20,6.1,2.8\n")
+    assert not any("disagree" in note for note in same.notes)
+
+
+def test_where_values_came_from_is_told(table, tmp_path, capsys):
+    plate = plate_at(tmp_path / "p.1001.exr", 64)
+    words = ["shot", "new", plate, "-o", tmp_path / "s.heatlens.json", "--overwrite"]
+    words += ["--focal-length", 50]
+    take = f"{table('sony')}@1001"
+    said = stderr_of_run(capsys, 0, *words, "--lens-from", take, "--key", "f-stop@1001=4")
+    for words in (f"focus 1.777 m ({take})", "f/4 (--key)", "length 50 mm (--focal-length)"):
+        assert words in said
+    assert "(--focus-distance)" not in said and "(--f-stop)" not in said
 
 
 @pytest.mark.parametrize(

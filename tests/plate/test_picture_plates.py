@@ -11,7 +11,7 @@ from PIL import Image
 from heatlens.color.input_space import input_space_of
 from heatlens.commands.main import main
 from heatlens.errors import InputError
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.plate.display import srgb_decoded, srgb_encoded
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.header_read import read_color_header
@@ -123,6 +123,7 @@ def test_what_exif_tells_of_the_lens_is_there(tmp_path, depth_map):
     ("convention", "made"),
     [
         ("disparity", lambda z: disparity(z, NEAR_M, FAR_M)),
+        ("disparity-inverted", lambda z: 1 - disparity(z, NEAR_M, FAR_M)),
         ("normalized", lambda z: (z - NEAR_M) / (FAR_M - NEAR_M)),
         ("normalized-inverted", lambda z: (FAR_M - z) / (FAR_M - NEAR_M)),
     ],
@@ -132,10 +133,9 @@ def test_maps_of_whole_numbers_between_two_ends(photo, tmp_path, kind, conventio
     plate = plate_of(photo, path, depth_convention=convention, near_m=NEAR_M, far_m=FAR_M)
     depth = np.where(np.isinf(plate.depth_m), FAR_M, plate.depth_m)
     step = 1 / LARGEST[kind]
-    error = (
-        np.abs(1 / depth - 1 / metres()) if convention == "disparity" else np.abs(depth - metres())
-    )
-    assert error.max() <= (0.9 if convention == "disparity" else 9.0) * step
+    is_disparity = DepthConvention(convention).facts.is_disparity
+    error = np.abs(1 / depth - 1 / metres()) if is_disparity else np.abs(depth - metres())
+    assert error.max() <= (0.9 if is_disparity else 9.0) * step
     assert plate.depth.convention == convention and not plate.depth.question
 
 
@@ -156,6 +156,39 @@ def test_floating_point_metres(photo, tmp_path, suffix):
     np.testing.assert_allclose(plate.depth_m, values, rtol=1e-6)
 
 
+def test_black_may_be_near(photo, tmp_path, capsys):
+    """A map says its ends nowhere: slopes that are even over 1/z are so with either end near."""
+    made = disparity(metres(), NEAR_M, FAR_M)
+    for name, values in (("white", made), ("black", 1 - made)):
+        save(tmp_path / f"{name}.png", whole(values, "u2"))
+    words = ["render", photo, "-o", tmp_path / "o.png", "--f-stop", 2, "--focus-distance", 2]
+    words += ["--focal-length", 50, "--near", NEAR_M, "--far", FAR_M, "--depth"]
+    for name, right in (("white", "disparity"), ("black", "disparity-inverted")):
+        path = tmp_path / f"{name}.png"
+        said = stderr_of_run(capsys, 0, *words, path)
+        assert said.count("is white near in it, or black?") == said.count("run evenly") == 1
+        assert "disparity-inverted where black is near" in stderr_of_run(
+            capsys, 2, *words, path, "--strict"
+        )
+        told = {"depth_convention": right, "near_m": NEAR_M, "far_m": FAR_M, "strict": True}
+        plate = plate_of(photo, path, **told)
+        np.testing.assert_allclose(1 / plate.depth_m, 1 / metres(), atol=2e-5)
+        assert not plate.depth.question
+    backwards = ["--near", FAR_M, "--far", NEAR_M]
+    said = stderr_of_run(capsys, 2, *words, tmp_path / "black.png", *backwards)
+    assert "said with --depth-convention" in said
+
+
+def test_info_says_the_reading_of_a_depth_once(photo, tmp_path, capsys):
+    for name, values in (("slopes", disparity(metres(), 1, 10)), ("levels", metres() < 1.5)):
+        path = save(tmp_path / f"{name}.png", whole(values, "u1"))
+        assert main(["info", str(photo), "--depth", str(path)]) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        plate = plate_of(photo, path)
+        for words in (plate.depth.why, plate.depth.question, "--near and --far"):
+            assert said.count(words) == 1
+
+
 def test_a_network_in_floating_point_has_a_scale_of_its_own(photo, tmp_path):
     path = tmp_path / "midas.npy"
     np.save(path, (300 + 5000 * disparity(metres(), NEAR_M, FAR_M)).astype(np.float32))
@@ -169,7 +202,12 @@ def test_a_map_without_a_word_is_asked_about(photo, tmp_path, capsys):
     depth_map = save(tmp_path / "levels.png", levels)
     plate = plate_of(photo, depth_map)
     assert plate.depth.convention == "disparity"
-    for words in ("is it disparity", "--near and --far", "distance with --scene-unit"):
+    for words in (
+        "is it disparity",
+        "disparity-inverted (black near)",
+        "--near and --far",
+        "distance with --scene-unit",
+    ):
         assert words in plate.depth.question
     assert "taken as 1 m and 10 m" in plate.depth.why
     assert set(plate.depth_m.flat) == {1.0, 10.0}

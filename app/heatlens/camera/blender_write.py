@@ -24,6 +24,7 @@ _PROPERTIES = {
     "blade_curvature": '["blade_curvature"]',
 }
 _BLADES, _ROTATION = "dof.aperture_blades", "dof.aperture_rotation"
+_IMAGE = '["aperture_image"]'
 _ROTATION_ORDER = "XYZ"  # Blender's own
 _SCRIPT = '''\
 """A lens of heatlens for Blender: run it in the text editor, or blender SCENE --python THIS_FILE.
@@ -79,7 +80,10 @@ def set_track(owner, path, values):
 
 
 def set_value(owner, path, value):
-    """Set a property of Blender, or one of our own, whose path is in brackets."""
+    """Set a property of Blender, or one of our own, whose path is in brackets; None removes it."""
+    if path.startswith("[") and value is None:
+        owner.pop(path.strip('[]"'), None)
+        return
     if path.startswith("["):
         owner[path.strip('[]"')] = value
         return
@@ -127,8 +131,9 @@ camera = camera_object()
 camera.data.sensor_fit = "HORIZONTAL"
 for path, values in LENS.items():
     # Blender takes a unit of its scene for a metre of its lens, whatever the scale of units says.
-    factor = 1 / units_per_m if path == "dof.aperture_fstop" else 1
-    set_track(camera.data, path, scaled(values, factor))
+    if path == "dof.aperture_fstop":
+        values = scaled(values, 1 / units_per_m)
+    set_track(camera.data, path, values)
 if FOCUS_DISTANCE_M is not None:
     camera.data.dof.use_dof = True
     camera.data.dof.focus_object = None
@@ -140,11 +145,6 @@ if LOCATION_M is not None:
 
 def blender_text(camera: CameraSamples) -> str:
     """Return the Python script, which needs only Blender."""
-    tracks = camera.lens_tracks
-    lens = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
-    lens |= _diaphragm(camera)
-    if camera.aperture_image is not None:
-        lens['["aperture_image"]'] = camera.aperture_image.path
     focus = camera.focus_distance_m
     location, rotation = _placement(camera)
     fps, fps_base = _rate(camera.frames_per_second)
@@ -153,11 +153,25 @@ def blender_text(camera: CameraSamples) -> str:
         fps=fps,
         fps_base=fps_base,
         frames=_literal(list(camera.frames)),
-        lens=_literal(lens),
+        lens=_literal(_lens(camera)),
         focus=_literal(None if focus is None else _values([finite_m(value) for value in focus])),
         location=_literal(location),
         rotation=_literal(rotation),
     )
+
+
+def _lens(camera: CameraSamples) -> dict[str, Any]:
+    """Return the value of each property; None for one of our own that an earlier lens may have.
+
+    A camera that tells its f-stop tells its opening too: what it does not say is as in a plain
+    lens, whatever the camera of Blender had before.
+    """
+    tracks, image = camera.lens_tracks, camera.aperture_image
+    told = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
+    if camera.f_stop is None and camera.blades is None:
+        return told
+    own = {path: None for path in _PROPERTIES.values() if path.startswith("[")}
+    return own | told | _diaphragm(camera) | {_IMAGE: None if image is None else image.path}
 
 
 def _diaphragm(camera: CameraSamples) -> dict[str, Any]:
@@ -166,9 +180,7 @@ def _diaphragm(camera: CameraSamples) -> dict[str, Any]:
     Both have corners on the circle. At rotation 0 Blender has the middle of a blade at the right,
     and ours a corner on top; both turn anticlockwise.
     """
-    if camera.blades is None:
-        return {}
-    number = [round(value) for value in camera.blades]
+    number = [round(value) for value in camera.blades or (0.0,) * len(camera.frames)]
     rotation = camera.blade_rotation_deg or (0.0,) * len(number)
     turns = [
         math.remainder(math.pi / 2 + math.radians(deg) - math.pi / n, 2 * math.pi / n) if n else 0.0

@@ -60,7 +60,12 @@ def left_out_of(path: str | os.PathLike[str], camera: CameraSamples) -> tuple[st
     return (told,) if told else ()
 
 
-def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:
+def read_camera(
+    text: str,
+    scene_unit_m: float = 1.0,
+    up_axis: UpAxis = "y",
+    focus_unit_m: float | None = None,
+) -> CameraSamples:
     """Read the camera that `text` names.
 
     This is a USD file, with the camera's path where it holds several (`shot.usda:/world/cam`), JSON
@@ -68,12 +73,17 @@ def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> 
     `take.csv@1001` puts the first row of a shoot at frame 1001.
 
     Headers alone do not tell the unit of their world, which is `scene_unit_m` metres, and which
-    axis points up in it, which is `up_axis`.
+    axis points up in it, which is `up_axis`. `focus_unit_m` is the unit of the focus in the table
+    of a shoot, where a person says it.
 
     Raises InputError if there is no camera, the file is damaged, or an aperture image that it
     names cannot be read.
     """
     path, _ = split_prim(text)
+    if (table := _shoot_table(text, path)) is not None:
+        return read_shoot_table(*table, focus_unit_m)
+    if focus_unit_m is not None:
+        raise InputError(f"{text} is no table of a shoot, so --table-unit says nothing of it.")
     camera = _camera_named(text, path, scene_unit_m, up_axis)
     if camera.aperture_image is None:
         return camera
@@ -92,9 +102,7 @@ def _camera_named(text: str, path: Path, scene_unit_m: float, up_axis: UpAxis) -
     if suffix == ".json":
         return read_json_camera(path)
     if suffix == ".csv":
-        return _read_table(path)
-    if (match := _AT_FRAME.fullmatch(text)) is not None:
-        return read_shoot_table(Path(match[1]), int(match[2]))
+        return read_csv_camera(path)
     if suffix in (".nk", ".py"):
         raise InputError(
             f"{path}: heatlens writes cameras of this kind but cannot read them. Use USD."
@@ -102,13 +110,17 @@ def _camera_named(text: str, path: Path, scene_unit_m: float, up_axis: UpAxis) -
     return read_plate_camera(text, scene_unit_m, up_axis)
 
 
-def _read_table(path: Path) -> CameraSamples:
-    """Read a table: that of a shoot where its columns are, else one that heatlens has written."""
+def _shoot_table(text: str, path: Path) -> tuple[Path, int | None] | None:
+    """Return the table of a shoot and the frame of its first row; None for other cameras."""
+    if (match := _AT_FRAME.fullmatch(text)) is not None:
+        return Path(match[1]), int(match[2])
+    if path.suffix.lower() != ".csv":
+        return None
     try:
         names = table_columns(path)
     except InputError:  # what is wrong with it, `read_csv_camera` says as it says it of its own
-        names = []
-    return read_shoot_table(path) if is_shoot_table(names) else read_csv_camera(path)
+        return None
+    return (path, None) if is_shoot_table(names) else None
 
 
 def _check_unit(path: Path, meters_per_unit: float) -> None:

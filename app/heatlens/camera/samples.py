@@ -67,6 +67,8 @@ class CameraSamples:
     blades and others  as in `Lens`; None if they are as without being told
     aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
     timecodes          of each frame, where the table of a shoot tells them
+    has_focus_unit     False for the table of a shoot that names no unit of its focus in any row,
+                       which is taken for metres
 
     Raises InputError that names the frame if a value is impossible for a camera.
     """
@@ -94,6 +96,7 @@ class CameraSamples:
     widest_f_stop: Track | None = None
     aperture_image: OpeningImage | None = None
     timecodes: tuple[Timecode, ...] | None = field(default=None, compare=False)
+    has_focus_unit: bool = field(default=True, compare=False)
 
     def __post_init__(self) -> None:
         _check_frames(self.frames)
@@ -111,6 +114,11 @@ class CameraSamples:
         """The known tracks, by the names of their fields."""
         named = {name: getattr(self, name) for name in LENS_TRACKS}
         return {name: track for name, track in named.items() if track is not None}
+
+    @property
+    def focus_without_unit_m(self) -> Track:
+        """The focus distances, where they were taken for metres without being told."""
+        return () if self.has_focus_unit else self.focus_distance_m or ()
 
     @property
     def identifier(self) -> str:

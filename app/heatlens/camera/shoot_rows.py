@@ -87,6 +87,22 @@ def unreadable_notes(path: Path, table: ShootTable, lenses: Sequence[ShootLens])
     return notes
 
 
+def conflict_notes(table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
+    """Return a sentence for each value that two columns tell, and tell differently in some row."""
+    notes = []
+    for field in _EXPECTED:
+        rows = [index for index, lens in enumerate(lenses) if field in lens.conflicts]
+        if rows:
+            lens, row = lenses[rows[0]], table.rows[rows[0]]
+            first, other = lens.sources[field], lens.conflicts[field]
+            notes.append(
+                f"The columns {first!r} and {other!r} disagree in {len(rows)} of {len(lenses)} "
+                f"rows, and {first!r} counts: row {table.row_numbers[rows[0]]} holds "
+                f"{row[first].strip()!r} and {row[other].strip()!r}."
+            )
+    return notes
+
+
 def _too_wide(row: Mapping[str | None, object], number: int, between: str) -> str:
     """Return a sentence if cells lie beyond the last column, as unquoted decimal commas make."""
     extra = row.get(None)

@@ -10,12 +10,18 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.camera.samples import CameraSamples
-from heatlens.camera.shoot_rows import Row, ShootTable, table_of, unreadable_notes
+from heatlens.camera.shoot_rows import (
+    Row,
+    ShootTable,
+    conflict_notes,
+    table_of,
+    unreadable_notes,
+)
 from heatlens.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND
 from heatlens.model.timecode import Timecode, timecode_in
 from heatlens.paths import file_bytes, unreadable
-from heatlens.plate.shoot_names import ShootLens, shoot_lens
+from heatlens.plate.shoot_names import ShootLens, not_understood, shoot_lens
 
 _FRAMES = ("frame", "frameno", "frame number", "index")
 _TIMECODES = ("master tc", "timecode", "time code", "tc", "lens tc", "timecode in")
@@ -28,7 +34,11 @@ _T_AS_F = (
     "The iris is told in T-stops, which are taken for f-stops: the real f-stop is a little wider, "
     "by what the glass swallows."
 )
-_METRES = "The focus stands without a unit and is taken for metres."
+_METRES = (
+    "The focus stands without a unit{0} and is taken for metres; --table-unit focus=mm, cm, ft or "
+    "in says another."
+)
+_TOLD = ("focus_distance_m", "f_stop", "focal_length_mm")
 
 
 def is_shoot_table(names: Sequence[str]) -> bool:
@@ -43,10 +53,13 @@ def table_columns(path: Path) -> list[str]:
     return [] if _OWN & set(names) else list(names)
 
 
-def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSamples:
+def read_shoot_table(
+    path: Path, first_frame: int | None = None, focus_unit_m: float | None = None
+) -> CameraSamples:
     """Read the lens at each row; the first row is at `first_frame`, or as numbered in the table.
 
-    Without `first_frame` the timecodes of the rows are kept, to be matched with those of a shot. A
+    Without `first_frame` the timecodes of the rows are kept, to be matched with those of a shot.
+    `focus_unit_m` is the unit of focus distances that have none of their own, where it is known. A
     missing value is taken from the row before, and so are a few that cannot be read, which a note
     says. Raises InputError if the file cannot be read, has no rows, most values of a column cannot
     be read, or the frames are not in order.
@@ -58,15 +71,17 @@ def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSample
     if table.too_wide:
         raise InputError(f"{path}: {table.too_wide}")
     unit_m = 1e-3 if _OF_RED <= set(rows[0]) else None
-    lenses = [shoot_lens(row, unit_m) for row in rows]
-    notes = unreadable_notes(path, table, lenses)
+    lenses = [shoot_lens(row, unit_m, focus_unit_m) for row in rows]
+    notes = [*unreadable_notes(path, table, lenses), *conflict_notes(table, lenses)]
     tracks: dict[str, Any] = {name: _track(name, lenses) for name in _READ}
     notes += _unit_notes(lenses)
     if tracks["f_stop"] is None and (t_stops := _track("t_stop", lenses)) is not None:
         tracks["f_stop"] = t_stops
         notes.append(_T_AS_F)
     if all(track is None for track in tracks.values()):
-        raise InputError(f"{path}: no row has a value of the lens.")
+        raise InputError(f"{path}: no row has a value of the lens. {_unknown(table)}".strip())
+    if any(tracks[name] is None for name in _TOLD) and (unknown := _unknown(table)):
+        notes.append(unknown)
     try:
         return CameraSamples(
             name=path.name.split(".")[0],
@@ -74,6 +89,7 @@ def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSample
             **tracks,
             frames_per_second=_rate(rows[0]),
             timecodes=_timecodes(rows) if first_frame is None else None,
+            has_focus_unit=any(lens.has_unit and lens.focus_distance_m for lens in lenses),
             notes=tuple(notes),
         )
     except InputError as error:
@@ -109,10 +125,14 @@ def _unit_notes(lenses: Sequence[ShootLens]) -> list[str]:
         return []
     of = sum(lens.focus_distance_m is not None for lens in lenses)
     if count == of:
-        return [_METRES]
-    return [
-        f"The focus stands without a unit in {count} of {of} rows and is taken for metres there."
-    ]
+        return [_METRES.format("")]
+    return [_METRES.format(f" in {count} of {of} rows")]
+
+
+def _unknown(table: ShootTable) -> str:
+    """Return a sentence on the columns that are not understood; "" where all are."""
+    others = {*_FRAMES, *_TIMECODES, *_RATES}
+    return not_understood(name for name in table.columns if name.strip().lower() not in others)
 
 
 def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[int, ...]:

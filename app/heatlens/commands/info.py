@@ -137,8 +137,18 @@ def _plate_lines(facts: dict[str, Any]) -> list[Line]:
         *_color_lines(facts["color"]),
         *_depth_lines(facts["depth"]),
         *_behind_lines(facts["behind"]),
-        *(("note", note) for note in facts["notes"]),
+        *(("note", note) for note in _notes(facts)),
     ]
+
+
+def _notes(facts: dict[str, Any]) -> list[str]:
+    """Return the notes without the reading of the depth and its reason, which have their lines."""
+    why, question = (facts["depth"].get(name, "") for name in ("why", "question"))
+    notes = (
+        note.removesuffix(why).rstrip() * bool(question) if why and note.endswith(why) else note
+        for note in facts["notes"]
+    )
+    return [note for note in notes if note]
 
 
 def _window(corners: list[int]) -> str:

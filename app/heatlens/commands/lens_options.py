@@ -115,12 +115,13 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
 
 
 def sources_of(args: argparse.Namespace) -> dict[str, str]:
-    """Return the option that gives each field of Lens."""
+    """Return what gives each field of Lens: an option, or a camera or key that stands for one."""
     back = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
     focus = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
     typed = {**_FLAGS, "sensor_width_mm": back, "focus_distance_m": focus}
     if args.focal_length is None:
         typed["focal_length_mm"] = f"--lens-kit {args.lens_kit}"
+    typed |= getattr(args, "origins", {})
     given = given_lens(args)
     return {
         field: option

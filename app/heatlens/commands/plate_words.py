@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from heatlens.camera.samples import CameraSamples
 from heatlens.commands.say import say
 from heatlens.errors import InputError
 from heatlens.model.lens import Lens
@@ -33,12 +34,17 @@ def say_reading(plate: Plate, said_of_lens: str) -> None:
     say(depth_note(plate), *plate.notes, said_of_lens)
 
 
-def say_doubts_of_shot(shot: Shot, plate: Plate | None) -> None:
+def say_doubts_of_shot(
+    shot: Shot, plate: Plate | None, camera: CameraSamples | None = None
+) -> None:
     """Print doubts about a shot's lens at its keys, for the depths of its `first_plate`.
 
-    The effect of breathing is printed too.
+    So are doubts about the unit of the focus of `camera`, and the effect of breathing.
     """
-    say(*(breathing_notes(shot.lens, None) if plate is None else shot_notes(shot, plate)))
+    if plate is None:
+        say(*breathing_notes(shot.lens, None))
+    else:
+        say(*shot_notes(shot, plate, () if camera is None else camera.focus_without_unit_m))
 
 
 def overscan_of_shot(shot: Shot, plate: Plate | None, frames: Iterable[int]) -> OverscanNeed | None:

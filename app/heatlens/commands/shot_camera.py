@@ -5,10 +5,13 @@ from collections.abc import Collection
 
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.into_shot import first_values, lens_tracks
-from heatlens.camera.samples import LENS_TRACKS, CameraSamples
+from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples
+from heatlens.commands.field_options import attributes_of
 from heatlens.commands.say import say
+from heatlens.errors import InputError
+from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.model.units import format_distance
+from heatlens.model.units import format_distance, parse_scene_unit_m
 
 # Field of Lens -> the options that set it. The camera's value is used for the first one.
 _OPTIONS = {
@@ -18,6 +21,7 @@ _OPTIONS = {
     "sensor_width_mm": ("sensor_width", "filmback"),
     "squeeze": ("squeeze",),
     "model": ("lens_model",),
+    **{name: attributes_of(Lens, [name]) for name in (*OPENING_TRACKS, "aperture_image")},
 }
 
 
@@ -32,11 +36,31 @@ def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and 
         ".csv of `heatlens camera`, the .csv of a shoot (ARRI, RED, Sony; take.csv@1001 puts its "
         f"first row at frame 1001), or the headers of 'plate.####.exr'; what {wins} say wins",
     )
+    parser.add_argument(
+        "--table-unit",
+        metavar="focus=UNIT",
+        help="unit of the focus in the table of a shoot, where its numbers have none: focus=mm, "
+        "cm, ft, in (default: that of the column's name, else metres)",
+    )
 
 
 def camera_of(args: argparse.Namespace) -> CameraSamples | None:
     """Return the camera of the options, if any."""
-    return None if args.camera is None else read_camera(args.camera)
+    if args.camera is not None:
+        return read_camera(args.camera, focus_unit_m=_table_unit_m(args.table_unit))
+    if args.table_unit is not None:
+        raise InputError("--table-unit is for the table of a shoot, which --lens-from names.")
+    return None
+
+
+def _table_unit_m(text: str | None) -> float | None:
+    """Return the metres in the unit that --table-unit gives the focus; None without it."""
+    if text is None:
+        return None
+    name, is_told, unit = text.partition("=")
+    if name.strip() != "focus" or not is_told:
+        raise InputError(f"--table-unit takes focus=UNIT, as focus=mm, got {text!r}.")
+    return parse_scene_unit_m(unit.strip())
 
 
 def checked_camera_of(args: argparse.Namespace, kept: Collection[str]) -> CameraSamples | None:
@@ -64,8 +88,9 @@ def decided_otherwise(args: argparse.Namespace, keyed: Collection[LensParameter]
 def with_camera_values(
     args: argparse.Namespace, camera: CameraSamples, kept: Collection[str]
 ) -> argparse.Namespace:
-    """Return the options, with the camera's first values for missing ones."""
+    """Return the options, with the camera's first values for missing ones, and their origin."""
     filled = argparse.Namespace(**vars(args))
+    filled.origins = dict.fromkeys(first_values(camera, kept), args.camera)
     for field, first in first_values(camera, kept).items():
         # The focus is text on the command line, because it can have a unit.
         value = repr(first) if field == "focus_distance_m" else first

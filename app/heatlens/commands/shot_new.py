@@ -157,7 +157,7 @@ def _shot_of(args: argparse.Namespace) -> Shot:
         say(*camera.notes, said_of(camera, shot, args.camera, kept))
     shot = _with_keys(shot, keys)
     _say_outside(shot)
-    say_doubts_of_shot(shot, first_plate(shot))
+    say_doubts_of_shot(shot, first_plate(shot), camera)
     return shot
 
 
@@ -228,6 +228,7 @@ def _mark_from_pupil(mark: Mark, lens: Lens) -> Mark:
 def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:
     """Return the options with the first key of each keyed parameter as its value."""
     given = argparse.Namespace(**vars(args))
+    given.origins = {**getattr(args, "origins", {}), **dict.fromkeys(map(str, keys), "--key")}
     for parameter, option in KEYED.values():
         if parameter in keys:
             _say_unused(args, option)

@@ -20,6 +20,7 @@ class DepthFacts:
     takes_ends  distances of a near and a far end count
     needs_ends  without both ends there is no distance, not even an assumed one
     has_unit    the values are in the unit of the scene, or in one over it
+    is_disparity  the values run evenly over 1/distance, between the ends
     is_coc      the values are diameters of the circle of confusion instead of depths
     """
 
@@ -28,6 +29,7 @@ class DepthFacts:
     takes_ends: bool = False
     needs_ends: bool = False
     has_unit: bool = False
+    is_disparity: bool = False
     is_coc: bool = False
 
 
@@ -40,6 +42,7 @@ class DepthConvention(StrEnum):
     NORMALIZED = "normalized"
     NORMALIZED_INVERTED = "normalized-inverted"
     DISPARITY = "disparity"
+    DISPARITY_INVERTED = "disparity-inverted"
     COC = "coc"
 
     @property
@@ -61,7 +64,10 @@ class DepthConvention(StrEnum):
                 return DepthFacts(words, words, takes_ends=True, needs_ends=True)
             case DepthConvention.DISPARITY:
                 words = "evenly over 1/distance, 1 or white near, as phones and depth networks do"
-                return DepthFacts("disparity, 1 near", words, takes_ends=True)
+                return DepthFacts("disparity, 1 near", words, takes_ends=True, is_disparity=True)
+            case DepthConvention.DISPARITY_INVERTED:
+                words = "evenly over 1/distance, 0 or black near"
+                return DepthFacts("disparity, 0 near", words, takes_ends=True, is_disparity=True)
             case DepthConvention.COC:
                 words = "signed diameter of the circle of confusion in pixels, used as it is"
                 return DepthFacts("blur in pixels (coc)", words, is_coc=True)

@@ -5,7 +5,7 @@ all, and nothing else tells. These are doubts and no errors: a person may want s
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -94,6 +94,24 @@ def doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
     if hardware or not span.has_surfaces:  # with impossible hardware every other number is wrong
         return hardware
     return tuple(_focus_doubts(lens, span)) or tuple(_sharpness_doubts(lens, span))
+
+
+def focus_unit_doubts(focus_m: Sequence[float], span: DepthSpan) -> tuple[Doubt, ...]:
+    """Return whether distances without a unit, taken for metres, are likely in another one."""
+    told = sorted(value for value in focus_m if value < math.inf)
+    if not told or not span.has_surfaces:
+        return ()
+    middle = told[len(told) // 2]
+    meant = [unit for unit, unit_m in _FOCUS_UNITS.items() if span.holds(middle * unit_m)]
+    is_near_depths = span.near_m <= middle * _FAR_OFF and middle <= span.far_m * _FAR_OFF
+    if is_near_depths or not meant:
+        return ()
+    ends = " to ".join(dict.fromkeys(format_distance(value) for value in (told[0], told[-1])))
+    sentence = (
+        f"The table's focus, taken for metres, is {ends}, and the picture has surfaces from "
+        f"{span.words}. If {_WORDS[meant[0]]} are meant, say --table-unit focus={meant[0]}."
+    )
+    return (Doubt("focus", sentence),)
 
 
 def span_doubts(span: DepthSpan) -> tuple[Doubt, ...]:

@@ -71,7 +71,7 @@ def read_depth(
     guess = guess_convention(raw, options)
     if guess.question and options.strict:
         raise InputError(guess.question)
-    if guess.convention is DepthConvention.DISPARITY:
+    if guess.convention.facts.is_disparity:
         options, guess = with_ends(raw, options, guess)
     convention = guess.convention
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -121,7 +121,9 @@ def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) 
         case DepthConvention.DISTANCE:
             return _from_distance(raw, options.scene_unit_m)
         case DepthConvention.DISPARITY:
-            return _from_disparity(in_full_scale(raw), options)
+            return _from_disparity(in_full_scale(raw), False, options)
+        case DepthConvention.DISPARITY_INVERTED:
+            return _from_disparity(in_full_scale(raw), True, options)
         case DepthConvention.NORMALIZED:
             return _from_normalized(in_full_scale(raw), False, options)
         case DepthConvention.NORMALIZED_INVERTED:
@@ -184,21 +186,23 @@ def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _C
     return _Converted(depth, infinite, ~(depth > 0) & ~infinite, notes)
 
 
-def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
+def _from_disparity(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Converted:
     """Convert 0..1 that is linear in 1/z, with 0 for far and 1 for near, to metres.
 
-    Phones and neural networks write it. Values outside 0..1 have a scale of their own: the least
-    and the greatest value are then the ends.
+    Phones and neural networks write it; `inverted`, it has 0 for near. Values outside 0..1 have a
+    scale of their own: the least and the greatest value are then the ends.
     """
     near, far = checked_ends(raw, options)
     values = raw.values
     notes: tuple[str, ...] = ()
     if raw.low < 0 or raw.high > NORMALIZED_UP_TO:
         values = (values - np.float32(raw.low)) / np.float32(max(raw.high - raw.low, 1e-30))
+        ends = "--near and --far" if inverted else "--far and --near"
         notes = (
-            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are taken as --far and "
-            "--near, separately in every frame.",
+            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are taken as {ends}, "
+            "separately in every frame.",
         )
+    values = 1 - values if inverted else values
     dioptres = 1 / far + np.clip(values, 0.0, 1.0) * (1 / near - 1 / far)
     infinite = dioptres <= INVERSE_INFINITE_UP_TO
     depth = (1.0 / dioptres).astype(np.float32)

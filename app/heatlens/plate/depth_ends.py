@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 from heatlens.errors import InputError
-from heatlens.model.plate_options import DepthConvention, PlateOptions
+from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.depth_guess import Guess, RawDepth
 
 # A portrait in a room, so that a photo can be looked at before anybody has measured anything.
@@ -22,12 +22,13 @@ def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
             f"{raw.what} is read as normalised: give the distances of its two ends in metres with "
             "--near and --far."
         )
-    is_disparity = options.depth_convention is DepthConvention.DISPARITY
+    is_disparity = options.depth_convention.facts.is_disparity
     is_far_good = far < math.inf or is_disparity
     if not (0 <= near < far and is_far_good) or (is_disparity and near == 0):
         raise InputError(
             f"--near {near:g} and --far {far:g} cannot be the ends of a depth: both are metres, "
-            f"near {'more than' if is_disparity else 'at least'} 0 and less than far."
+            f"near {'more than' if is_disparity else 'at least'} 0 and less than far. Which end of "
+            "the values is near is said with --depth-convention."
         )
     return near, far
 
@@ -35,10 +36,10 @@ def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
 def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[PlateOptions, Guess]:
     """Return options with both ends of a disparity, assuming the usual ones if none are given.
 
-    The guess then asks the user for the assumed ends. Raises InputError in that case if the options
-    are strict, because nothing may be assumed then.
+    The guess then asks the user for the assumed ends, unless it asks for them already. Raises
+    InputError in that case if the options are strict, because nothing may be assumed then.
     """
-    options = replace(options, depth_convention=DepthConvention.DISPARITY)
+    options = replace(options, depth_convention=guess.convention)
     if options.near_m is not None and options.far_m is not None:
         return options, guess
     near = _USUAL_NEAR_M if options.near_m is None else options.near_m
@@ -51,7 +52,7 @@ def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[Plate
     )
     if options.strict:
         raise InputError(asked)
-    question = f"{guess.question} {asked}".strip()
+    question = guess.question if "--near" in guess.question else f"{guess.question} {asked}".strip()
     why = f"{guess.why} Its ends are taken as {near:g} m and {far:g} m."
     return replace(options, near_m=near, far_m=far), replace(
         guess, question=question, why=why, certain=False

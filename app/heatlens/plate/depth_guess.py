@@ -305,16 +305,26 @@ def guess_of_picture(raw: RawDepth, facts: PictureFacts, options: PlateOptions) 
             DepthConvention.DISTANCE, f"{why}, as programs write distances.", False, question
         )
     if votes.says_inverse:
-        why = f"Its flat surfaces run evenly over 1/z, in {votes.inverse} places."
-        return Guess(DepthConvention.DISPARITY, why, certain=False)
+        why = (
+            f"Its flat surfaces run evenly over 1/z, in {votes.inverse} places, which is so with "
+            "either end near; phones and networks write white near."
+        )
+        return Guess(DepthConvention.DISPARITY, why, False, _question_of_direction(raw))
     why = "Phones and networks that estimate depth write disparity, white near."
     return Guess(DepthConvention.DISPARITY, why, False, _question_of_picture(raw, span))
+
+
+def _question_of_direction(raw: RawDepth) -> str:
+    return (
+        f"{raw.what} is disparity, but is white near in it, or black? Say --depth-convention "
+        "disparity, or disparity-inverted where black is near."
+    )
 
 
 def _question_of_picture(raw: RawDepth, span: str) -> str:
     return (
         f"{raw.what} runs from {span}: is it disparity (white near, as phones, MiDaS and Depth "
-        "Anything write it), a depth of 0 to 1, or distances? Say --depth-convention disparity, "
-        "normalized or normalized-inverted (white near), each with --near and --far, or distance "
-        "with --scene-unit."
+        "Anything write it), a depth of 0 to 1, or distances? Say --depth-convention disparity or "
+        "disparity-inverted (black near), normalized or normalized-inverted (white near), each "
+        "with --near and --far, or distance with --scene-unit."
     )

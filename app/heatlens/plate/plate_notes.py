@@ -1,18 +1,21 @@
 """What is to be said of a plate and of the lens in front of it, by commands and from Python."""
 
+from collections.abc import Sequence
+
 from heatlens.errors import InputError
 from heatlens.model.breathing import breathing_note
 from heatlens.model.lens import Lens
-from heatlens.model.plausibility import doubts
+from heatlens.model.plausibility import Doubt, doubts, focus_unit_doubts
 from heatlens.model.shot import Shot
 from heatlens.plate.breathing_window import room_of
 from heatlens.plate.plate import Plate, depth_span
 
 
 def depth_note(plate: Plate) -> str:
-    """Return how the depth was read, and why."""
+    """Return how the depth was read, and why, unless a note of the plate says why."""
     depth = plate.depth
-    return f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}"
+    why = "" if any(depth.why in note for note in plate.notes) else f" {depth.why}"
+    return f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}.{why}"
 
 
 def lens_notes(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> tuple[str, ...]:
@@ -24,14 +27,19 @@ def lens_notes(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -
     return (*breathing_notes(lens, plate), *_doubts(plate, lens, scene_unit_m, is_strict))
 
 
-def shot_notes(shot: Shot, plate: Plate) -> tuple[str, ...]:
+def shot_notes(shot: Shot, plate: Plate, without_unit_m: Sequence[float] = ()) -> tuple[str, ...]:
     """Return what `lens_notes` does for a shot, whose lens is in doubt if it is so at every key.
+
+    Focus distances `without_unit_m` were taken for metres without being told, and are in doubt
+    where another unit fits the depths.
 
     Raises InputError for the first doubt if the plate options of the shot are strict.
     """
     options = shot.plate_options
     lenses = [shot.lens_at(frame) for frame in shot.key_frames] or [shot.lens]
     span = depth_span(plate, options.scene_unit_m)
+    if units := focus_unit_doubts(without_unit_m, span):
+        return (*breathing_notes(shot.lens, plate), *_said(plate, units, options.strict))
     if not all(doubts(lens, span) for lens in lenses):  # a pull may begin in front of all surfaces
         return breathing_notes(shot.lens, plate)
     doubted = _doubts(plate, lenses[0], options.scene_unit_m, options.strict)
@@ -47,7 +55,10 @@ def breathing_notes(lens: Lens, plate: Plate | None) -> tuple[str, ...]:
 def _doubts(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> tuple[str, ...]:
     if not plate.has_distances:
         return ()
-    found = tuple(doubt.sentence for doubt in doubts(lens, depth_span(plate, scene_unit_m)))
+    return _said(plate, doubts(lens, depth_span(plate, scene_unit_m)), is_strict)
+
+
+def _said(plate: Plate, found: Sequence[Doubt], is_strict: bool) -> tuple[str, ...]:
     if found and is_strict:
-        raise InputError(f"{plate.path}: {found[0]}")
-    return found
+        raise InputError(f"{plate.path}: {found[0].sentence}")
+    return tuple(doubt.sentence for doubt in found)
