@@ -19,6 +19,8 @@ from heatlens.model.lens import Lens
 from heatlens.plate.picture_digest import digest, without_advice
 from heatlens.source.origin import Origin
 
+_MOVIE_ENCODING = 2  # raised when movies of the same frames become others; 1 had wrong pixels
+
 
 def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> str:
     """Return 32 hexadecimal digits that are equal if nothing that decides the pixels differs."""
@@ -49,7 +51,8 @@ def _start_of(job: ExportJob) -> str:
 
 def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str:
     """Return the fingerprint of a movie from those of its frames."""
-    return digest({"frames": list(frames), "frames_per_second": frames_per_second})
+    of_movie = {"frames": list(frames), "frames_per_second": frames_per_second}
+    return digest({**of_movie, "encoding": _MOVIE_ENCODING})
 
 
 def _output_facts(job: ExportJob) -> dict[str, Any]:

@@ -47,9 +47,10 @@ class Codec:
     least_bits_px: float
 
 
-# One thread: with several, x264 sometimes makes other bytes of the same frames. It is still much
-# faster than the rendering.
-_X264 = {"crf": "14", "preset": "medium", "threads": "1"}
+# With several threads, and with the rate control "mbtree", which reads memory that nothing has
+# written, x264 sometimes makes other bytes of the same frames. One thread is still much faster than
+# the rendering.
+_X264 = {"crf": "14", "preset": "medium", "threads": "1", "mbtree": "0"}
 _CODECS = {
     ".mov": Codec("prores_ks", "mov", "yuv422p10le", {"profile": "3"}, 2.0),  # 422 HQ
     ".mp4": Codec("libx264", "mp4", "yuv420p", _X264, 0.05),
@@ -160,13 +161,17 @@ class Movie:
     def _coded(self, display: FloatImage) -> Any:
         """Return (H, W, 3) with even sides for the encoder.
 
-        The last row and column are repeated.
+        The last row and column are repeated. Only one thread converts: with several, FFmpeg's bands
+        of rows write over each other's edges if the width is no multiple of what it works on.
         """
         height, width = display.shape[:2]
         even = np.pad(display, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
         frame = av().VideoFrame.from_ndarray(quantised(even, np.uint16), format="rgb48le")
         coded = frame.reformat(
-            format=self._codec.pixel_format, dst_colorspace="ITU709", dst_color_range="MPEG"
+            format=self._codec.pixel_format,
+            dst_colorspace="ITU709",
+            dst_color_range="MPEG",
+            threads=1,
         )
         coded.color_primaries = coded.color_trc = _REC709  # ProRes writes them into every frame
         return coded
