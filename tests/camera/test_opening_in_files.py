@@ -46,7 +46,7 @@ def test_it_comes_back(tmp_path: Path, suffix: str) -> None:
 
 def test_a_round_lens_says_nothing_of_it() -> None:
     camera = camera_before_plates(Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames), "cam")
-    assert camera.blades is None and "blade" not in nuke_text(camera)
+    assert not camera.opening and "blade" not in nuke_text(camera)
 
 
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])

@@ -1,10 +1,13 @@
 """--lens-kit and `heatlens kits`."""
 
 import pytest
+from PIL import Image
 
 from heatlens.commands.main import main
-from heatlens.documents.lens_kits import read_kit
+from heatlens.documents.lens_kits import kit_text, read_kit
 from heatlens.documents.shot_file import read_shot
+from heatlens.model.lens_kit import KitLens, LensCharacter, LensKit
+from heatlens.plate.opening_picture import read_opening_image
 
 SHOT = ("shot", "new", "nothing.####.exr", "--sensor-width", "36", "--focus-distance", "2")
 
@@ -77,3 +80,14 @@ def test_kits_are_listed_and_written_to_be_changed(capsys, tmp_path):
     assert read_kit(path).name == "macro"
     assert main(["kits", "--check", str(path)]) == 0
     assert main(["kits", "nothing"]) == 2
+
+
+def test_a_kit_with_an_image_is_listed_with_its_file(tmp_path, capsys):
+    Image.new("L", (8, 8), 255).save(tmp_path / "star.png")
+    lens = KitLens(50.0, 2.0, 0.5)
+    image = read_opening_image(str(tmp_path / "star.png"))
+    kit = LensKit("own", "stars", (lens,), LensCharacter(rim=0.25, aperture_image=image))
+    (tmp_path / "own.json").write_text(kit_text(kit))
+    assert main(["kits", "--check", str(tmp_path / "own.json")]) == 0
+    told = capsys.readouterr().out
+    assert "rim 0.25" in told and "star.png" in told

@@ -126,7 +126,7 @@ def test_both_say_the_same_of_a_disc(
     on_gpu: ApertureOnGpu, squeeze: float, aspect: float, seed: int
 ) -> None:
     """At random offsets from discs of random radii and ramps, of either side of the focus."""
-    rng, disc = np.random.default_rng(seed), DiscShape(Aperture(squeeze), aspect)
+    rng, disc = np.random.default_rng(seed), DiscShape(Aperture(squeeze=squeeze), aspect)
     radii = np.exp(rng.uniform(np.log(0.1), np.log(200.0), ROUNDS)) * rng.choice([-1, 1], ROUNDS)
     ramps = rng.uniform(0.5, 3.0, ROUNDS)
     offsets = 1.3 * rng.uniform(-1, 1, (ROUNDS, 2)) * np.abs(radii)[:, None]
@@ -150,7 +150,7 @@ def test_both_have_their_points_in_the_same_opening(
     on_gpu: ApertureOnGpu, squeeze: float, radius_m: float, seed: int
 ) -> None:
     """Any map that keeps areas will do; the one for rays is polar, so areas and angles tell it."""
-    pupil = Pupil(Aperture(squeeze), radius_m)
+    pupil = Pupil(Aperture(squeeze=squeeze), radius_m)
     square = np.random.default_rng(seed).random((64, 2)).astype(np.float32).astype(np.float64)
     questions = np.column_stack([square, np.ones(64), np.ones(64)])
     points_m = on_gpu.answers(pupil, questions)[:, 2, :2]
@@ -166,7 +166,7 @@ def test_both_have_their_points_in_the_same_opening(
 @pytest.mark.parametrize("squeeze", [1.0, 1.33, 2.0])
 def test_even_numbers_fill_the_opening_evenly(on_gpu: ApertureOnGpu, squeeze: float) -> None:
     """Each cell of a grid over the box around it gets the points that its area is worth."""
-    side, pupil = 256, Pupil(Aperture(squeeze), 1.0)
+    side, pupil = 256, Pupil(Aperture(squeeze=squeeze), 1.0)
     at = (np.arange(side) + 0.5) / side
     square = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
     questions = np.column_stack([square, np.ones(side**2), np.ones(side**2)])

@@ -23,7 +23,7 @@ from heatlens.model.disc_shape import DiscShape
 from heatlens.model.picture_field import PictureField
 from support.opening_images import letter
 
-ROUND, SQUEEZED = DiscShape(), DiscShape(Aperture(2.0), 1.5)
+ROUND, SQUEEZED = DiscShape(), DiscShape(Aperture(squeeze=2.0), 1.5)
 FIELD = PictureField.of((96, 96))
 BLADED = DiscShape(Aperture(blades=5, blade_rotation_deg=10.0, blade_curvature=0.3))
 CUT = DiscShape(Aperture(blades=9, cat_eye=1.0, rim=0.8), 1.0, FIELD)

@@ -57,7 +57,9 @@ def test_bins_hold_a_quarter_more_each():
 def test_sums_of_small_discs_come_close_to_their_area():
     sums = disc_sums(DiscShape())
     assert sums[128] == pytest.approx(math.pi * (64 + 1 / 12), rel=0.005)
-    assert disc_sums(DiscShape(Aperture(2.0)))[128] == pytest.approx(sums[128] / 2, rel=0.01)
+    assert disc_sums(DiscShape(Aperture(squeeze=2.0)))[128] == pytest.approx(
+        sums[128] / 2, rel=0.01
+    )
 
 
 def test_levels_lie_apart_and_inside():

@@ -73,7 +73,7 @@ def test_both_say_the_same(
     """Of discs of either side, from a pixel to hundreds, and of points of the opening."""
     rng = np.random.default_rng(seed)
     aperture = Aperture(
-        1.5, rim=rim, blade_rotation_deg=rotation, cat_eye=cat_eye, aperture_image=image
+        squeeze=1.5, rim=rim, blade_rotation_deg=rotation, cat_eye=cat_eye, aperture_image=image
     )
     disc = DiscShape(aperture, 1.2, PictureField.of((200, 120), 1.2))
     place = tuple(np.float32(rng.uniform(0, (200, 120))).astype(float).tolist())
@@ -192,7 +192,7 @@ def test_the_texture_is_made_once(session_context: moderngl.Context) -> None:
     assert first != second
     assert textures.of(one) == first and textures.of(other) == second
     assert textures.of(Aperture(aperture_image=letter(), rim=0.5)) == first
-    assert textures.of(Aperture(5.0 / 4)) == {}
+    assert textures.of(Aperture(squeeze=5.0 / 4)) == {}
     for degrees in range(10, 15):
         textures.of(Aperture(aperture_image=letter(), blade_rotation_deg=float(degrees)))
     assert textures.of(one)["aperture_image_tx"] is not first["aperture_image_tx"]

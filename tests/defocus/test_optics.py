@@ -7,7 +7,7 @@ from heatlens.model.aperture import Aperture
 from heatlens.model.coc import CocLine
 from heatlens.model.disc_shape import DiscShape
 
-SQUEEZED = DiscShape(Aperture(2.0), 1.5)
+SQUEEZED = DiscShape(Aperture(squeeze=2.0), 1.5)
 
 
 def test_proxy_scales_everything_but_the_shape() -> None:

@@ -26,12 +26,12 @@ def even_grid(side: int) -> np.ndarray:
 @pytest.mark.parametrize("squeeze", [0.0, 0.99, 2.01, -1.0, math.nan, math.inf])
 def test_an_impossible_squeeze_is_refused(squeeze: float) -> None:
     with pytest.raises(LensError, match="squeeze must be between 1 and 2"):
-        Aperture(squeeze)
+        Aperture(squeeze=squeeze)
 
 
 @given(squeezes)
 def test_the_area_is_that_of_the_points_that_it_covers(squeeze: float) -> None:
-    aperture = Aperture(squeeze)
+    aperture = Aperture(squeeze=squeeze)
     u, v = (2 * even_grid(256) - 1).T
     share = np.mean(aperture.covers(u, v))
     assert 4 * share == pytest.approx(aperture.area, rel=2e-3)
@@ -40,7 +40,7 @@ def test_the_area_is_that_of_the_points_that_it_covers(squeeze: float) -> None:
 
 @given(squeezes)
 def test_the_extents_are_those_of_the_points_that_it_covers(squeeze: float) -> None:
-    aperture = Aperture(squeeze)
+    aperture = Aperture(squeeze=squeeze)
     u, v = (2 * even_grid(512) - 1).T
     inside = aperture.covers(u, v)
     found = np.abs(u[inside]).max(), np.abs(v[inside]).max()
@@ -49,7 +49,7 @@ def test_the_extents_are_those_of_the_points_that_it_covers(squeeze: float) -> N
 
 @given(squeezes, st.floats(1e-4, 1.0), unit, unit)
 def test_points_lie_in_the_opening(squeeze: float, radius: float, x: float, y: float) -> None:
-    aperture = Aperture(squeeze)
+    aperture = Aperture(squeeze=squeeze)
     ((u, v),) = aperture.points(np.array([[x, y]]), radius) / radius
     assert aperture.covers(0.999999 * u, 0.999999 * v)
 
@@ -57,7 +57,7 @@ def test_points_lie_in_the_opening(squeeze: float, radius: float, x: float, y: f
 @given(squeezes, st.floats(0.01, 0.98), st.floats(0.01, 0.98))
 def test_points_keep_areas(squeeze: float, x: float, y: float) -> None:
     """The determinant of the derivative is the same everywhere: the area of the opening."""
-    step, aperture = 1e-6, Aperture(squeeze)
+    step, aperture = 1e-6, Aperture(squeeze=squeeze)
     corners = np.array([[x, y], [x + step, y], [x, y + step]])
     at = 2 * corners - 1  # the map has a kink on the two diagonals
     if np.any(np.abs(np.abs(at[:, 0]) - np.abs(at[:, 1])) < 1e-3):
@@ -69,7 +69,7 @@ def test_points_keep_areas(squeeze: float, x: float, y: float) -> None:
 
 @given(squeezes)
 def test_even_points_are_even_in_the_opening(squeeze: float) -> None:
-    aperture = Aperture(squeeze)
+    aperture = Aperture(squeeze=squeeze)
     u, v = aperture.points(even_grid(128)).T / np.array(aperture.half_extents)[:, None]
     assert abs(np.mean(u)) < 1e-3 and abs(np.mean(v)) < 1e-3
     np.testing.assert_allclose(np.cov(u, v, bias=True), np.eye(2) / 4, atol=1e-3)
@@ -79,7 +79,7 @@ def test_even_points_are_even_in_the_opening(squeeze: float) -> None:
 
 @given(squeezes, st.floats(1e-3, 1.0))
 def test_a_pupil_is_its_aperture_in_metres(squeeze: float, radius_m: float) -> None:
-    pupil, square = Pupil(Aperture(squeeze), radius_m), even_grid(8)
+    pupil, square = Pupil(Aperture(squeeze=squeeze), radius_m), even_grid(8)
     np.testing.assert_allclose(pupil.half_extents_m, (radius_m / squeeze, radius_m), rtol=1e-12)
     np.testing.assert_allclose(
         pupil.points_m(square), radius_m * pupil.aperture.points(square), rtol=1e-12, atol=1e-15
@@ -103,14 +103,14 @@ def test_a_pinhole_is_one_point() -> None:
 def test_squeeze_narrows_a_disc_and_wide_pixels_lower_it(
     squeeze: float, aspect: float, extents: tuple[float, float]
 ) -> None:
-    assert DiscShape(Aperture(squeeze), aspect).half_extents == extents
+    assert DiscShape(Aperture(squeeze=squeeze), aspect).half_extents == extents
 
 
 @given(squeezes, aspects, st.floats(20.0, 60.0), st.floats(0.5, 2.0))
 def test_the_light_of_a_disc_is_the_sum_of_its_pixels(
     squeeze: float, aspect: float, radius_px: float, ramp_px: float
 ) -> None:
-    disc = DiscShape(Aperture(squeeze), aspect)
+    disc = DiscShape(Aperture(squeeze=squeeze), aspect)
     across, down = (math.ceil(radius_px * half + ramp_px) for half in disc.half_extents)
     y, x = np.mgrid[-down : down + 1, -across : across + 1]
     total = float(disc.coverage(x, y, radius_px, ramp_px).sum())
@@ -122,7 +122,7 @@ def test_pixels_well_inside_are_whole_and_those_well_outside_empty(
     squeeze: float, aspect: float, radius_px: float
 ) -> None:
     """Against the definition: a pixel whose point of the lens the aperture covers is lit."""
-    disc = DiscShape(Aperture(squeeze), aspect)
+    disc = DiscShape(Aperture(squeeze=squeeze), aspect)
     across, down = (math.ceil(radius_px * half) + 2 for half in disc.half_extents)
     y, x = np.mgrid[-down : down + 1, -across : across + 1]
     ramp_px = 0.01

@@ -10,7 +10,7 @@ from heatlens.model.aperture import Aperture
 from heatlens.model.pupil import Pupil
 from heatlens.scene_gpu.lens_samples import _DIRECTIONS, _digits, _sobol, lens_samples
 
-UNIT, TALL = Pupil(Aperture(), 1.0), Pupil(Aperture(2.0), 0.02)
+UNIT, TALL = Pupil(Aperture(), 1.0), Pupil(Aperture(squeeze=2.0), 0.02)
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -24,7 +24,7 @@ def counted(cells: np.ndarray, split: int, levels: int) -> int:
 def test_they_lie_on_the_lens_and_in_the_pixel(
     seed: int, first: int, count: int, squeeze: float, radius_m: float
 ) -> None:
-    pupil = Pupil(Aperture(squeeze), radius_m)
+    pupil = Pupil(Aperture(squeeze=squeeze), radius_m)
     offsets, jitters = lens_samples(first, first + count, pupil, seed)
     assert offsets.shape == jitters.shape == (count, 2)
     assert np.all(np.sum((offsets / pupil.half_extents_m) ** 2, axis=1) <= 1 + 1e-12)
@@ -46,7 +46,10 @@ def test_a_prefix_stays_what_it_was(seed: int, first: int, more: int) -> None:
 def test_between_blades_they_go_on_as_well(
     seed: int, first: int, more: int, blades: int, curvature: float
 ) -> None:
-    pupil = Pupil(Aperture(1.5, blades, 20.0, curvature), 0.3)
+    pupil = Pupil(
+        Aperture(squeeze=1.5, blades=blades, blade_rotation_deg=20.0, blade_curvature=curvature),
+        0.3,
+    )
     whole, _ = lens_samples(0, first + more, pupil, seed)
     part, _ = lens_samples(first, first + more, pupil, seed)
     np.testing.assert_array_equal(whole[first:], part)

@@ -22,7 +22,7 @@ from support.ray_oracle import materials_seen, soup
 from support.scenes import BLACK, NIGHT, lamp, moved, plane, scene_of, still_life
 
 Picture = NDArray[np.float32]
-WIDE = Pupil(Aperture(1.5), 0.12)
+WIDE = Pupil(Aperture(squeeze=1.5), 0.12)
 
 
 class Stage:

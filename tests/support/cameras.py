@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from hypothesis import strategies as st
 
-from heatlens.camera.samples import CameraSamples
+from heatlens.camera.samples import CameraSamples, fields_of
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Interpolation, Scale
@@ -62,7 +62,7 @@ def moving_camera(**changes: object) -> CameraSamples:
         "world_to_camera": tuple(world_to_camera(eye, TARGET) for eye in dolly()),
         "frames_per_second": 25.0,
     }
-    return CameraSamples(**(values | changes))
+    return CameraSamples(**fields_of(values | changes))
 
 
 def _curve(values: st.SearchStrategy[float], scale: Scale) -> st.SearchStrategy[Curve]:

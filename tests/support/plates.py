@@ -69,7 +69,7 @@ def lens_blurring(coc_px: float, display_width_px: int, squeeze: float = 1.0) ->
     focal_mm, sensor_mm = 50.0, 36.0
     wide_open_mm = focal_mm**2 / (FOCUS_M * 1e3 - focal_mm) * (1 - FOCUS_M / FAR_M)
     f_stop = wide_open_mm * display_width_px / sensor_mm / coc_px
-    return Lens(focal_mm, f_stop, FOCUS_M, sensor_mm, squeeze)
+    return Lens(focal_mm, f_stop, FOCUS_M, sensor_mm, squeeze=squeeze)
 
 
 def room(width: int = 96, height: int = 54) -> tuple[Image, Image]:

@@ -12,6 +12,7 @@ from typing import Any
 from heatlens.camera.placement import camera_to_world, euler_deg
 from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
 
+_DIAPHRAGM = ("blades", "blade_rotation_deg")
 _PROPERTIES = {
     "focal_length_mm": "lens",
     "sensor_width_mm": "sensor_width",
@@ -20,8 +21,7 @@ _PROPERTIES = {
     "nominal_f_stop": '["nominal_f_stop"]',  # a property of our own, beside Blender's
     "squeeze": "dof.aperture_ratio",  # Cycles divides the width of the lens by it
     # Blender has no such properties; they are kept as custom properties.
-    **{name: f'["{name}"]' for name in OPENING_TRACKS if not name.startswith("blade")},
-    "blade_curvature": '["blade_curvature"]',
+    **{name: f'["{name}"]' for name in OPENING_TRACKS if name not in _DIAPHRAGM},
 }
 _BLADES, _ROTATION = "dof.aperture_blades", "dof.aperture_rotation"
 _IMAGE = '["aperture_image"]'
@@ -168,7 +168,7 @@ def _lens(camera: CameraSamples) -> dict[str, Any]:
     """
     tracks, image = camera.lens_tracks, camera.aperture_image
     told = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
-    if camera.f_stop is None and camera.blades is None:
+    if camera.f_stop is None and "blades" not in camera.opening:
         return told
     own = {path: None for path in _PROPERTIES.values() if path.startswith("[")}
     return own | told | _diaphragm(camera) | {_IMAGE: None if image is None else image.path}
@@ -180,8 +180,9 @@ def _diaphragm(camera: CameraSamples) -> dict[str, Any]:
     Both have corners on the circle. At rotation 0 Blender has the middle of a blade at the right,
     and ours a corner on top; both turn anticlockwise.
     """
-    number = [round(value) for value in camera.blades or (0.0,) * len(camera.frames)]
-    rotation = camera.blade_rotation_deg or (0.0,) * len(number)
+    still = (0.0,) * len(camera.frames)
+    blades, rotation = (camera.opening.get(name, still) for name in _DIAPHRAGM)
+    number = [round(value) for value in blades]
     turns = [
         math.remainder(math.pi / 2 + math.radians(deg) - math.pi / n, 2 * math.pi / n) if n else 0.0
         for n, deg in zip(number, rotation, strict=True)

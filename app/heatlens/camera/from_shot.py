@@ -7,13 +7,20 @@ from typing import Any
 
 from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.plate_camera import picture_aspect, placement_of
-from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, UpAxis
+from heatlens.camera.samples import (
+    LOST_OF_OPENING,
+    OPENING_TRACKS,
+    CameraSamples,
+    UpAxis,
+    fields_of,
+)
 from heatlens.errors import InputError
 from heatlens.model.breathing import as_seen
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
+from heatlens.model.option import options_of
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.channels import Header
@@ -25,6 +32,7 @@ from heatlens.sequence.sequence import Sequence, find_sequence
 _ASSUMED_ASPECT = 16 / 9
 _SAME_HEIGHT = 0.005  # film backs are told in hundredths of a millimetre
 _STILL = FrameRange(1, 1)
+_USUAL = Lens(50.0, 1.0, 1.0, 36.0)
 
 _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
 
@@ -63,7 +71,7 @@ def camera_before_plates(
         sensor_height_mm=(height_mm,) * frames.count,
         world_to_camera=placement,
         up_axis=up_axis,
-        notes=(*notes, height_note, *placement_notes, *_image_notes(shot.lens)),
+        notes=(*notes, height_note, *placement_notes, *_opening_notes(shot.lens)),
     )
 
 
@@ -94,7 +102,7 @@ def camera_in_scene(
         notes=(
             f"sensor height {height_mm:.4g} mm, {why}.",
             f"placement as in {scene.path}.",
-            *_image_notes(shot.lens),
+            *_opening_notes(shot.lens),
         ),
     )
 
@@ -116,15 +124,14 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
         str(parameter): tuple(float(getattr(lens, parameter)) for lens in lenses)
         for parameter in LensParameter
     }
-    unsaid = Lens(50.0, 1.0, 1.0, 36.0)
     for field in OPENING_TRACKS:
         values = [getattr(lens, field) for lens in lenses]
-        if any(value != getattr(unsaid, field) for value in values):
+        if any(value != getattr(_USUAL, field) for value in values):
             tracks[field] = tuple(float(value) for value in values)
     return CameraSamples(
         name,
         tuple(frames),
-        **tracks,
+        **fields_of(tracks),
         sensor_width_mm=(shot.lens.sensor_width_mm,) * frames.count,
         lens_model=shot.lens.model,
         aperture_image=shot.lens.aperture_image,
@@ -132,12 +139,17 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
     )
 
 
-def _image_notes(lens: Lens) -> tuple[str, ...]:
-    """Return what is to be said of an image, which no other program takes from a camera."""
+def _opening_notes(lens: Lens) -> tuple[str, ...]:
+    """Return what is to be said of an image and of other values that are no numbers."""
+    lost = [name for name in LOST_OF_OPENING if getattr(lens, name) != getattr(_USUAL, name)]
+    notes = tuple(
+        f"the {options_of(Lens)[name].words} is lost: no camera holds it." for name in lost
+    )
     image = lens.aperture_image
     if image is None:
-        return ()
+        return notes
     return (
+        *notes,
         f"the aperture image {image.path} is named beside the lens; heatlens reads it back, and "
         "other programs do not render with it.",
     )

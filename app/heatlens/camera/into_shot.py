@@ -9,6 +9,7 @@ from heatlens.camera.samples import CameraSamples, Track, is_constant
 from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.linear_keys import linear_keys
+from heatlens.model.option import type_of
 from heatlens.model.shot import LensParameter, Shot
 
 
@@ -40,8 +41,9 @@ def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str,
     Raises InputError for a sensor width that changes.
     """
     values: dict[str, Any] = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
-    if "blades" in values:
-        values["blades"] = round(values["blades"])
+    for name in values:
+        if type_of(Lens, name) is not float:  # cameras hold numbers, also of what is counted
+            values[name] = type_of(Lens, name)(round(values[name]))
     if camera.lens_model is not None and "model" not in kept:
         values["model"] = camera.lens_model
     if camera.aperture_image is not None and "aperture_image" not in kept:

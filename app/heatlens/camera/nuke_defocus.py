@@ -10,7 +10,7 @@ here, and the note in the file asks to compare.
 from collections.abc import Iterator, Mapping
 
 from heatlens.camera.nuke_knobs import knob_value, quoted
-from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, finite_m
+from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
 
 _BOKEH_SHAPE = {"blades": "kNumSides", "blade_rotation_deg": "kRotation"}
 _ZDEFOCUS_SHAPE = {"blades": "blades", "blade_rotation_deg": "rotation"}
@@ -19,7 +19,7 @@ _BOKEH_LENS = {
     "sensor_width_mm": "apertureWidth",
     "sensor_height_mm": "apertureHeight",
 }
-_LEFT_OUT = ("cat_eye", "rim", "axial_colour_mm")
+_HELD = ("blades", "blade_rotation_deg", "blade_curvature", "widest_f_stop")
 _COMPARE = "Foundry does not say where rotation begins and how curvature counts: compare by eye"
 
 
@@ -27,8 +27,7 @@ def has_shape(camera: CameraSamples) -> bool:
     """Return whether the opening is another than a round one."""
     tracks = camera.lens_tracks
     is_oval = set(tracks.get("squeeze", (1.0,))) != {1.0}
-    is_shaped = is_oval or any(name in tracks for name in OPENING_TRACKS)
-    return is_shaped or camera.aperture_image is not None
+    return is_oval or bool(camera.opening) or camera.aperture_image is not None
 
 
 def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
@@ -47,8 +46,7 @@ def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
 
 def left_out(camera: CameraSamples) -> str:
     """Return in a sentence what the nodes cannot hold of the opening; "" where they hold all."""
-    tracks = camera.lens_tracks
-    names = [LENS_TRACKS[name] for name in _LEFT_OUT if name in tracks]
+    names = [OPENING_TRACKS[name] for name in camera.opening if name not in _HELD]
     names += [] if camera.aperture_image is None else ["aperture image"]
     if not names:
         return ""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from heatlens.camera.samples import LENS_TRACKS, CameraSamples
+from heatlens.camera.samples import LENS_TRACKS, CameraSamples, fields_of
 from heatlens.errors import InputError
 
 FRAME = "frame"
@@ -26,7 +26,8 @@ def camera_of_rows(rows: Sequence[Row], **others: Any) -> CameraSamples:
         if FRAME not in row:
             raise InputError(f"Row {rows.index(row) + 1} has no frame number.")
     columns: dict[str, Any] = {name: _column(rows, name) for name in (*LENS_TRACKS, PLACEMENT)}
-    return CameraSamples(frames=tuple(row[FRAME] for row in rows), **columns, **others)
+    frames = tuple(row[FRAME] for row in rows)
+    return CameraSamples(frames=frames, **fields_of(columns), **others)
 
 
 def _column(rows: Sequence[Row], name: str) -> tuple[Any, ...] | None:

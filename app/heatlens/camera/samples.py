@@ -5,18 +5,21 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from heatlens.camera.placement import Matrix, check_rigid
 from heatlens.errors import InputError
+from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.frames import (
     FRAMES_PER_SECOND,
     FrameRange,
     check_frame,
     check_frames_per_second,
 )
+from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.opening_image import OpeningImage
+from heatlens.model.option import options_of, type_of
 from heatlens.model.timecode import Timecode
 
 Track = tuple[float, ...]  # a value at each frame
@@ -26,16 +29,17 @@ UpAxis = Literal["y", "z"]
 # precise enough for it even in millimetres.
 INFINITE_M = 1e9
 
-# What of the opening is beside the squeeze, by its field of `Lens`, and its names for people.
+# What a camera keeps of the opening beside the squeeze, by its field of `Lens`, and its names for
+# people: every field that is a number.
 OPENING_TRACKS = {
-    "blades": "blades",
-    "blade_rotation_deg": "blade rotation",
-    "blade_curvature": "blade curvature",
-    "cat_eye": "cat eye",
-    "rim": "rim",
-    "axial_colour_mm": "axial colour",
-    "widest_f_stop": "widest f-stop",
+    name: options_of(Lens)[name].words
+    for name in (*APERTURE_FIELDS, "widest_f_stop")
+    if name != "squeeze" and type_of(Lens, name) in (float, int, bool)
 }
+# What no file of a camera has a place for; an aperture image has one of its own.
+LOST_OF_OPENING = tuple(
+    n for n in APERTURE_FIELDS if n not in (*OPENING_TRACKS, "squeeze", "aperture_image")
+)
 # The tracks of a lens and their names for people.
 LENS_TRACKS = {
     "focal_length_mm": "focal length",
@@ -64,7 +68,7 @@ class CameraSamples:
                        up, and looks along -z
     up_axis            the axis of the world that points up
     notes              sentences for the user
-    blades and others  as in `Lens`; None if they are as without being told
+    opening            the tracks of OPENING_TRACKS that are known, as in `Lens`
     aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
     timecodes          of each frame, where the table of a shoot tells them
     has_focus_unit     False for the table of a shoot that names no unit of its focus in any row,
@@ -87,13 +91,7 @@ class CameraSamples:
     up_axis: UpAxis = "y"
     frames_per_second: float = FRAMES_PER_SECOND
     notes: tuple[str, ...] = field(default=(), compare=False)
-    blades: Track | None = None
-    blade_rotation_deg: Track | None = None
-    blade_curvature: Track | None = None
-    cat_eye: Track | None = None
-    rim: Track | None = None
-    axial_colour_mm: Track | None = None
-    widest_f_stop: Track | None = None
+    opening: Mapping[str, Track] = field(default_factory=dict)
     aperture_image: OpeningImage | None = None
     timecodes: tuple[Timecode, ...] | None = field(default=None, compare=False)
     has_focus_unit: bool = field(default=True, compare=False)
@@ -112,7 +110,7 @@ class CameraSamples:
     @property
     def lens_tracks(self) -> Mapping[str, Track]:
         """The known tracks, by the names of their fields."""
-        named = {name: getattr(self, name) for name in LENS_TRACKS}
+        named = {name: getattr(self, name, None) for name in LENS_TRACKS} | dict(self.opening)
         return {name: track for name, track in named.items() if track is not None}
 
     @property
@@ -130,6 +128,13 @@ class CameraSamples:
     def frame_range(self) -> FrameRange | None:
         """The first and last frame; None for a camera with a single frame."""
         return None if len(self.frames) == 1 else FrameRange(self.frames[0], self.frames[-1])
+
+
+def fields_of(tracks: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of `CameraSamples` that hold tracks; a track that is None is not known."""
+    opening = {name: tracks[name] for name in OPENING_TRACKS if tracks.get(name) is not None}
+    others = {name: track for name, track in tracks.items() if name not in OPENING_TRACKS}
+    return {**others, "opening": opening}
 
 
 def is_constant(track: Track) -> bool:

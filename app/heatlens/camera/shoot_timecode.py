@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from heatlens.camera.samples import LENS_TRACKS, CameraSamples
+from heatlens.camera.samples import CameraSamples, fields_of
 from heatlens.model.frames import FrameRange
 from heatlens.model.timecode import Timecode
 
@@ -58,14 +58,12 @@ def _kept(placed: Sequence[int], frames: FrameRange | None) -> tuple[int, ...]:
 
 def _rows(camera: CameraSamples, kept: Sequence[int], placed: Sequence[int]) -> CameraSamples:
     tracks: dict[str, Any] = {
-        name: tuple(track[index] for index in kept)
-        for name in LENS_TRACKS
-        if (track := getattr(camera, name)) is not None
+        name: tuple(track[index] for index in kept) for name, track in camera.lens_tracks.items()
     }
     assert camera.timecodes is not None
     timecodes = tuple(camera.timecodes[index] for index in kept)
     frames = tuple(placed[index] for index in kept)
-    return replace(camera, frames=frames, timecodes=timecodes, **tracks)
+    return replace(camera, frames=frames, timecodes=timecodes, **fields_of(tracks))
 
 
 def _matched(

@@ -11,7 +11,7 @@ import numpy as np
 
 from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Matrix, are_rigid, matrix_of
-from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis
+from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis, fields_of
 from heatlens.camera.usd_write import (
     APERTURE_IMAGE,
     LENS_MODEL,
@@ -85,7 +85,7 @@ def usd_camera(text: str) -> CameraSamples:
             return CameraSamples(
                 name=opened.prim.GetName(),
                 frames=frames,
-                **_lens(opened, frames),
+                **fields_of(_lens(opened, frames)),
                 lens_model=_lens_model(opened),
                 aperture_image=_aperture_image(opened),
                 world_to_camera=placement,

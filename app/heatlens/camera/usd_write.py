@@ -7,11 +7,12 @@ others, and no prefix yet. These two are custom data of the prim under the class
 Focus at infinity, for which renderers have no common sign, is INFINITE_M away.
 """
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
 from heatlens.camera.placement import camera_to_world
-from heatlens.camera.samples import CameraSamples, finite_m
+from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import usd_module
 from heatlens.stopping import temporary_folder
@@ -23,13 +24,8 @@ NOMINAL_F_STOP = "heatlens:nominalFStop"
 LENS_MODEL = "heatlens:lensModel"
 APERTURE_IMAGE = "heatlens:apertureImage"
 OPENING = {
-    "blades": "heatlens:blades",
-    "blade_rotation_deg": "heatlens:bladeRotation",
-    "blade_curvature": "heatlens:bladeCurvature",
-    "cat_eye": "heatlens:catEye",
-    "rim": "heatlens:rim",
-    "axial_colour_mm": "heatlens:axialColour",
-    "widest_f_stop": "heatlens:widestFStop",
+    name: f"heatlens:{words[0]}{re.sub(r'[^a-zA-Z]', '', words.title())[1:]}"
+    for name, words in OPENING_TRACKS.items()
 }
 
 # What nearer and farther cameras of common viewers leave out: 1 cm and 10 km, which USD's default
@@ -101,9 +97,8 @@ def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> No
         _author_own(prim, SQUEEZE, camera, tracks["squeeze"])
     if "nominal_f_stop" in tracks:
         _author_own(prim, NOMINAL_F_STOP, camera, tracks["nominal_f_stop"])
-    for name, attribute in OPENING.items():
-        if name in tracks:
-            _author_own(prim, attribute, camera, tracks[name])
+    for name, track in camera.opening.items():
+        _author_own(prim, OPENING[name], camera, track)
     _author_proposed(prim, camera)
     if camera.aperture_image is not None:
         text = usd_module("Sdf").ValueTypeNames.String

@@ -6,13 +6,12 @@ The range, unit and help of an option are defined on its field, see `heatlens.mo
 import argparse
 from collections.abc import Callable, Iterable
 from enum import StrEnum
-from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin
 
 from heatlens.commands.value_types import f_number, finite, millimetres, number, whole, with_point
 from heatlens.errors import InputError
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.option import Option, options_of
+from heatlens.model.option import Option, options_of, type_of
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.plate.opening_picture import read_opening_image
 
@@ -29,7 +28,7 @@ def add_fields(group: Group, kind: type, names: Iterable[str] = ()) -> None:
     """Add the options of the fields `names` of a dataclass to a parser or group; default all."""
     told = options_of(kind)
     for name in names or told:
-        group.add_argument(flag_of(kind, name), **_keywords(_type_of(kind, name), told[name]))
+        group.add_argument(flag_of(kind, name), **_keywords(type_of(kind, name), told[name]))
 
 
 def flag_of(kind: type, name: str) -> str:
@@ -46,7 +45,7 @@ def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()
     for name in names or told:
         value = getattr(args, _attribute(told[name]), None)
         if value is not None and value is not False:
-            found[name] = _value(value, _type_of(kind, name), told[name])
+            found[name] = _value(value, type_of(kind, name), told[name])
     return found
 
 
@@ -67,14 +66,6 @@ def unasked(method: Method) -> dict[str, list[str]]:
 
 def _attribute(told: Option) -> str:
     return told.flag.replace("-", "_")
-
-
-def _type_of(kind: type, name: str) -> Any:
-    """Return the type of a field, without None."""
-    hint = get_type_hints(kind)[name]
-    if get_origin(hint) not in (Union, UnionType):
-        return hint
-    return next(one for one in get_args(hint) if one is not NoneType)
 
 
 def _keywords(kind: Any, told: Option) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def kit_values(args: argparse.Namespace) -> dict[str, Any]:
             )
         return {}
     kit, length_mm = kit_shelf().chosen(args.lens_kit)
-    values = kit.character.known | ({"breathing": _any_breathing(kit)} if args.breathe else {})
+    values = kit.character.opening | ({"breathing": _any_breathing(kit)} if args.breathe else {})
     if length_mm is None:
         return values
     if args.focal_length not in (None, length_mm):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from heatlens.commands.say import say, tell
 from heatlens.documents.lens_kits import KitShelf, kit_shelf, kit_text, read_kit
+from heatlens.files.json_record import plain
 from heatlens.model.lens_kit import LensCharacter, LensKit
 
 _DESCRIPTION = """\
@@ -60,7 +61,7 @@ def _words(kit: LensKit, shelf: KitShelf | None = None) -> str:
 
 
 def _character(character: LensCharacter) -> list[str]:
-    plain = LensCharacter()
-    names = [n for n in LensCharacter.__slots__ if getattr(character, n) != getattr(plain, n)]
-    words = (f"{name.replace('_', ' ')} {getattr(character, name):g}" for name in names)
-    return [f"  {', '.join(words)}"] if names else []
+    usual = LensCharacter().opening
+    given = {name: value for name, value in character.opening.items() if value != usual[name]}
+    words = (f"{name.replace('_', ' ')} {plain(value)}" for name, value in given.items())
+    return [f"  {', '.join(words)}"] if given else []

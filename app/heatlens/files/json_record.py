@@ -26,10 +26,16 @@ _WHOLE_MOST = 2**53  # integral floats below this are exact, and are written wit
 def record_to_json(record: Any) -> dict[str, Any]:
     """Return a dataclass as a JSON object.
 
-    Its fields must be numbers, texts, enums, such dataclasses or tuples of these.
+    Its fields must be numbers, texts, enums, such dataclasses or tuples of these. Those without a
+    default come first.
     """
-    values = {field.name: getattr(record, field.name) for field in fields(record)}
+    own = sorted(fields(record), key=lambda field: not _is_needed(field))
+    values = {field.name: getattr(record, field.name) for field in own}
     return {name: plain(value) for name, value in values.items() if value is not None}
+
+
+def _is_needed(field: Any) -> bool:
+    return field.default is MISSING and field.default_factory is MISSING
 
 
 def plain(value: Any) -> Any:
@@ -108,8 +114,7 @@ class JsonEntry:
         own: tuple[Any, ...] = fields(kind)  # type: ignore[arg-type]
         entries = self.members([field.name for field in own])
         for field in own:
-            needed = field.default is MISSING and field.default_factory is MISSING
-            if needed and field.name not in entries:
+            if _is_needed(field) and field.name not in entries:
                 self.refuse(f"the entry {field.name!r} is missing")
         return self.built(kind, {n: entry.of_type(hints[n]) for n, entry in entries.items()})
 

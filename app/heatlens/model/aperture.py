@@ -7,15 +7,14 @@ files and shaders/lib/aperture.lib.glsl; all else about a shape is in `model/ope
 shaders/lib/shaped_aperture.lib.glsl. tests/defocus/test_aperture_on_gpu.py holds both together.
 A picture in the place of the diaphragm is in `model/opening_image.py`.
 
-A new property of the opening is a field of `Aperture`, from which `Lens` and the command line have
-it, a uniform in `shape_uniforms`, and its geometry in those two files. Passes, renderers and
-samplers ask these values and need no change.
+A new property of the opening is a field of `OpeningFields`, from which lenses, kits, camera files,
+the panel, the command line and Python have it, a uniform in `shape_uniforms`, and its geometry in
+those two files. Passes, renderers and samplers ask these values and need no change.
 """
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,106 +22,23 @@ from numpy.typing import ArrayLike, NDArray
 from heatlens.errors import LensError
 from heatlens.model import opening
 from heatlens.model.opening import Blades
+from heatlens.model.opening_fields import BLADES_LEAST, BLADES_MOST, OpeningFields
 from heatlens.model.opening_image import ImageGrid, OpeningImage
-from heatlens.model.option import option, option_field, options_of
-
-BLADES_LEAST, BLADES_MOST = 3, 16
+from heatlens.model.option import options_of
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Aperture:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Aperture(OpeningFields):
     """The shape of the opening; without arguments a round one.
 
-    squeeze             1 spherical to 2 anamorphic: the opening is so many times as tall as wide
-    blades              of the diaphragm, 3 to 16, with corners on the circle; 0 for a round one
-    blade_rotation_deg  anticlockwise, seen from behind the lens; at 0 a corner points up
-    blade_curvature     0 straight blades to 1 round ones
-    cat_eye             distance of the two circles of the barrel, as the corner of the picture sees
-                        them, in radii of the widest opening, 0 to 1
-    rim                 brightness of a disc's rim behind the focus, -1 none to 1 a bright ring; in
-                        front of the focus it is the other way round
-    axial_colour_mm     how much farther behind the lens red comes to its focus than blue
-    aperture_image      a picture of the light that the opening lets through; blades do not count
-                        then, but their rotation turns the picture
-    stopped_down        diameter of the widest opening over that of this one, at least 1
+    stopped_down  diameter of the widest opening over that of this one, at least 1
 
     Raises LensError naming the value and what it may be.
     """
 
-    squeeze: float = option_field(
-        1.0,
-        "squeeze",
-        "anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
-        metavar="S",
-        least=1.0,
-        most=2.0,
-    )
-    blades: int = option_field(
-        0,
-        "blades",
-        "blades of the diaphragm, 3 to 16, whose corners lie on the round opening; 0 (default) "
-        "for a round one",
-        metavar="N",
-        least=0,
-        most=BLADES_MOST,
-    )
-    blade_rotation_deg: float = option_field(
-        0.0,
-        "blade rotation",
-        "degrees anticlockwise, as a lamp behind the focus shows it; at 0 (default) a corner "
-        "points up, and an aperture image stands upright",
-        metavar="DEGREES",
-        least=-360.0,
-        most=360.0,
-    )
-    blade_curvature: float = option_field(
-        0.0,
-        "blade curvature",
-        "0 (default) straight blades to 1 round ones",
-        metavar="C",
-        least=0.0,
-        most=1.0,
-    )
-    cat_eye: float = option_field(
-        0.0,
-        "cat eye",
-        "discs towards the corners are cut by the lens barrel, 0 (default) to 1; they close "
-        "up again as the lens is stopped down from --widest-f-stop",
-        metavar="C",
-        least=0.0,
-        most=1.0,
-    )
-    rim: float = option_field(
-        0.0,
-        "rim",
-        "rim of the discs behind the focus, -1 soft to 1 a bright ring (default 0, flat); in "
-        "front of the focus it is reversed",
-        metavar="R",
-        least=-1.0,
-        most=1.0,
-    )
-    axial_colour_mm: float = option_field(
-        0.0,
-        "axial colour",
-        "millimetres by which red comes to its focus farther behind the lens than blue, as a "
-        "test of a lens tells it (default 0)",
-        metavar="MM",
-        least=-5.0,
-        most=5.0,
-    )
-    aperture_image: OpeningImage | None = field(
-        default=None,
-        metadata=option(
-            "aperture image",
-            "a picture (PNG, JPEG, EXR, TIFF) in the place of the blades: white lets light through "
-            "and black none; its square is the box around the round opening, and lamps behind the "
-            "focus show it upright, those in front of it on its head",
-            metavar="FILE",
-        ),
-    )
     stopped_down: float = 1.0
 
     def __post_init__(self) -> None:
@@ -142,7 +58,7 @@ class Aperture:
     @property
     def is_plain(self) -> bool:
         """Return whether it is a circle or an ellipse, the same for all of the picture."""
-        return self == Aperture(self.squeeze, stopped_down=self.stopped_down)
+        return self == Aperture(squeeze=self.squeeze, stopped_down=self.stopped_down)
 
     @property
     def diaphragm(self) -> Blades:
@@ -229,12 +145,6 @@ class Aperture:
 
 
 APERTURE_FIELDS = tuple(options_of(Aperture))  # those that a person sets
-
-
-def of_aperture(name: str) -> Any:
-    """Return a field of `Lens` with the default and the words of that of `Aperture`."""
-    (found,) = (one for one in fields(Aperture) if one.name == name)
-    return field(default=found.default, metadata=found.metadata)
 
 
 def shape_uniforms(aperture: Aperture) -> dict[str, object]:

@@ -1,14 +1,14 @@
 """The lens: what is written on its barrel, where it is focused and how wide the sensor is."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any
 
 from heatlens.errors import LensError
-from heatlens.model.aperture import APERTURE_FIELDS, Aperture, of_aperture
+from heatlens.model.aperture import APERTURE_FIELDS, Aperture
 from heatlens.model.lens_model import LensModel
 from heatlens.model.measured_from import MeasuredFrom
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.opening_fields import OpeningFields
 from heatlens.model.option import Option, option, options_of
 from heatlens.model.units import parse_distance_m
 
@@ -20,21 +20,21 @@ _HARDWARE: dict[str, Any] = {"least": 1e-3, "most": 1e6}
 
 
 @dataclass(frozen=True, slots=True)
-class Lens:
+class Lens(OpeningFields):
     """A thin lens in front of a flat sensor: hardware in millimetres, distances in metres.
+
+    The shape of its opening is in the fields of `OpeningFields`.
 
     focal_length_mm    focal length
     f_stop             N of f/N: with the focal length it fixes the aperture, and so the blur
     focus_distance_m   from the entrance pupil to the plane in focus; infinite is allowed
     sensor_width_mm    width of the part of the sensor that the picture shows
-    squeeze            1 spherical to 2 anamorphic: a disc is so many times as tall as wide
     t_stop             exposure only, None where unknown; it never enters the blur
     acceptable_coc_mm  diameter that still counts as sharp, None for 1/1500 of the sensor's width
     close_focus_m      nearest focus that the ring of the real lens allows, None where unknown; a
                        nearer one is rendered all the same, and `pull.frames_too_close` finds it
     model              whose discs it makes: those of a real lens, or those of a CG renderer
     breathing          width of the view at close focus over that at infinity; see `breathing`
-    blades to aperture_image  as in `Aperture`
     widest_f_stop      with the ring fully open; None if unknown: the barrel then cuts alike at
                        every stop
     measured_from      where distances begin that people read; those here are from the pupil
@@ -65,7 +65,7 @@ class Lens:
             "sensor width", "of the film back, in millimetres", metavar="MM", unit="mm", **_HARDWARE
         )
     )
-    squeeze: float = of_aperture("squeeze")
+    _: KW_ONLY
     t_stop: float | None = field(default=None, metadata=option("T-stop", **_HARDWARE))
     acceptable_coc_mm: float | None = field(
         default=None, metadata=option("acceptable circle of confusion", unit="mm", **_HARDWARE)
@@ -91,15 +91,6 @@ class Lens:
             least=0.5,
             most=1.5,
         ),
-    )
-    blades: int = of_aperture("blades")
-    blade_rotation_deg: float = of_aperture("blade_rotation_deg")
-    blade_curvature: float = of_aperture("blade_curvature")
-    cat_eye: float = of_aperture("cat_eye")
-    rim: float = of_aperture("rim")
-    axial_colour_mm: float = of_aperture("axial_colour_mm")
-    aperture_image: OpeningImage | None = field(
-        default=None, metadata=of_aperture("aperture_image").metadata
     )
     widest_f_stop: float | None = field(
         default=None,
@@ -145,8 +136,7 @@ class Lens:
     def aperture(self) -> Aperture:
         """Shape of the opening."""
         widest = self.f_stop if self.widest_f_stop is None else self.widest_f_stop
-        values: dict[str, Any] = {name: getattr(self, name) for name in APERTURE_FIELDS}
-        return Aperture(**values, stopped_down=max(1.0, self.f_stop / widest))
+        return Aperture(**self.opening, stopped_down=max(1.0, self.f_stop / widest))
 
     @property
     def aperture_diameter_mm(self) -> float:

@@ -5,20 +5,20 @@ shot as a value, so that a shot is the same on a machine that does not have the 
 """
 
 import math
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from heatlens.errors import InputError, LensError
+from heatlens.model.aperture import Aperture
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import as_measured_m, from_pupil_m
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.opening_fields import OpeningFields
 
 _LENGTHS_MM = (1.0, 5000.0)
 _STOPS = (0.5, 64.0)
 _CLOSE_M = (0.01, 100.0)
 _NEAREST_FOCUS = 1.1  # in lengths of the lens; at one length the image is infinitely far
 _BREATHING = (0.5, 1.5)
-_LENS_FIELDS = frozenset(one.name for one in fields(Lens))
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,34 +79,15 @@ class KitLens:
         return min(max(focal_length_mm, self.focal_length_mm), self.longest)
 
 
-@dataclass(frozen=True, slots=True)
-class LensCharacter:
-    """What the lenses of a kit do out of focus, in the fields of `Aperture` that have these names.
-
-    A field that this version of the aperture does not know is kept and has no effect.
-    """
-
-    squeeze: float = 1.0
-    blades: int = 0
-    blade_rotation_deg: float = 0.0
-    blade_curvature: float = 0.0
-    cat_eye: float = 0.0
-    rim: float = 0.0
-    axial_colour_mm: float = 0.0
-    aperture_image: OpeningImage | None = None
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LensCharacter(OpeningFields):
+    """What the lenses of a kit do out of focus. Raises InputError for an opening that cannot be."""
 
     def __post_init__(self) -> None:
-        probe = Lens(50.0, 2.8, 2.0, 36.0)
         try:
-            replace(probe, **self.known)
+            Aperture(**self.opening)
         except LensError as error:
             raise InputError(str(error)) from None
-
-    @property
-    def known(self) -> dict[str, Any]:
-        """The fields that a lens has."""
-        own = (one.name for one in fields(self))
-        return {name: getattr(self, name) for name in own if name in _LENS_FIELDS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,9 +130,7 @@ class LensKit:
 
     def mounted(self, lens: Lens, kit_lens: KitLens) -> Lens:
         """Return `lens` with a lens of the kit in its place, at the nearest length it has."""
-        return replace(
-            _bounded(lens, kit_lens), **self.character.known, widest_f_stop=kit_lens.f_stop
-        )
+        return replace(_bounded(lens, kit_lens), **self.character.opening)
 
     def within(self, lens: Lens) -> Lens:
         """Return the lens of the kit that comes nearest to `lens`."""
@@ -198,11 +177,10 @@ def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
         "f_stop": max(lens.f_stop, kit_lens.f_stop),
         "focus_distance_m": max(lens.focus_distance_m, close_focus_m),
         "close_focus_m": close_focus_m,
+        "widest_f_stop": kit_lens.f_stop,
     }
     if lens.breathing != 1.0:
         changed["breathing"] = kit_lens.breathing
-    if "widest_f_stop" in _LENS_FIELDS:
-        changed["widest_f_stop"] = kit_lens.f_stop
     return replace(lens, **changed)
 
 

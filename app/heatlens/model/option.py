@@ -7,7 +7,8 @@ take names and ranges: `width_mm: float = option_field(36.0, "width", least=1)`.
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from functools import cache
-from typing import Any
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from heatlens.errors import InputError
 
@@ -28,6 +29,10 @@ class Option:
     parse     converts the typed text and raises InputError; None to decide by type and unit
     asked_by  tells whether a `Method` uses the field; None if every method does
     why_not   end of a sentence about a method that does not use the field
+    label     words beside the control in a panel; `words` if none are given
+    tip       tooltip of the control; `help` if none is given
+    slider    ends of a slider, if they are nearer than the range
+    shown     how a slider shows the number
     """
 
     words: str
@@ -40,6 +45,10 @@ class Option:
     parse: Callable[[str], Any] | None = None
     asked_by: Callable[[Any], bool] | None = None
     why_not: str = ""
+    label: str = ""
+    tip: str = ""
+    slider: tuple[float, float] | None = None
+    shown: str = "%.2f"
 
     def allows(self, value: float) -> bool:
         """Return whether a number lies in the range; NaN never does."""
@@ -50,8 +59,8 @@ class Option:
 
 def option(words: str, help: str = "", **more: Any) -> Mapping[str, Option]:
     """Return the metadata of a field that a person can set; see `Option`."""
-    flag = more.pop("flag", words.lower().replace(" ", "-"))
-    return {_KEY: Option(words, help, flag, **more)}
+    more = {"flag": words.lower().replace(" ", "-"), "label": words, "tip": help} | more
+    return {_KEY: Option(words, help, **more)}
 
 
 def option_field(default: Any, words: str, help: str = "", **more: Any) -> Any:
@@ -63,6 +72,14 @@ def check_range(what: str, value: float | None, least: float, most: float) -> No
     """Raise InputError if a number lies outside its range or is NaN; None is no number."""
     if value is not None and not least <= value <= most:
         raise InputError(f"The {what} should be {least:g} to {most:g}, got {value:g}.")
+
+
+def type_of(kind: type, name: str) -> Any:
+    """Return the type of a field of a dataclass, without None."""
+    hint = get_type_hints(kind)[name]
+    if get_origin(hint) not in (Union, UnionType):
+        return hint
+    return next(one for one in get_args(hint) if one is not NoneType)
 
 
 @cache

@@ -5,6 +5,8 @@ A test draws the panels and checks that the labels here are those that are drawn
 
 from functools import partial
 
+from heatlens.model.aperture import Aperture
+from heatlens.model.option import options_of
 from heatlens.session.session import Session
 from heatlens.ui.actions import Action
 from heatlens.ui.seek import seek
@@ -12,10 +14,10 @@ from heatlens.ui.state import UiState
 
 SETTINGS: dict[str, tuple[str, ...]] = {
     "Lens": (
-        *("distance", "f-stop", "T-stop", "focal length", "film back", "sensor width", "squeeze"),
+        *(told.label for told in options_of(Aperture).values()),
+        *("distance", "f-stop", "T-stop", "focal length", "film back", "sensor width"),
         *("sharp up to", "discs as of a", "distances from", "pupil offset", "kit", "lens"),
-        *("the view breathes", "image", "blades", "rotation", "curvature", "cat's eye", "rim"),
-        *("axial colour", "at f-stop", "method", "bokeh", "quality", "layers", "picture size"),
+        *("the view breathes", "at f-stop", "method", "bokeh", "quality", "layers", "picture size"),
         *("views", "rays a pixel", "source", "the lens follows it"),
     ),
     "Look": (

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from heatlens.errors import LensError
 from heatlens.model import opening
-from heatlens.model.aperture import BLADES_LEAST, BLADES_MOST, Aperture
+from heatlens.model.aperture import APERTURE_FIELDS, Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.lens import Lens
+from heatlens.model.opening_fields import BLADES_LEAST, BLADES_MOST
+from heatlens.model.option import options_of, type_of
 from heatlens.model.picture_field import PictureField
 from heatlens.printable import printable
 from heatlens.session.messages import Problem
@@ -27,10 +29,10 @@ _CORNERS = 96  # corners of the drawn outline
 _RINGS = 14  # rings of equal brightness that make up a disc
 _BRIGHTEST = 2.2  # brightness drawn as white, relative to the mean of the disc
 _SHAPE = (1600, 900)  # size of the picture whose corner is shown
-_AXIAL_MOST_MM = 1.0
 _CELLS = 64  # cells of the drawing of an aperture image, in each direction
 _GREYS = 32
-_LIMITS = {"cat_eye": (0.0, 1.0), "rim": (-1.0, 1.0), "blade_curvature": (0.0, 1.0)}
+_TOLD = options_of(Lens)
+_DRAWN_ELSEWHERE = {"squeeze", "blades", "blade_rotation_deg", "blade_curvature", "aperture_image"}
 
 Points = NDArray[np.float64]
 Say = Callable[[str], None]
@@ -56,20 +58,16 @@ def _opening(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
         return lens
     _drawings(lens.aperture)
     lens = _blades(_image(lens, ask_image))
-    for name, words, tip in (
-        ("cat_eye", "cat's eye", "How far the barrel cuts the discs in the corners."),
-        ("rim", "rim", "Behind the focus: 1 a bright ring, -1 a soft one. In front the reverse."),
-    ):
-        lens = _slid(lens, name, words, *_LIMITS[name], "%.2f", tip)
-    tip = "How much farther behind the lens red comes to its focus than blue."
-    lens = _slid(lens, "axial_colour_mm", "axial colour", -1.0, _AXIAL_MOST_MM, "%.2f mm", tip)
+    for name in APERTURE_FIELDS:
+        if name not in _DRAWN_ELSEWHERE:
+            lens = _slid(lens, name)
     return _widest(lens, say)
 
 
 def _image(lens: Lens, ask: Callable[[], None]) -> Lens:
     """Draw the name of the aperture image, with buttons to choose another one or none."""
     image = lens.aperture_image
-    widgets.label("image", "A picture in the place of the blades: white lets light through.")
+    widgets.label(_TOLD["aperture_image"].label, _TOLD["aperture_image"].tip)
     is_taken_off = False
     if image is not None:
         is_taken_off = imgui.small_button("x##no aperture image")
@@ -97,18 +95,20 @@ def _blades(lens: Lens) -> Lens:
     if number != lens.blades:
         lens = replace(lens, blades=number)
     with widgets.disabled(lens.blades == 0 and not has_image):
-        tip = "Anticlockwise, as lamps behind the focus show it. At 0 a corner points up."
-        lens = _slid(lens, "blade_rotation_deg", "rotation", -90.0, 90.0, "%.0f°", tip)
+        lens = _slid(lens, "blade_rotation_deg")
     with widgets.disabled(lens.blades == 0 or has_image):
-        limits = _LIMITS["blade_curvature"]
-        return _slid(lens, "blade_curvature", "curvature", *limits, "%.2f", "0 straight, 1 round.")
+        return _slid(lens, "blade_curvature")
 
 
-def _slid(
-    lens: Lens, name: str, words: str, low: float, high: float, format_: str, tip: str
-) -> Lens:
-    value = getattr(lens, name)
-    new = widgets.slider(words, value, low, high, format_, tip)
+def _slid(lens: Lens, name: str) -> Lens:
+    """Draw a slider for a field, or its value where that is no number."""
+    told, value = _TOLD[name], getattr(lens, name)
+    low, high = told.slider or (told.least, told.most)
+    if type_of(Lens, name) not in (float, int) or low is None or high is None:
+        widgets.label(told.label, f"{told.tip}\nSet it with --{told.flag}.")
+        imgui.text_disabled(printable(str(value)))
+        return lens
+    new = type_of(Lens, name)(widgets.slider(told.label, value, low, high, told.shown, told.tip))
     changed: dict[str, Any] = {name: new}
     return lens if new == value else replace(lens, **changed)
 

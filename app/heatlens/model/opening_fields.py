@@ -1,0 +1,114 @@
+"""What a person sets of the opening of a lens: the one list of these fields.
+
+`Aperture`, `Lens` and the `LensCharacter` of a kit inherit them. Camera files, the rows of the
+panel, the command line and the arguments of Python derive from them by their metadata.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from heatlens.model.opening_image import OpeningImage
+from heatlens.model.option import option, option_field, options_of
+
+BLADES_LEAST, BLADES_MOST = 3, 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpeningFields:
+    """The shape of the opening; without arguments a round one.
+
+    `cat_eye` is the distance of the two circles of the barrel, as the corner of the picture sees
+    them, in radii of the widest opening. With an image the blades do not count, but their rotation
+    turns the picture.
+    """
+
+    squeeze: float = option_field(
+        1.0,
+        "squeeze",
+        "anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
+        metavar="S",
+        least=1.0,
+        most=2.0,
+    )
+    blades: int = option_field(
+        0,
+        "blades",
+        "blades of the diaphragm, 3 to 16, whose corners lie on the round opening; 0 (default) "
+        "for a round one",
+        metavar="N",
+        least=0,
+        most=BLADES_MOST,
+    )
+    blade_rotation_deg: float = option_field(
+        0.0,
+        "blade rotation",
+        "degrees anticlockwise, as a lamp behind the focus shows it; at 0 (default) a corner "
+        "points up, and an aperture image stands upright",
+        metavar="DEGREES",
+        least=-360.0,
+        most=360.0,
+        label="rotation",
+        tip="Anticlockwise, as lamps behind the focus show it. At 0 a corner points up.",
+        slider=(-90.0, 90.0),
+        shown="%.0f°",
+    )
+    blade_curvature: float = option_field(
+        0.0,
+        "blade curvature",
+        "0 (default) straight blades to 1 round ones",
+        metavar="C",
+        least=0.0,
+        most=1.0,
+        label="curvature",
+        tip="0 straight, 1 round.",
+    )
+    cat_eye: float = option_field(
+        0.0,
+        "cat eye",
+        "discs towards the corners are cut by the lens barrel, 0 (default) to 1; they close "
+        "up again as the lens is stopped down from --widest-f-stop",
+        metavar="C",
+        least=0.0,
+        most=1.0,
+        label="cat's eye",
+        tip="How far the barrel cuts the discs in the corners.",
+    )
+    rim: float = option_field(
+        0.0,
+        "rim",
+        "rim of the discs behind the focus, -1 soft to 1 a bright ring (default 0, flat); in "
+        "front of the focus it is reversed",
+        metavar="R",
+        least=-1.0,
+        most=1.0,
+        tip="Behind the focus: 1 a bright ring, -1 a soft one. In front the reverse.",
+    )
+    axial_colour_mm: float = option_field(
+        0.0,
+        "axial colour",
+        "millimetres by which red comes to its focus farther behind the lens than blue, as a "
+        "test of a lens tells it (default 0)",
+        metavar="MM",
+        least=-5.0,
+        most=5.0,
+        tip="How much farther behind the lens red comes to its focus than blue.",
+        slider=(-1.0, 1.0),
+        shown="%.2f mm",
+    )
+    aperture_image: OpeningImage | None = field(
+        default=None,
+        metadata=option(
+            "aperture image",
+            "a picture (PNG, JPEG, EXR, TIFF) in the place of the blades: white lets light through "
+            "and black none; its square is the box around the round opening, and lamps behind the "
+            "focus show it upright, those in front of it on its head",
+            metavar="FILE",
+            label="image",
+            tip="A picture in the place of the blades: white lets light through.",
+        ),
+    )
+
+    @property
+    def opening(self) -> dict[str, Any]:
+        """The values of these fields by their names."""
+        return {name: getattr(self, name) for name in options_of(OpeningFields)}
