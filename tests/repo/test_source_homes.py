@@ -9,51 +9,32 @@ from pathlib import Path
 import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
-# Modules that may ask which of the three kinds a source is.
+# Modules that may look up the record of a kind.
 MAY_ASK_THE_KIND = {
-    "api.opening": "scenes take a camera and a size, plates take options of reading",
+    "api.opening": "opens a source by the record of its kind",
     "commands.camera": "the world of a scene is known, so options for it are refused",
-    "commands.export_options": "a scene takes other options than plates",
-    "commands.given_options": "the options of each kind, for the refusal of others",
-    "commands.info": "different facts are printed",
-    "commands.render": "hands the kind to given_options",
-    "commands.shot_new": "a scene takes other options than plates",
-    "commands.source_loading": "a scene takes other options than plates",
-    "commands.study": "an option is for scenes alone",
-    "commands.view": "hands the kind to given_options",
+    "commands.given_options": "refuses the options of other kinds, which the record names",
+    "commands.source_commands": "reads a source on the command line by its record",
+    "commands.study": "an option is for sources with many views alone",
+    "session.open_source": "tells what the record says of the open source",
     "session.picture_feed": "pictures of each kind come to the GPU in another way",
     "session.start_choices": "the start screen names the kind of a recent file",
 }
 # Modules that may ask whether there is a 3D scene: they draw or do what only scenes have.
 MAY_ASK_FOR_A_SCENE = {
     "commands.picture_progress": "counts the steps in which a scene is drawn",
-    "commands.render": "tells what drawing a scene has left out",
-    "export.rendering": "a scene leaves as it is drawn, with overscan and what is behind",
     "render": "a lens that breathes cuts a plate, and sees a scene at another angle",
-    "session.clip_choice": "the clips of a scene",
     "session.look_pictures": "looks of a scene are drawn by a renderer of their own",
-    "session.mark_commands": "points of a scene are measured by drawing them",
-    "session.open_source": "has the property",
     "session.point_following": "another scene ends the following",
     "session.pull_jobs": "the place of the camera is part of a frame's key",
     "session.rendered_pull": "the scene is shared with the renderer of frames ahead",
-    "session.scene_commands": "the commands of scenes",
-    "session.session": "has the property, and the row of the camera",
-    "ui.action_list": "actions of scenes",
-    "ui.docked_panels": "the panel of scenes",
-    "ui.picture.seen_pictures": "the mouse moves a scene's camera",
-    "ui.screen": "keys of scenes",
-    "ui.setting_list": "methods that look into scenes",
-    "ui.setting_places": "the settings of scenes",
-    "ui.status_bar": "the mouse moves a scene's camera",
-    "ui.timeline.dope_sheet": "the row of the camera",
 }
 KINDS = {
     *("PlateSource", "SceneSource", "StreamSource"),
     *("OpenedPlates", "OpenedScene", "OpenedStream"),
 }
 # Flags of the kind that once stood in many places.
-GONE = {"is_streaming", "is_scene", "is_plate", "of_scene", "names_scene"}
+GONE = {"is_streaming", "is_scene", "is_plate", "of_scene", "names_scene", "has_scene"}
 
 
 def module_of(path: Path) -> str:
@@ -75,7 +56,7 @@ def asks_the_kind(tree: ast.AST) -> bool:
     imported = {
         alias.asname or alias.name
         for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and node.module == "heatlens.source.kind"
+        if isinstance(node, ast.ImportFrom) and node.module == "heatlens.source.kinds"
         for alias in node.names
     } - {"NO_FILES", "STREAM_PREFIX"}
     return any(
@@ -91,12 +72,8 @@ def asks_the_kind(tree: ast.AST) -> bool:
 
 
 def asks_for_a_scene(tree: ast.AST) -> bool:
-    """Return True for `x.has_scene`, and for `x.scene is None` or its opposite."""
-    return any(
-        (isinstance(node, ast.Attribute) and node.attr == "has_scene")
-        or (isinstance(node, ast.Compare) and compares_a_scene(node))
-        for node in ast.walk(tree)
-    )
+    """Return True for `x.scene is None` or its opposite."""
+    return any(isinstance(node, ast.Compare) and compares_a_scene(node) for node in ast.walk(tree))
 
 
 def compares_a_scene(node: ast.Compare) -> bool:
@@ -123,7 +100,7 @@ def test_a_scene_is_asked_for_in_listed_places_alone():
 
 def test_no_flag_of_the_kind_has_come_back():
     found = {name: GONE & names_in(tree) for name, tree in modules().items()}
-    # Here a name is looked at; heatlens.source.kind asks for all others.
+    # Here a name is looked at; heatlens.source.kinds asks for all others.
     del found["scene.scene_name"]
     assert {name: flags for name, flags in found.items() if flags} == {}
 
@@ -131,10 +108,10 @@ def test_no_flag_of_the_kind_has_come_back():
 def test_the_checks_see_what_they_look_for():
     asks = ("isinstance(x, OpenedScene)", "isinstance(x, (int, opened.OpenedPlates))")
     assert all(asks_the_kind(ast.parse(text)) for text in asks)
-    by_name = "from heatlens.source.kind import kind_of\nkind_of(text)"
+    by_name = "from heatlens.source.kinds import kind_of\nkind_of(text)"
     assert asks_the_kind(ast.parse(by_name))
     assert not asks_the_kind(ast.parse("isinstance(x, Plate)\nkind_of(text)"))
-    for text in ("app.has_scene", "self.renderer.scene is None", "a.scene is not b.scene"):
+    for text in ("self.renderer.scene is None", "a.scene is not b.scene"):
         assert asks_for_a_scene(ast.parse(text))
     assert not asks_for_a_scene(ast.parse("scene is None\nself.scene.frames"))
     assert GONE & names_in(ast.parse("app.source.is_streaming"))

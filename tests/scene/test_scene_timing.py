@@ -13,7 +13,8 @@ from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.scene.first_shot import first_shot, lens_with
 from heatlens.source.named import source_of
-from heatlens.source.opened import opened_scene
+from heatlens.source.opened import Opening
+from heatlens.source.opened_scene import opened_scene
 from heatlens.source.shot_camera import camera_of_shot
 from support.gltf_files import GltfWriter
 
@@ -70,7 +71,7 @@ def test_shot_source_and_camera_have_the_same_frames(path, tmp_path):
 
 
 def test_the_window_opens_a_scene_with_its_timing(path):
-    opened = opened_scene(path, PlateOptions(), BLENDER)
+    opened = opened_scene(Opening(path, PlateOptions(), timing=BLENDER))
     assert opened.frames == FrameRange(101, 126)
     assert opened.first.shot.framing.timing == BLENDER
 

@@ -101,15 +101,15 @@ def test_what_is_not_open_can_neither_be_saved_nor_copied(session):
 
 
 def test_the_cameras_row_is_chosen_only_where_it_is_seen():
-    has_scene = [True]
-    rows = RowChoice(lambda: has_scene[0])
+    has_camera = [True]
+    rows = RowChoice(lambda: has_camera[0])
     rows.choose(LensParameter.F_STOP)
     rows.choose(CAMERA)
     assert rows.chosen is CAMERA and rows.curve_of is LensParameter.F_STOP
     rows.toggle_curve()
     assert rows.chosen is LensParameter.F_STOP
     rows.toggle_curve()
-    has_scene[0] = False
+    has_camera[0] = False
     assert rows.chosen is LensParameter.F_STOP
 
 

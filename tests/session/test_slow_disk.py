@@ -128,7 +128,8 @@ def test_the_depths_of_a_plate_are_counted_by_the_thread_that_reads_it(
 def test_a_source_that_arrives_too_late_is_closed(source, disk, woken, tmp_path, monkeypatch):
     closed = Event()
     monkeypatch.setattr(
-        "heatlens.source.opened.OpenedPlates.close", lambda self: (self.cache.close(), closed.set())
+        "heatlens.source.opened_plates.OpenedPlates.close",
+        lambda self: (self.cache.close(), closed.set()),
     )
     source.open(str(plate_file(tmp_path / "slow.exr")), KNOWN)
     assert disk.is_asked.wait(PATIENCE_S)

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heatlens.errors import InputError
+import heatlens
+from heatlens.errors import HeatlensError, InputError
 from heatlens.export.job import ExportJob
 from heatlens.export.output import parse_output
 from heatlens.export.plan import planned
@@ -15,8 +16,9 @@ from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
-from heatlens.source.kind import SourceKind, kind_of
+from heatlens.source.kinds import PLATES, SCENES, STREAMS, kind_of
 from heatlens.source.named import single_source, source_named, source_of
+from heatlens.source.opened import Opening
 from heatlens.source.opener import SourceOpener
 from heatlens.source.stream_source import StreamSource
 from support.exr_files import write_file
@@ -30,12 +32,12 @@ LENS = Lens(50.0, 2.0, 2.0, 36.0)
 @pytest.mark.parametrize(
     ("text", "kind"),
     [
-        ("demo", SourceKind.SCENE),
-        ("a/b.glb", SourceKind.SCENE),
-        ("b.usda", SourceKind.SCENE),
-        ("shot.####.exr", SourceKind.PLATES),
-        ("folder", SourceKind.PLATES),
-        ("tev://127.0.0.1:14158", SourceKind.STREAM),
+        ("demo", SCENES),
+        ("a/b.glb", SCENES),
+        ("b.usda", SCENES),
+        ("shot.####.exr", PLATES),
+        ("folder", PLATES),
+        ("tev://127.0.0.1:14158", STREAMS),
     ],
 )
 def test_a_name_tells_the_kind(text, kind, tmp_path, monkeypatch):
@@ -46,7 +48,7 @@ def test_a_name_tells_the_kind(text, kind, tmp_path, monkeypatch):
 def test_a_file_called_demo_goes_before_the_scene_of_the_program(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     room_file(tmp_path / "demo")
-    assert kind_of("demo") is SourceKind.PLATES
+    assert kind_of("demo") is PLATES
 
 
 def test_a_sequence_tells_its_frames_and_a_still_has_none(tmp_path):
@@ -110,13 +112,13 @@ def test_the_demo_needs_no_file():
 def test_a_stream_cannot_be_rendered_again():
     stream = StreamSource("127.0.0.1", 0)
     try:
-        assert not stream.is_repeatable and stream.first_file is None
         for asked in (
-            lambda: stream.frames_of(Shot(LENS)),
-            lambda: stream.origin(Shot(LENS), 1, "hold"),
             lambda: source_of(Shot(LENS, source=stream.text)),
+            lambda: source_named(stream.text),
+            lambda: kind_of(stream.text).opened(Opening(stream.text, PlateOptions())),
+            lambda: heatlens.open(stream.text),
         ):
-            with pytest.raises(InputError, match="come from a renderer"):
+            with pytest.raises(HeatlensError, match="come from a renderer"):
                 asked()
     finally:
         stream.close()
@@ -144,10 +146,9 @@ def test_what_is_opened_answers_alike(tmp_path, kind):
     try:
         shot = opened.shot(opened.lens({"f_stop": 4.0}).lens, Shot(LENS).defocus)
         assert shot.lens.f_stop == 4.0 and shot.source == opened.text == str(path)
-        assert opened.kind is kind_of(opened.text)
         assert source_of(shot).has_many_views is (opened.scene is not None)
         assert (opened.cache is None) is (opened.scene is not None)
-        assert Path(opened.source.files) == path
+        assert Path(opened.again.files) == path
     finally:
         opened.close()
 

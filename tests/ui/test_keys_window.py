@@ -9,8 +9,8 @@ from support.actions import listed_actions
 ALL = listed_actions()
 
 
-def told(has_scene: bool) -> dict[str, tuple[tuple[str, str], ...]]:
-    return {section.title: section.rows for section in sections(ALL, has_scene)}
+def told(has_camera: bool) -> dict[str, tuple[tuple[str, str], ...]]:
+    return {section.title: section.rows for section in sections(ALL, has_camera)}
 
 
 def test_every_shortcut_is_told_once():

@@ -86,10 +86,10 @@ def facts(tmp_path: Path) -> PlateFacts:
     )
 
 
-@pytest.mark.parametrize("has_scene", [False, True])
+@pytest.mark.parametrize("has_many_views", [False, True])
 @pytest.mark.parametrize("settings", [DefocusSettings(), QUICK])
-def test_the_blur(screen, has_scene, settings):
-    kept_fields(lambda value: blur_panel(value, has_scene), settings)
+def test_the_blur(screen, has_many_views, settings):
+    kept_fields(lambda value: blur_panel(value, has_many_views), settings)
 
 
 def test_the_lens(screen, facts):

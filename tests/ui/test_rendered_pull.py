@@ -19,7 +19,7 @@ from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import half_of
 from heatlens.session.kept_screen import KeptFrame
 from heatlens.session.preferences import Preferences
-from heatlens.source.opened import OpenedPlates
+from heatlens.source.opened_plates import OpenedPlates
 from heatlens.ui.timeline.rendered_panel import rendered_words
 from support.gui import Gui, gui_of
 from support.scene_window import as_opened, write_scene

@@ -53,7 +53,7 @@ def test_what_the_panels_show_is_in_the_list(gui, drawn):
     session.editing.edit_lens(lens)
     guides = Guides(aspect=2.2, desqueeze=1.7)
     session.view_commands.change(compare=Compare.DIFFERENCE, guides=guides)
-    if session.has_scene:
+    if session.has_camera:
         defocus = replace(QUICK, method=Method.ACCUMULATION, views=4)
         session.editing.do(replace(session.shot, defocus=defocus))
     for panel in gui.ui.panels:

@@ -14,7 +14,7 @@ from heatlens.paths import data_dir
 from heatlens.scene.scene_name import DEMO
 from heatlens.session.preferences import Preferences, Remembered
 from heatlens.session.start import Start
-from heatlens.session.start_choices import Card, kind_of
+from heatlens.session.start_choices import Card, word_of
 from heatlens.source.stream_source import StreamSource
 from heatlens.ui.start.start_layout import lay_out
 from heatlens.ui.start.start_screen import hint_of
@@ -111,7 +111,7 @@ def test_recent_files_follow_as_far_as_they_are_there(begun, tmp_path):
     ],
 )
 def test_a_name_tells_what_a_file_is(name, kind):
-    assert kind_of(name) == kind
+    assert word_of(name) == kind
 
 
 # Choosing
@@ -122,7 +122,7 @@ def test_the_demo_is_opened_as_the_option_opens_it(begun, small_demo, how):
     gui = begun()
     choose(gui, how, 0)
     gui.opened()
-    assert gui.session.shot.source == "demo" and gui.session.has_scene
+    assert gui.session.shot.source == "demo" and gui.session.has_camera
     assert not gui.session.start_choices.is_wanted
     assert gui.session.preferences.now.recent == ()  # it has a place of its own
 

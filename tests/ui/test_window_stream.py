@@ -18,7 +18,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.exr_read import read_parts
 from heatlens.render import FrameRenderer
 from heatlens.session.start import Start
-from heatlens.source.kind import NO_FILES
+from heatlens.source.kinds import NO_FILES
 from heatlens.source.stream_source import StreamSource
 from heatlens.stream.lens_image import LENS_IMAGE
 from heatlens.ui.picture import stream_notice

@@ -1,7 +1,7 @@
 """Open a file or arrays for rendering."""
 
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -17,8 +17,18 @@ from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.plate import Plate
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.placing import placed
-from heatlens.source.kind import SourceKind, kind_of
-from heatlens.source.named import plates_named
+from heatlens.source.kinds import kind_of
+from heatlens.source.named import plates_again
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The arguments of `open` beside the name: for scenes, for plates, and what a shot says."""
+
+    camera: str | None
+    size: tuple[int, int] | None
+    options: dict[str, Any]
+    shot: Shot | None = None
 
 
 def open(
@@ -65,28 +75,40 @@ def _of_name(
     name: str, camera: str | None, size: tuple[int, int] | None, options: dict[str, Any]
 ) -> Source:
     """Return the source called `name`. Raises InputError for arguments of another kind of it."""
-    if kind_of(name) is SourceKind.SCENE:
-        _refuse("a scene", **options)
-        seen_px = None if size is None else pair("size", "a size (width, height)", size)
-        seen_by = None if camera is None else text("camera", camera)
-        return Scene(first_shot(name, seen_px, seen_by), name)
-    _refuse("plates", camera=camera, size=size)
-    if is_shot_file(name):
+    asked = Asked(camera, size, options)
+    if kind_of(name).reads_plates and is_shot_file(name):
+        _refuse("plates", camera=camera, size=size)
         _refuse("a shot file, which says how its plates are read", **options)
-        return _of_shot(read_shot(name), name)
-    return Plates(plates_named(name, PlateOptions(**options)), None)
+        shot = read_shot(name)
+        if shot.source is None:
+            raise InputError(f"{name} names no plates and no scene.")
+        return _of_kind(shot.source, replace(asked, shot=shot))
+    return _of_kind(name, asked)
 
 
-def _of_shot(shot: Shot, text: str) -> Source:
-    if shot.source is None:
-        raise InputError(f"{text} names no plates and no scene.")
-    if kind_of(shot.source) is SourceKind.SCENE:
-        timing = None if shot.framing is None else shot.framing.timing
-        begun = first_shot(shot.source, timing=timing)
+def _of_kind(name: str, asked: Asked) -> Source:
+    found: Source = kind_of(name).python(name, asked)
+    return found
+
+
+def scene_named(name: str, asked: Asked) -> Source:
+    """Return a scene; a shot has its placement and its camera. See `SourceKind.python`."""
+    _refuse("a scene", **asked.options)
+    shot = asked.shot
+    if shot is not None:
+        begun = first_shot(name, timing=None if shot.framing is None else shot.framing.timing)
         scene = placed(begun.scene, shot.framing)
-        begun = replace(begun, scene=scene, shot=shot, assumed=frozenset())
-        return Scene(begun, shot.source)
-    return Plates(plates_named(shot.source, shot.plate_options), shot)
+        return Scene(replace(begun, scene=scene, shot=shot, assumed=frozenset()), name)
+    seen_px = None if asked.size is None else pair("size", "a size (width, height)", asked.size)
+    seen_by = None if asked.camera is None else text("camera", asked.camera)
+    return Scene(first_shot(name, seen_px, seen_by), name)
+
+
+def plates_named(name: str, asked: Asked) -> Source:
+    """Return plates, read as the options or the shot say. See `SourceKind.python`."""
+    _refuse("plates", camera=asked.camera, size=asked.size)
+    reading = PlateOptions(**asked.options) if asked.shot is None else asked.shot.plate_options
+    return Plates(plates_again(name, reading), asked.shot)
 
 
 def _refuse(what: str, **given: Any) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence as Items
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from heatlens.camera.placement import Matrix, matrix_of
@@ -35,6 +35,23 @@ _STILL = FrameRange(1, 1)
 _USUAL = Lens(50.0, 1.0, 1.0, 36.0)
 
 _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class CameraWish:
+    """What is asked of the camera of a shot.
+
+    frames            the frames to sample; None means those that are played
+    sensor_height_mm  None: as wide and high as the picture
+    scene_unit_m      the unit of the world around plates, in metres; scenes are in metres
+    up_axis           of the world around plates; scenes have y up
+    """
+
+    name: str
+    frames: FrameRange | None = None
+    sensor_height_mm: float | None = None
+    scene_unit_m: float | None = None
+    up_axis: UpAxis = "y"
 
 
 def camera_before_plates(

@@ -25,7 +25,7 @@ from heatlens.ring.address import RingAddress, opentrackio_address
 from heatlens.ring.otrk_packet import Encoding
 from heatlens.ring.sender import LensSender, send_in_time
 from heatlens.scene.first_shot import FirstShot, first_shot
-from heatlens.source.kind import SourceKind, kind_of
+from heatlens.source.kinds import kind_of
 from heatlens.source.shot_camera import camera_of_shot
 
 _DESCRIPTION = """\
@@ -184,7 +184,7 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
         refuse_given(args, _TIMING, f"{args.source} is no 3D scene")
         _refuse_shot_options(args)
         return read_camera(args.source, unit_m or 1.0, args.up_axis or "y")
-    if shot.source is not None and kind_of(shot.source) is SourceKind.SCENE:
+    if shot.source is not None and kind_of(shot.source).has_camera:
         why = f"{shot.source} is a 3D scene, in metres and y up"
         refuse_given(args, ("scene_unit", "up_axis"), why)
     camera = camera_of_shot(
@@ -205,7 +205,7 @@ def _is_scene(source: str) -> bool:
     A USD file may hold nothing but a camera.
     """
     path, _ = split_prim(source)
-    return kind_of(source) is SourceKind.SCENE and path.suffix.lower() not in USD_SUFFIXES
+    return kind_of(source).has_camera and path.suffix.lower() not in USD_SUFFIXES
 
 
 def _said_of(first: FirstShot) -> tuple[str, ...]:

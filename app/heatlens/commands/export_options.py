@@ -9,39 +9,31 @@ from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.field_options import add_fields, typed_fields
 from heatlens.commands.given_options import given, refuse_given, refuse_unused
 from heatlens.commands.kept_option import add_keep_option, kept_names
-from heatlens.commands.kit_options import shot_with_kit
-from heatlens.commands.lens_options import add_lens_options, lens_of
+from heatlens.commands.lens_options import add_lens_options
 from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
 from heatlens.commands.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
     pinhole_options,
 )
-from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.plate_words import say_plate
-from heatlens.commands.say import say
+from heatlens.commands.plate_options import add_plate_options
 from heatlens.commands.scene_options import (
     add_framing_options,
-    said_of_lens,
-    shot_of_scene,
     with_framing,
 )
+from heatlens.commands.source_commands import commands_for
 from heatlens.commands.value_types import number, whole
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError
 from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
-from heatlens.frame_cache.reader import settled_options
 from heatlens.model.frames import check_within
 from heatlens.model.guides import Guides
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.channels import Header
 from heatlens.plate.exr_write import COMPRESSIONS
-from heatlens.plate.read import read_plate
-from heatlens.sequence.sequence import find_sequence
-from heatlens.source.kind import SourceKind, kind_of
 from heatlens.source.named import source_of
 
 _USUAL_COMPRESSION = "zip"
@@ -208,7 +200,7 @@ def _shot_of_options(args: argparse.Namespace) -> Shot:
         raise InputError(
             "--plate replaces the plate of a shot file, but a plate is already given here."
         )
-    return _scene_shot(args) if kind_of(args.shot) is SourceKind.SCENE else _still_shot(args)
+    return commands_for(args.shot).shot(args)
 
 
 def _shot_in_file(args: argparse.Namespace) -> Shot:
@@ -219,26 +211,6 @@ def _shot_in_file(args: argparse.Namespace) -> Shot:
         )
     refuse_given(args, ("clip", "first_frame"), f"{args.shot} sets how its scene is played")
     return read_shot(args.shot)
-
-
-def _scene_shot(args: argparse.Namespace) -> Shot:
-    """Return a shot with the lens of the options and of the scene's moving camera."""
-    first = shot_of_scene(args, args.shot)
-    say(*first.scene.notes, said_of_lens(args, first, first.frame))
-    return first.shot
-
-
-def _still_shot(args: argparse.Namespace) -> Shot:
-    """Return a shot with a constant lens of the options and of the first plate's header.
-
-    It does not depend on the requested frames, because a shot may be exported in parts.
-    """
-    sequence, options = find_sequence(args.shot), plate_options(args)
-    plate = read_plate(sequence.path_at(sequence.present[0]), options)
-    lens, said = lens_of(args, plate)
-    say_plate(plate, lens, said, options)
-    shot = Shot(lens, source=args.shot, plate_options=settled_options(options, plate))
-    return shot_with_kit(args, shot)
 
 
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
@@ -258,7 +230,7 @@ def _refuse_unused(args: argparse.Namespace, read: Shot | None) -> None:
     """Refuse options without effect before printing anything; `read` is the shot of a shot file."""
     source = args.plate or (args.shot if read is None else read.source)
     method = settings_of(args, read.defocus if read else DefocusSettings()).method
-    refuse_unused(args, source or "", None if source is None else kind_of(source), method)
+    refuse_unused(args, source or "", method)
 
 
 def _started(args: argparse.Namespace, shot: Shot) -> Shot:

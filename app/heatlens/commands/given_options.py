@@ -8,7 +8,7 @@ from heatlens.commands.field_options import attributes_of, unasked
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings, Method
-from heatlens.source.kind import SourceKind
+from heatlens.source.kinds import kind_of
 
 Given = dict[str, Any]
 AddOptions = Callable[[argparse.ArgumentParser], object]
@@ -18,11 +18,6 @@ _OF_SCENES = (
     *("size", "scene_camera", "frame", "pinhole", "overscan", "deep", "clip", "first_frame"),
     *("up_axis", "meters_per_unit"),
 )
-_OF_OTHERS = {  # by kind of source: the options that are for other kinds
-    SourceKind.PLATES: (_OF_SCENES, "is a plate, and that is for 3D scenes"),
-    SourceKind.SCENE: (_OF_PLATES, "is a 3D scene, and that is for plates"),
-    SourceKind.STREAM: (_OF_SCENES, "is a running renderer, and that is for 3D scenes"),
-}
 
 
 def given(args: argparse.Namespace, *groups: AddOptions) -> Given:
@@ -38,13 +33,12 @@ def given(args: argparse.Namespace, *groups: AddOptions) -> Given:
 def refuse_unused(
     args: argparse.Namespace,
     source: str = "",
-    kind: SourceKind | None = None,
     method: Method | None = None,
 ) -> None:
     """Raise InputError that names the given options without effect.
 
-    `kind` is the kind of `source`, None if it does not matter. If `method` is None, any method may
-    be used, later or one after the other.
+    `source` is "" if its kind does not matter. If `method` is None, any method may be used, later
+    or one after the other.
     """
     if getattr(args, "pinhole", False):
         blur = attributes_of(DefocusSettings)
@@ -52,11 +46,14 @@ def refuse_unused(
     if method is not None:
         for why_not, names in unasked(method).items():
             refuse_given(args, names, f"The method {method} {why_not}")
-    if kind is not None:
-        others, why = _OF_OTHERS[kind]
-        if kind is not SourceKind.SCENE and getattr(args, "is_rate_of_scene", False):
-            others = (*others, "fps")
-        refuse_given(args, others, f"{source} {why}")
+    if source:
+        kind = kind_of(source)
+        what = f"{source} is {kind.article_word}, and that is for"
+        if not kind.reads_plates:
+            refuse_given(args, _OF_PLATES, f"{what} plates")
+        if not kind.has_camera:
+            rate = ("fps",) if getattr(args, "is_rate_of_scene", False) else ()
+            refuse_given(args, (*_OF_SCENES, *rate), f"{what} 3D scenes")
 
 
 def refuse_given(args: argparse.Namespace, names: Iterable[str], why: str) -> None:

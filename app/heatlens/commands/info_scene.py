@@ -2,7 +2,8 @@
 
 from typing import Any
 
-Line = tuple[str, str]
+from heatlens.commands.source_commands import Line
+
 _NAMES_MOST = 8  # of objects, in a line
 
 

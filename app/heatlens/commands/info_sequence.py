@@ -6,8 +6,8 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from heatlens.commands.info_scene import Line
 from heatlens.commands.progress_line import progress_line
+from heatlens.commands.source_commands import Line
 from heatlens.frame_cache.sequence_facts import sequence_facts
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.units import format_distance

@@ -27,7 +27,7 @@ from heatlens.commands.pinhole_output import (
 from heatlens.commands.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.say import say, tell
-from heatlens.commands.source_loading import load_source
+from heatlens.commands.source_commands import commands_for
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.export.job import Look
@@ -44,7 +44,6 @@ from heatlens.plate.picture_write import Encode, check_output, lens_header, writ
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer, drained
 from heatlens.scene.scene_read import files_of_scene
-from heatlens.source.kind import kind_of
 from heatlens.source.named import single_source
 
 _PACKED = 0.1  # size of a well compressed picture, as a part of its uncompressed size
@@ -121,18 +120,18 @@ def _render(args: argparse.Namespace) -> None:
     _check_look(args)
     check_pinhole_options(args, _is_exr(args))
     settings = settings_of(args)
-    refuse_unused(args, str(args.plate), kind_of(str(args.plate)), settings.method)
+    refuse_unused(args, str(args.plate), settings.method)
     wanted = _kept_names(args, settings)
     encode = _encode(args)
     ctx = headless_context()
     renderer = FrameRenderer(ctx, settled_solver(ctx))
     renderer.stopwatch.on = args.stats
-    shot, frame = load_source(args, renderer, settings)
+    shot, frame = commands_for(args.plate).load(args, renderer, settings)
     _check_room(args, shot, renderer)
     read_done = time.perf_counter()
     with picture_progress(renderer, shot) as tell:
         plate, pixels = _picture(args, renderer, shot, frame, tell)
-    if renderer.scene is not None:
+    if renderer.has_many_views:
         say(*renderer.loaded.plate.notes)
     render_done = time.perf_counter()
     depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}

@@ -14,7 +14,7 @@ from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.plate_words import first_plate, say_doubts_of_shot
 from heatlens.commands.say import say, tell
-from heatlens.commands.scene_options import add_framing_options, shot_of_scene
+from heatlens.commands.scene_options import add_framing_options
 from heatlens.commands.shot_camera import (
     add_camera_option,
     camera_of,
@@ -23,7 +23,8 @@ from heatlens.commands.shot_camera import (
     with_camera_values,
 )
 from heatlens.commands.shot_keys import KEYED, Keys, keys_of, mark_of
-from heatlens.commands.shot_plate import on_frames_of_plate, plate_shot, rate_of
+from heatlens.commands.shot_plate import on_frames_of_plate
+from heatlens.commands.source_commands import commands_for
 from heatlens.commands.value_types import number
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.errors import InputError
@@ -36,7 +37,6 @@ from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.units import format_distance
 from heatlens.sequence.names import frames_text
-from heatlens.source.kind import SourceKind, kind_of
 
 _DESCRIPTION = """\
 Writes a shot file: the plate or 3D scene, the lens with its keys, focus marks, frames and blur. The
@@ -148,10 +148,8 @@ def _shot_of(args: argparse.Namespace) -> Shot:
     kept = decided_otherwise(args, keys)
     given = args if camera is None else with_camera_values(args, camera, kept)
     given = _with_first_keys(given, keys)
-    kind = kind_of(args.plate)
-    refuse_unused(args, args.plate, kind, settings_of(args).method)
-    new_shot = _scene_shot if kind is SourceKind.SCENE else plate_shot
-    shot = _with_options(args, new_shot(given, camera))
+    refuse_unused(args, args.plate, settings_of(args).method)
+    shot = _with_options(args, commands_for(args.plate).new_shot(given, camera))
     if camera is not None:
         shot = with_camera(shot, _from_pupil(camera, shot.lens), kept)
         say(*camera.notes, said_of(camera, shot, args.camera, kept))
@@ -170,17 +168,6 @@ def _say_outside(shot: Shot) -> None:
         kept = "it is kept and counts" if len(outside) == 1 else "they are kept and count"
         where = f"{which} outside at {', '.join(outside)}"
         say(f"{shot.source} has frames {span}, with {where}: {kept} for the frames between keys.")
-
-
-def _scene_shot(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
-    """Return a shot with a scene, and the lens, frames, rate and framing of its camera."""
-    first = shot_of_scene(args, args.plate)
-    shot = first.shot
-    say(*first.scene.notes)
-    camera_frames = None if camera is None else camera.frame_range
-    frames = parse_frame_range(args.frames) if args.frames else camera_frames or shot.frames
-    rate = shot.frames_per_second if args.fps is None and camera is None else rate_of(args, camera)
-    return replace(shot, frames=frames, frames_per_second=rate)
 
 
 def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:

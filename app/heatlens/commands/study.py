@@ -12,7 +12,7 @@ from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.picture_progress import view_progress
 from heatlens.commands.pipes import file_of_input
 from heatlens.commands.say import say, tell
-from heatlens.commands.source_loading import load_source
+from heatlens.commands.source_commands import commands_for
 from heatlens.commands.value_types import positive, whole
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
@@ -32,7 +32,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.units import format_distance
 from heatlens.render import FrameRenderer
-from heatlens.source.kind import SourceKind, kind_of
+from heatlens.source.kinds import SourceKind, kind_of
 
 _TRUTH_VIEWS = 1024
 _FINER = 4  # what is judged must not be as fine as what it is held against
@@ -144,11 +144,11 @@ def _subject(args: argparse.Namespace) -> Subject:
     """Load plate or scene to the GPU, with the lens that the options describe."""
     settings = settings_of(args)
     kind = kind_of(str(args.plate))
-    refuse_unused(args, str(args.plate), kind)
+    refuse_unused(args, str(args.plate))
     _check_truth(args, kind, settings.views)
     ctx = headless_context()
     renderer = FrameRenderer(ctx, settled_solver(ctx))
-    shot, frame = load_source(args, renderer, settings)
+    shot, frame = commands_for(args.plate).load(args, renderer, settings)
     return Subject(args.plate.name, renderer, shot, frame)
 
 
@@ -157,7 +157,7 @@ def _check_truth(args: argparse.Namespace, kind: SourceKind, judged: int) -> Non
     views, least = args.truth_views, _FINER * judged
     if views is None:
         return
-    if args.truth is not None or kind is not SourceKind.SCENE:
+    if args.truth is not None or not kind.has_camera:
         truth = "--truth is it" if args.truth is not None else f"{args.plate} is a plate"
         raise InputError(f"--views is for the truth of a 3D scene, and {truth}: leave it out.")
     if not least <= views <= VIEWS_MAX:

@@ -25,7 +25,6 @@ from heatlens.ring.ring_input import RingInput
 from heatlens.ring.sender import LensSender
 from heatlens.scene.scene_name import DEMO, is_demo
 from heatlens.session.window_door import hand_over
-from heatlens.source.kind import kind_of
 from heatlens.source.named import source_named
 from heatlens.stream.address import DEFAULT_PORT, parse_address
 
@@ -166,7 +165,7 @@ def _open(args: argparse.Namespace) -> int:
         refuse_given(args, ("clip", "first_frame", "fps"), f"{plate} says how its scene is played")
     elif plate:
         _require(plate)
-        refuse_unused(args, plate, kind_of(plate))
+        refuse_unused(args, plate)
     lens = given_lens(args)
     camera = checked_camera_of(args, lens)
     start = Start(plate, plate_options(args), lens, settings_of(args), ocio=args.ocio)

@@ -40,7 +40,7 @@ class FrameRendering:
         """
         self._loader.load(frame.origin)
         remarks = self._remarks(frame.origin)
-        if self._job.pinhole and self._job.output.is_exr and self._renderer.scene is not None:
+        if self._job.pinhole and self._job.output.is_exr and self._renderer.has_many_views:
             plate = self._pinhole(frame)
             return RenderedFrame(frame, plate, plate.color, remarks)
         return RenderedFrame(frame, self._plate(), self._pixels(frame), remarks)
@@ -57,7 +57,7 @@ class FrameRendering:
 
     def _remarks(self, origin: Origin, may_refuse: bool = True) -> tuple[Remark, ...]:
         """Return what is unusual about the loaded plate. Raises InputError if that is refused."""
-        if self._renderer.scene is not None or origin.is_black:
+        if self._renderer.has_many_views or origin.is_black:
             return ()
         plate = self._renderer.loaded.plate
         remarks = self._check.remarks(plate)

@@ -62,7 +62,7 @@ class ClipChoice:
     def poll(self) -> None:
         """Read the scene again if the shot needs another clip; call this once a frame."""
         opened = self._source.opened
-        if opened is None or not self._source.has_scene:
+        if opened is None or not self._source.has_camera:
             return
         if self._source.opener.opening is not None or self._editing.shot.source != opened.text:
             return

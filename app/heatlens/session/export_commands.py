@@ -14,7 +14,6 @@ from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_look import PictureLook
 from heatlens.session.timeline import Timeline
-from heatlens.source.kind import NO_FILES
 
 
 class ExportCommands:
@@ -42,7 +41,7 @@ class ExportCommands:
     @property
     def why_not(self) -> str:
         """The reason why nothing can be exported now; "" if exporting is possible."""
-        return NO_FILES if not (self._source.is_repeatable or self.run.is_busy) else ""
+        return "" if self.run.is_busy else self._source.once_only
 
     @property
     def played(self) -> FrameRange | None:

@@ -22,7 +22,6 @@ from heatlens.session.preferences import Preferences
 from heatlens.session.reference import ReferenceLoader
 from heatlens.session.shot_documents import ShotDocuments
 from heatlens.session.start import GivenOptions
-from heatlens.source.kind import NO_FILES
 from heatlens.source.opened import Opened
 
 PURPOSES = {
@@ -165,12 +164,12 @@ class FileCommands:
     def reload(self) -> None:
         """Read the plate or the scene again as it is on disk now."""
         opened = self._source.opened
-        if opened is not None and opened.source.is_repeatable:
+        if opened is not None and opened.again is not None:
             framing = self._editing.shot.framing
             timing = None if framing is None else framing.timing
             self._source.open(opened.text, opened.options, self._editing.frame, timing)
         elif opened is not None:
-            self._say(NO_FILES)
+            self._say(self._source.once_only)
 
     # Choosing
 
@@ -180,8 +179,8 @@ class FileCommands:
             self._say("Nothing is open that could be saved.")
         elif key == "behind" and not self.reading.is_possible:
             self._say("Pictures behind are added to a plate, and none is open.")
-        elif key == "save shot" and not self._source.is_repeatable:
-            self._say(NO_FILES)
+        elif key == "save shot" and self._source.once_only:
+            self._say(self._source.once_only)
         else:
             return True
         return False
@@ -241,7 +240,7 @@ class FileCommands:
     def arrived(self, opened: Opened) -> None:
         """Remember an opened file; with the first one, report damaged preferences."""
         self.reading.arrived(opened)
-        if opened.source.files is not None:
+        if opened.again is not None and opened.again.files is not None:
             self._preferences.opened(opened.text)
         if self._preferences.problem:
             self._say(self._preferences.problem)

@@ -34,8 +34,8 @@ class RowChoice:
     The camera's row has no curve, and exists only while a scene is open.
     """
 
-    def __init__(self, has_scene: Callable[[], bool]) -> None:
-        self._has_scene = has_scene
+    def __init__(self, has_camera: Callable[[], bool]) -> None:
+        self._has_camera = has_camera
         self.shows_curve = False
         self.curve_of = LensParameter.FOCUS_DISTANCE
         self._is_on_camera = False
@@ -47,7 +47,7 @@ class RowChoice:
     @property
     def chosen(self) -> Row:
         """The camera's row if it was selected last and is shown, else the parameter's row."""
-        is_seen = self._has_scene() and not self.shows_curve
+        is_seen = self._has_camera() and not self.shows_curve
         return CAMERA if self._is_on_camera and is_seen else self.curve_of
 
     def choose(self, row: Row) -> None:

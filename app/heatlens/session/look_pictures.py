@@ -229,7 +229,7 @@ class LookPictures:
     def _let_go(self) -> None:
         """Free the GPU memory while no look is visible."""
         self._steps = None
-        if self._beside is not None and self._beside.scene is not None:
+        if self._beside is not None and self._beside.has_many_views:
             self._beside.let_go()
 
 

@@ -113,7 +113,7 @@ class MarkCommands:
         if isinstance(mark, ObjectMark):
             return self._scenes.object_m(mark.object_name, frame)
         cache, plate = self._timeline.cache, self._source.plate
-        if isinstance(mark, PointMark) and self._source.has_scene:
+        if isinstance(mark, PointMark) and self._source.has_camera:
             return self._in_scene_m(mark, frame)
         if frame is not None and cache is not None:
             found = cache.get(frame)

@@ -18,6 +18,7 @@ from heatlens.scene.scene import Scene
 from heatlens.session.gpu_picture import GpuPicture
 from heatlens.session.picture_feed import PictureFeed, Playhead, feed_of
 from heatlens.source.disk_watch import DiskWatch
+from heatlens.source.kinds import kind_of
 from heatlens.source.opened import Opened
 from heatlens.source.opener import SourceOpener
 from heatlens.source.stream_source import StreamSource
@@ -73,7 +74,7 @@ class OpenSource:
         self._close_opened()
         self.opened, self.feed, self._watch.cache = opened, feed, opened.cache
         if self.stream is not None:
-            self.stream.show(opened.source is self.stream)
+            self.stream.show(opened.text == self.stream.text)
         return opened
 
     def _close_opened(self) -> None:
@@ -94,14 +95,17 @@ class OpenSource:
         return None if self.opened is None else self.feed.scene
 
     @property
-    def is_repeatable(self) -> bool:
-        """True if frames can be rendered again later; False for a stream."""
-        return self.opened is None or self.opened.source.is_repeatable
+    def once_only(self) -> str:
+        """A sentence why frames cannot be rendered again later; "" if they can."""
+        opened = self.opened
+        if opened is None or opened.again is not None:
+            return ""
+        return kind_of(opened.text).refusal
 
     @property
-    def has_scene(self) -> bool:
-        """True if a 3D scene is open, which can be rendered from many points of view."""
-        return self.scene is not None
+    def has_camera(self) -> bool:
+        """True if what is open is seen by a camera that moves, as a 3D scene is."""
+        return self.opened is not None and kind_of(self.opened.text).has_camera
 
     def picture_shape(self, shot: Shot) -> PictureShape:
         """Return the shape of the display window; one pixel while nothing is open."""
@@ -202,12 +206,12 @@ class OpenSource:
         A breathing lens shows another part of a plate's frame; a scene is drawn as the lens sees
         it, so both pixels are the same.
         """
-        is_cut = self.plate is not None and not self.has_scene
+        is_cut = self.plate is not None and not self.has_camera
         return plate_pixel(self.plate, lens, pixel) if is_cut and self.plate else pixel
 
     def picture_point(self, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
         """Return where a point of the frame lies in the picture, the inverse of `frame_px`."""
-        is_cut = self.plate is not None and not self.has_scene
+        is_cut = self.plate is not None and not self.has_camera
         return picture_point(self.plate, lens, point) if is_cut and self.plate else point
 
     def timecode_at(self, shot: Shot, frame: int) -> tuple[int, Timecode] | None:

@@ -14,7 +14,11 @@ from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.gpu_picture import GpuPicture
 from heatlens.session.scene_preview import ScenePreview
-from heatlens.source.opened import Opened, OpenedPlates, OpenedScene, OpenedStream
+from heatlens.source.kinds import kind_of
+from heatlens.source.opened import Opened
+from heatlens.source.opened_plates import OpenedPlates
+from heatlens.source.opened_scene import OpenedScene
+from heatlens.source.stream_source import OpenedStream
 
 
 @dataclass(frozen=True)
@@ -247,16 +251,12 @@ class StreamFeed(PictureFeed):
 
     def refresh(self) -> None:
         """See `PictureFeed`."""
-        plate = self._opened.source.poll()
+        plate = self._opened.stream.poll()
         if plate is not None:
             self.picture.load(plate)
 
 
 def feed_of(opened: Opened, picture: GpuPicture) -> PictureFeed:
     """Return the feed that brings the pictures of `opened` to the GPU."""
-    if isinstance(opened, OpenedScene):
-        return SceneFeed(picture, opened)
-    if isinstance(opened, OpenedStream):
-        return StreamFeed(picture, opened)
-    assert isinstance(opened, OpenedPlates)
-    return PlateFeed(picture, opened)
+    feed: PictureFeed = kind_of(opened.text).feed(picture, opened)
+    return feed

@@ -119,11 +119,7 @@ class RenderedPull:
     def is_on(self) -> bool:
         """Return True if there are frames to be played, and they are to be kept."""
         source = self._source
-        if (
-            not self._preferences.now.keep_frames
-            or source.plate is None
-            or not source.is_repeatable
-        ):
+        if not self._preferences.now.keep_frames or source.plate is None or source.once_only:
             return False
         return self._view.is_drawn and self._timeline.played.count > 1  # the size is known
 
@@ -275,7 +271,7 @@ class RenderedPull:
             self._filler = FrameFiller(main.beside(), self._wake)
         if main.scene is not self._filler.renderer.scene:
             self._filler.let_go()
-            if main.scene is not None:
+            if main.has_many_views:
                 self._filler.renderer.load_scene_of(main)
         return self._filler
 

@@ -181,7 +181,7 @@ class SceneCommands:
 
     def set_key(self) -> None:
         """Set a key for the camera at this frame."""
-        if self.scene is None:
+        if not self._source.has_camera:
             return
         pose = self.pose
         frame, track = self._editing.frame, self.framing.track
@@ -202,7 +202,7 @@ class SceneCommands:
     @property
     def key_frames(self) -> tuple[float, ...]:
         """The frames with keys of the shot's own camera."""
-        track = self.framing.track if self.scene is not None else None
+        track = self.framing.track if self._source.has_camera else None
         return () if track is None else tuple(key.frame for key in track.keys)
 
     @property

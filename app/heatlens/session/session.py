@@ -119,7 +119,7 @@ class Session:
         timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
         self.scenes = SceneCommands(source, editing, say)
         self.clips = ClipChoice(source, editing)
-        rows = RowChoice(lambda: source.has_scene)
+        rows = RowChoice(lambda: source.has_camera)
         self.keys = KeyCommands(editing, rows, self.scenes.set_key, say)
         self.marks = MarkCommands(source, editing, timeline, self.scenes, say, wake)
         self._plate_tracks = MarkTracks()
@@ -221,9 +221,14 @@ class Session:
         return self.editing.frame
 
     @property
-    def has_scene(self) -> bool:
-        """True if a 3D scene is open."""
-        return self.source.has_scene
+    def has_camera(self) -> bool:
+        """True if what is open is seen by a camera that moves."""
+        return self.source.has_camera
+
+    @property
+    def has_many_views(self) -> bool:
+        """True if what is open can be seen from many points of the lens."""
+        return self.source.renderer.has_many_views
 
     @property
     def histogram(self) -> DepthHistogram | None:
@@ -250,7 +255,7 @@ class Session:
 
         For plates they are known at the frames in memory, for scenes at the frames measured so far.
         """
-        if self.has_scene:
+        if self.has_camera:
             return self.scene_tracks.tracks()
         timeline = self.timeline
         return self._plate_tracks.tracks(timeline.cache, timeline.runs(), self.shot.marks)
@@ -326,7 +331,7 @@ class Session:
         self.recording.keep()
         self.sides.restart()
         is_same = self.shot.source == opened.text
-        coming = self.documents.taken(opened) if opened.source.is_repeatable else None
+        coming = None if opened.again is None else self.documents.taken(opened)
         self.editing.frame = opened.frame
         self.messages.clear()
         self.given.opened(opened.text)

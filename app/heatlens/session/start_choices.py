@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.documents.shot_file import is_shot_file
-from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.paths import data_dir, home_dir
 from heatlens.scene.scene_name import DEMO
 from heatlens.session.file_commands import FileCommands
@@ -12,11 +11,9 @@ from heatlens.session.open_source import OpenSource
 from heatlens.session.playback import Playback
 from heatlens.session.recent_files import RecentFiles
 from heatlens.session.start import GivenOptions
-from heatlens.source.kind import SourceKind
-from heatlens.source.kind import kind_of as source_kind
+from heatlens.source.kinds import kind_of
 
 _RECENT_MAX = 6  # so that all cards together have digit keys
-_PATTERN_MARKS = "#%@$"
 
 
 @dataclass(frozen=True)
@@ -129,16 +126,9 @@ def _recent(text: str) -> Card:
     folder = path.parent
     inside = folder.is_relative_to(home) and home != Path(home.anchor)
     words = str(Path("~") / folder.relative_to(home)) if inside else str(folder)
-    return Card(path.name, words, text, kind_of(text))
+    return Card(path.name, words, text, word_of(text))
 
 
-def kind_of(text: str) -> str:
+def word_of(text: str) -> str:
     """Return the kind of a recent file in a word, judged by its name."""
-    if is_shot_file(text):
-        return "Shot"
-    if source_kind(text) is SourceKind.SCENE:
-        return "3D scene"
-    name = Path(text).name
-    is_file = name.lower().endswith((".exr", *PICTURES_READ))
-    is_one = is_file and not any(mark in name for mark in _PATTERN_MARKS)
-    return "Plate" if is_one else "Sequence"
+    return "Shot" if is_shot_file(text) else kind_of(text).word(text)

@@ -1,21 +1,16 @@
 """Find the source for a name in a shot file or on a command line."""
 
 from pathlib import Path
-from typing import assert_never
 
 from heatlens.errors import InputError
 from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
-from heatlens.sequence.names import NameForm
-from heatlens.sequence.sequence import Sequence
-from heatlens.source.kind import NO_FILES, SourceKind, kind_of
+from heatlens.source.kinds import kind_of
 from heatlens.source.one_size import sequence_of_one_size
 from heatlens.source.plate_source import PlateSource
-from heatlens.source.scene_source import SceneSource
 from heatlens.source.source import Source
 
-_STILL_FRAME = 1  # frame number of a picture without a number in its name
 # A shot keeps the options for its plates; without a shot, they are found from the files.
 _AS_FOUND = PlateOptions()
 
@@ -28,22 +23,16 @@ def source_named(
     A scene is not opened before it is needed. Raises InputError if no plates are found, and for a
     stream, which only the window can show.
     """
-    match kind_of(text):
-        case SourceKind.SCENE:
-            return SceneSource(text, timing)
-        case SourceKind.PLATES | SourceKind.STREAM:
-            return plates_named(text, options)
-        case kind:
-            assert_never(kind)
+    return kind_of(text).again(text, options, timing)
 
 
-def plates_named(text: str, options: PlateOptions) -> PlateSource:
+def plates_again(
+    text: str, options: PlateOptions, timing: SceneTiming | None = None
+) -> PlateSource:
     """Return the plates called `text`, a file, a pattern or a folder, to be read with `options`.
 
-    Raises InputError if there are none, and for a stream, which only the window can show.
+    Raises InputError if there are none.
     """
-    if kind_of(text) is SourceKind.STREAM:
-        raise InputError(f"{text}: {NO_FILES}")
     return PlateSource(text, sequence_of_one_size(text), options)
 
 
@@ -52,10 +41,7 @@ def single_source(path: Path, options: PlateOptions) -> Source:
 
     The disk is not accessed; a missing file is reported when it is read.
     """
-    if kind_of(str(path)) is SourceKind.SCENE:
-        return SceneSource(str(path))
-    alone = Sequence(path.parent, NameForm(path.name, 0, ""), (_STILL_FRAME,), (_STILL_FRAME,))
-    return PlateSource(str(path), alone, options)
+    return kind_of(str(path)).alone(path, options)
 
 
 def source_of(shot: Shot) -> Source:

@@ -3,25 +3,17 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 from heatlens.background import Background
-from heatlens.errors import HeatlensError, InputError
+from heatlens.errors import HeatlensError
 from heatlens.faults import faults_reported
 from heatlens.files.apart import Stop
-from heatlens.frame_cache.cache import Damaged, FrameCache
-from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.scene.placing import Placing
-from heatlens.sequence.sequence import Sequence
-from heatlens.source.kind import SourceKind, kind_of
-from heatlens.source.one_size import sequence_of_one_size
-from heatlens.source.opened import News, Opened, OpenedPlates, OpenedStream, opened_scene
-from heatlens.source.plate_source import PlateSource
-from heatlens.source.stream_source import StreamSource
-
-_BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
+from heatlens.source.kinds import kind_of
+from heatlens.source.opened import Opened, Opening
+from heatlens.source.stream_source import OpenedStream, StreamSource
 
 
 @dataclass(frozen=True)
@@ -71,8 +63,9 @@ class SourceOpener:
             return
         self.opening, self._options, self.refused = text, options, None
         self._stop = Stop()
-        when, placing = (frame, timing), self.placing_of(text)
-        self._coming.start(partial(_opened, text, options, when, placing, self._wake, self._stop))
+        placing = self.placing_of(text)
+        opening = Opening(text, options, frame, timing, placing, self._wake, self._stop)
+        self._coming.start(partial(_opened, opening))
 
     def cancel(self) -> None:
         """Cancel the opening without waiting, and end the process that reads a scene."""
@@ -105,41 +98,5 @@ class SourceOpener:
 
 
 @faults_reported("The file could not be opened")
-def _opened(
-    text: str,
-    options: PlateOptions,
-    when: tuple[int | None, SceneTiming | None],
-    placing: Placing,
-    wake: Callable[[], None],
-    stop: Stop,
-) -> Opened:
-    frame, timing = when
-    if kind_of(text) is SourceKind.SCENE:
-        with stop.heard():
-            return opened_scene(text, options, timing, placing)
-    source = PlateSource(text, sequence_of_one_size(text), options)
-    first, news = _first_frame(source.sequence, text, frame), News(wake)
-    reader = SequenceReader(options, source.first_file)  # as an export reads the sequence
-    # A fault of the program in one frame makes that frame damaged; the others are still shown.
-    read = faults_reported("A frame could not be read")(reader)
-    cache = FrameCache(
-        source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.files_of
-    )
-    try:
-        found = cache.wait(first, window=0)
-        if isinstance(found, Damaged):
-            raise InputError(found.sentence)
-        if found is None:
-            raise InputError(f"{source.sequence.path_at(first)} is not there.")
-    except Exception:
-        cache.close()
-        raise
-    return OpenedPlates(source, cache, first, found, news)
-
-
-def _first_frame(sequence: Sequence, text: str, wanted: int | None) -> int:
-    """Return the wanted frame if it exists, else that of the named file, else the first."""
-    if wanted is not None and sequence.has(wanted):
-        return wanted
-    named = sequence.frame_at(Path(text))
-    return named if named is not None and sequence.has(named) else sequence.present[0]
+def _opened(opening: Opening) -> Opened:
+    return kind_of(opening.text).opened(opening)

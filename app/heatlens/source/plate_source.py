@@ -16,11 +16,12 @@ from heatlens.model.shot import Shot
 from heatlens.plate.behind import behind_paths
 from heatlens.plate.plate import Plate, ReadPixels
 from heatlens.sequence.depth_files import PlateFiles, depth_path_for
-from heatlens.sequence.names import frames_text
+from heatlens.sequence.names import NameForm, frames_text
 from heatlens.sequence.sequence import MissingPolicy, Sequence
 from heatlens.source.origin import Origin, stamped
 from heatlens.source.source import FrameLoader, Renderer
 
+_STILL_FRAME = 1  # frame number of a picture without a number in its name
 _AHEAD = 2  # plates that are read while one is rendered
 # Six plates of 4K with float32 RGBA and depth; a larger plate is read only when it is needed.
 _PLATES_BYTES = 1 << 30
@@ -35,7 +36,6 @@ class PlateSource:
     options: PlateOptions
 
     has_many_views: ClassVar = False
-    is_repeatable: ClassVar = True
 
     @property
     def files(self) -> Path:
@@ -158,3 +158,9 @@ def black_plate(plate: Plate) -> Plate:
         return replace(plate, pixels=ReadPixels(color, coc_px=np.zeros_like(plate.coc_px)))
     nowhere_m = np.full(color.shape[:2], np.inf, np.float32)
     return replace(plate, pixels=ReadPixels(color, nowhere_m))
+
+
+def plate_alone(path: Path, options: PlateOptions) -> PlateSource:
+    """Return the plate in one file, even if it is a frame of a sequence; the disk is not read."""
+    alone = Sequence(path.parent, NameForm(path.name, 0, ""), (_STILL_FRAME,), (_STILL_FRAME,))
+    return PlateSource(str(path), alone, options)

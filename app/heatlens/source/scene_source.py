@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import SceneTiming
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.paths import unreadable
 from heatlens.scene.placing import placed
@@ -33,7 +34,6 @@ class SceneSource:
 
     first_file: ClassVar = None
     has_many_views: ClassVar = True
-    is_repeatable: ClassVar = True
 
     @property
     def files(self) -> Path | None:
@@ -104,3 +104,13 @@ class _SceneLoader:
 
     def close(self) -> None:
         """Do nothing, because nothing is read ahead."""
+
+
+def scene_again(text: str, _options: PlateOptions, timing: SceneTiming | None) -> SceneSource:
+    """Return the scene called `text`, which is not opened before it is needed."""
+    return SceneSource(text, timing)
+
+
+def scene_alone(path: Path, _options: PlateOptions) -> SceneSource:
+    """Return the scene in a file."""
+    return SceneSource(str(path))

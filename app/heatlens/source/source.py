@@ -1,4 +1,4 @@
-"""The protocol of a source: the content in front of the lens, whether plates, scene or stream."""
+"""The protocol of a source whose frames can be rendered again: what stands in front of the lens."""
 
 from pathlib import Path
 from typing import Protocol
@@ -41,7 +41,7 @@ class FrameLoader(Protocol):
 
 
 class Source(Protocol):
-    """Plates, a 3D scene, or the frames that a running renderer sends."""
+    """Plates or a 3D scene: any frame can be rendered at any time. See `SourceKind.again`."""
 
     @property
     def text(self) -> str:
@@ -62,10 +62,6 @@ class Source(Protocol):
     @property
     def has_many_views(self) -> bool:
         """True if it can be seen from many points of the lens, by accumulation or ray tracing."""
-
-    @property
-    def is_repeatable(self) -> bool:
-        """True if the same frame can be rendered again later; False for a stream."""
 
     def require(self) -> None:
         """Raise InputError if its files are missing, without reading them."""

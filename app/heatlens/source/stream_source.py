@@ -1,22 +1,22 @@
 """A running renderer as a source: it sends frames, and a thread makes plates of them."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
+from typing import Any
 
 from heatlens.background import Background
-from heatlens.errors import HeatlensError, InputError
+from heatlens.errors import HeatlensError
 from heatlens.faults import faults_reported
-from heatlens.model.frames import FrameRange
+from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
-from heatlens.sequence.sequence import MissingPolicy
-from heatlens.source.kind import NO_FILES, STREAM_PREFIX
-from heatlens.source.origin import Origin
-from heatlens.source.source import FrameLoader, Renderer
+from heatlens.plate.start_lens import StartLens, start_lens
+from heatlens.source.kinds import STREAM_PREFIX
+from heatlens.source.opened import Opened
 from heatlens.stream.server import TevServer
 
 _PAUSE_S = 0.1  # shortest pause between two plates, so that the window can do other work
@@ -32,13 +32,7 @@ class _Made:
 
 
 class StreamSource:
-    """Listens from the start until `close`; the loop calls `poll` and never waits. See `Source`."""
-
-    files: ClassVar = None
-    frames: ClassVar = None
-    first_file: ClassVar = None
-    has_many_views: ClassVar = False
-    is_repeatable: ClassVar = False
+    """Listens from the start until `close`; the loop calls `poll` and never waits."""
 
     def __init__(self, host: str, port: int) -> None:
         """Listen at the address.
@@ -110,36 +104,41 @@ class StreamSource:
     def _tell(self) -> None:
         self.wake()
 
-    def require(self) -> None:
-        """See `Source`; a stream needs no files."""
-
-    def span(self, shot: Shot) -> FrameRange | None:
-        """See `Source`."""
-        return None
-
-    def frames_of(self, shot: Shot) -> tuple[int, ...]:
-        """Raise InputError, because frames that were sent cannot be requested again."""
-        raise InputError(f"{self.text}: {NO_FILES}")
-
-    def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
-        """Raise InputError, see `frames_of`."""
-        raise InputError(f"{self.text}: {NO_FILES}")
-
-    def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
-        """Raise InputError, see `frames_of`."""
-        raise InputError(f"{self.text}: {NO_FILES}")
-
-    def loader(
-        self,
-        shot: Shot,
-        origins: tuple[Origin, ...],
-        renderer: Renderer,
-        is_for_file: bool = False,
-    ) -> FrameLoader:
-        """Raise InputError, see `frames_of`."""
-        raise InputError(f"{self.text}: {NO_FILES}")
-
     def close(self) -> None:
         """Stop listening; a second call does nothing."""
         self.show(False)
         self._server.close()
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedStream(Opened):
+    """A running renderer whose first frame has arrived."""
+
+    stream: StreamSource
+    plate: Plate
+    frame: int = 1
+
+    @property
+    def text(self) -> str:
+        """The address at which it is heard."""
+        return self.stream.text
+
+    @property
+    def options(self) -> PlateOptions:
+        """The options, which may change while frames arrive."""
+        return self.stream.options
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is said of the first frame."""
+        return self.plate.notes
+
+    def lens(self, given: Mapping[str, Any]) -> StartLens:
+        """Return the given lens, completed from what the renderer sent."""
+        return start_lens(self.plate, given)
+
+    def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
+        """Return a shot of the newest frame."""
+        return Shot(lens, defocus, self.text, self.options)
+
+    # The base closes nothing: the stream keeps listening, because it may be shown again.

@@ -80,7 +80,7 @@ def _show_export(session: Session, ui: UiState) -> None:
 
 def _scene(session: Session) -> list[Action]:
     def barred() -> str:
-        is_there = session.has_scene
+        is_there = session.has_camera
         return "" if is_there else "Only a scene has a camera and objects, and none is open."
 
     scenes = session.scenes
@@ -226,7 +226,7 @@ def _compare(session: Session) -> list[Action]:
     def compare_with(method: Method | None) -> Action:
         return Action(
             f"Compare with {method or 'pinhole'}", "Compare", partial(view.compare_with, method),
-            barred=lambda: barred_methods(session.has_scene).get(str(method), ""),
+            barred=lambda: barred_methods(session.has_many_views).get(str(method), ""),
         )  # fmt: skip
 
     return [

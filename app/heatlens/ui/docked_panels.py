@@ -60,7 +60,7 @@ class DockedPanels:
             self._look()
         if panels["Plate"]:
             self._plate(hovered)
-        if panels["Scene"] and session.has_scene:
+        if panels["Scene"] and session.has_camera:
             self._scene()
         if panels["Marks"]:
             self._marks()
@@ -99,9 +99,8 @@ class DockedPanels:
             kit_panel(session.shot.kit, session.lens, kits)
             ask_image = partial(self._ui.dialogs.ask, "opening")
             session.editing.edit_lens(opening_panel(session.lens, session.say, ask_image))
-            session.editing.edit(
-                replace(session.shot, defocus=blur_panel(session.shot.defocus, session.has_scene))
-            )
+            defocus = blur_panel(session.shot.defocus, session.has_many_views)
+            session.editing.edit(replace(session.shot, defocus=defocus))
             if session.histogram is not None and session.timeline.has_time:
                 lens_dots(session, drawn)
         imgui.end()
@@ -130,7 +129,7 @@ class DockedPanels:
     def _doubts(self) -> tuple[Doubt, ...]:
         """Return implausible values of lens and plate; a scene has none, for it gives its units."""
         session, plate = self._session, self._session.source.plate
-        if plate is None or session.has_scene or not plate.has_distances:
+        if plate is None or session.has_camera or not plate.has_distances:
             return ()
         return doubts(session.lens, depth_span(plate, session.shot.plate_options.scene_unit_m))
 
@@ -139,7 +138,7 @@ class DockedPanels:
         if self._begin("Look"):
             name = None if session.reference is None else session.reference.path.name
             session.view = look_panel(
-                session.view, session.color, name, session.has_scene, session.say
+                session.view, session.color, name, session.has_many_views, session.say
             )
         imgui.end()
 

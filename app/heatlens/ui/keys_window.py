@@ -50,11 +50,11 @@ class Section:
     rows: Rows
 
 
-def sections(actions: Sequence[Action], has_scene: bool) -> list[Section]:
-    """Return the sections: the mouse, then each menu's shortcuts; `has_scene` adds its gestures."""
-    pan = _PAN_SCENE if has_scene else _PAN_PLATE
+def sections(actions: Sequence[Action], has_camera: bool) -> list[Section]:
+    """Return the sections: the mouse, then each menu's shortcuts; `has_camera` adds gestures."""
+    pan = _PAN_SCENE if has_camera else _PAN_PLATE
     found = [Section("Mouse", _MOUSE + pan)]
-    if has_scene:
+    if has_camera:
         found.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
     found.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
     for menu in dict.fromkeys(action.menu for action in actions):
@@ -77,7 +77,7 @@ def _height(column: list[Section]) -> float:
     return sum(_HEAD_ROWS + len(section.rows) for section in column)
 
 
-def keys_window(actions: Sequence[Action], has_scene: bool) -> bool:
+def keys_window(actions: Sequence[Action], has_camera: bool) -> bool:
     """Draw the window in the middle of the screen; return False when the user closed it."""
     screen, edge = imgui.get_main_viewport(), _EDGE_EM * imgui.get_font_size()
     most = ImVec2(max(screen.work_size.x - edge, 1.0), max(screen.work_size.y - edge, 1.0))
@@ -93,7 +93,7 @@ def keys_window(actions: Sequence[Action], has_scene: bool) -> bool:
     low, size = imgui.get_window_pos(), imgui.get_window_size()
     probe.note_at("keys window", (low.x, low.y, low.x + size.x, low.y + size.y))
     room = most.x - 2 * imgui.get_style().window_padding.x
-    _draw_columns(_with_room(sections(actions, has_scene), room))
+    _draw_columns(_with_room(sections(actions, has_camera), room))
     if is_closed := not is_open or topmost.is_escaped() or _is_asked_again():
         imgui.close_current_popup()
     imgui.end_popup()

@@ -123,7 +123,7 @@ class Screen:
             if action is not None:
                 action.do(session.say)
         if ui.shows_keys:
-            ui.shows_keys = keys_window(self.actions, session.has_scene)
+            ui.shows_keys = keys_window(self.actions, session.has_camera)
         pull_popup(session, ui)
         rendered_popup(session, ui.timeline)
         shot_question(session.documents)

@@ -44,7 +44,7 @@ def _blur(session: Session, name: str, field: str, value: Any) -> Action:
 
 def _method(session: Session, method: Method) -> Action:
     def why_not() -> str:
-        return barred_methods(session.has_scene).get(str(method), "")
+        return barred_methods(session.has_many_views).get(str(method), "")
 
     made = _blur(session, f"method {method}", "method", method)
     return replace(made, barred=why_not)

@@ -94,7 +94,7 @@ class StatusBar:
             start_hint = (
                 "Arrows and Enter, a digit or a click" if session.start_choices.is_wanted else ""
             )
-            return f"{start_hint or mouse_words(session.has_scene)}.  ? shows the keys."
+            return f"{start_hint or mouse_words(session.has_camera)}.  ? shows the keys."
         if session.view.compare is Compare.GRID:
             return "Click a picture to take its look.  Escape leaves the grid."
         self._kept.uploaded(shown)
@@ -104,7 +104,7 @@ class StatusBar:
         read = probe_at(pixel, plate, session.lens, shown, version, self._reader, frame_px)
         if read is None:
             return ""
-        if session.has_scene:  # whose preview may be smaller than the whole picture
+        if session.has_camera:  # whose preview may be smaller than the whole picture
             _, whole = session.source.windows(session.shot)
             coc_px = read.coc_px * whole.width / plate.display_window.width
             read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)

@@ -259,20 +259,20 @@ def _film_back(lens: Lens, say: Say) -> Lens:
     return lens if width_mm == lens.sensor_width_mm else replace(lens, sensor_width_mm=width_mm)
 
 
-def barred_methods(has_scene: bool) -> dict[str, str]:
+def barred_methods(has_many_views: bool) -> dict[str, str]:
     """Return the methods that are unavailable for what is open, with the reason."""
     why = "Looks into a 3D scene from many points of the lens; a plate is a picture from one."
-    return {} if has_scene else {str(method): why for method in Method if method.needs_scene}
+    return {} if has_many_views else {str(method): why for method in Method if method.needs_scene}
 
 
-def blur_panel(settings: DefocusSettings, has_scene: bool) -> DefocusSettings:
+def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettings:
     """Draw the settings of the blur; return them as the user left them."""
     imgui.separator_text("Blur")
     tip = (
         "diffusion is ours; the others are there to compare with, and take no bokeh or layers. "
         "accumulation and raytraced render a 3D scene through the whole lens."
     )
-    methods, barred = [str(m) for m in Method], barred_methods(has_scene)
+    methods, barred = [str(m) for m in Method], barred_methods(has_many_views)
     method = widgets.choice("method", str(settings.method), methods, tip, barred)
     if settings.method.needs_scene:
         settings = _views(settings)

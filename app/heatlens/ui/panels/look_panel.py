@@ -33,7 +33,7 @@ def look_panel(
     view: ViewState,
     color: ColorChoice,
     reference: str | None,
-    has_scene: bool,
+    has_many_views: bool,
     say: Callable[[str], None],
 ) -> ViewState:
     """Draw the panel; return the view as the user left it. `reference` is the name of its EXR."""
@@ -42,7 +42,7 @@ def look_panel(
     view = _buttons(view, "overlay", _OVERLAYS, "Drawn over the picture, with a legend.")
     imgui.separator()
     view = _buttons(view, "compare", _COMPARES, "A beside B, B alone, or how they differ.")
-    return _compare(view, reference, has_scene, say)
+    return _compare(view, reference, has_many_views, say)
 
 
 def _color(view: ViewState, color: ColorChoice) -> ViewState:
@@ -88,7 +88,7 @@ def _buttons(view: ViewState, field: str, names: dict, tip: str) -> ViewState:  
 
 
 def _compare(
-    view: ViewState, reference: str | None, has_scene: bool, say: Callable[[str], None]
+    view: ViewState, reference: str | None, has_many_views: bool, say: Callable[[str], None]
 ) -> ViewState:
     if view.compare is Compare.DIFFERENCE:
         gain = widgets.drag("gain", view.difference_gain, 0.05, 0.5, 64.0, "x %.1f", say)
@@ -102,6 +102,6 @@ def _compare(
     now = (view.against, view.b_method)
     shown = next((name for name, value in choices.items() if value == now), "pinhole")
     tip = "The same shot by another method, or any EXR: Ctrl+Shift+O opens it."
-    barred = {f"method {method}": why for method, why in barred_methods(has_scene).items()}
+    barred = {f"method {method}": why for method, why in barred_methods(has_many_views).items()}
     against, method = choices[widgets.choice("B is", shown, list(choices), tip, barred)]
     return replace(view, against=against, b_method=method)

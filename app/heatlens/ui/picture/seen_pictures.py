@@ -68,7 +68,7 @@ class SeenPictures:
             plate.pixel_aspect_ratio,
             is_proxy=a.size != (windows[0].width, windows[0].height),
             is_b_proxy=of_method is not None and b.size != loaded.color.size,
-            has_camera=session.scenes.scene is not None,
+            has_camera=session.has_camera,
             frame_ratio=self._frame_ratio(plate),
             is_a_frame=not view.depth_of_field and not is_kept,
             is_b_frame=linear_b is loaded.color,
@@ -99,7 +99,7 @@ class SeenPictures:
 
     def _frame_ratio(self, plate: Plate) -> float:
         """Return the share of a plate's frame in view; 1 for a scene, which is drawn as framed."""
-        if self._session.scenes.scene is not None:
+        if self._session.has_camera:
             return 1.0
         return plate_ratio(self._session.lens, room_of(plate))
 

@@ -33,11 +33,11 @@ def dope_sheet(
     session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
     """Draw the rows at `corner`, their names left of `scale`, and apply drags of keys."""
-    rows: tuple[Row, ...] = tuple(LensParameter) if session.scenes.scene is None else ROWS
+    rows: tuple[Row, ...] = tuple(LensParameter) if not session.has_camera else ROWS
     row = _row_height(height, len(rows))
     for index, parameter in enumerate(LensParameter):
         _draw_row(session, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
-    if session.scenes.scene is not None:
+    if session.has_camera:
         below = corner.y + len(LensParameter) * row
         camera_row(session, scale, ImVec2(corner.x, below), row)
     places = _places(session.shot, rows, scale, corner.y, row)

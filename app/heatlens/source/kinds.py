@@ -1,0 +1,151 @@
+"""The kinds of sources: plates, 3D scenes and streams, each declared in one record.
+
+Whatever differs between the kinds is a field of `SourceKind`, so a new kind is one more record in
+`KINDS`; a field that it forgets fails to type-check.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from heatlens.errors import InputError
+from heatlens.files.picture_formats import PICTURES_READ
+from heatlens.scene.scene_name import names_scene
+
+if TYPE_CHECKING:  # they are imported on use, so that a command loads only what its source needs
+    from heatlens.camera.from_shot import CameraWish
+    from heatlens.camera.samples import CameraSamples
+    from heatlens.model.framing import SceneTiming
+    from heatlens.model.plate_options import PlateOptions
+    from heatlens.model.shot import Shot
+    from heatlens.source.opened import Opened, Opening
+    from heatlens.source.source import Source
+
+_PATTERN_MARKS = "#%@$"
+STREAM_PREFIX = "tev://"
+NO_FILES = (
+    "These frames come from a renderer and have no files: have it write an EXR, and open that."
+)
+
+
+@dataclass(frozen=True)
+class OnUse:
+    """A function or class of another module, which is imported when it is called."""
+
+    module: str
+    name: str
+
+    @property
+    def found(self) -> Any:
+        """The function or class itself."""
+        return getattr(import_module(f"heatlens.{self.module}"), self.name)
+
+    def __call__(self, *args: Any) -> Any:
+        """Import it and call it."""
+        return self.found(*args)
+
+
+@dataclass(frozen=True)
+class SourceKind:
+    """Everything in which one kind of source differs from the others.
+
+    word            what lists of files call the source of a name
+    article_word    what a sentence calls one of them: "a plate"
+    takes           whether a name means a source of this kind
+    has_camera      it is seen by a camera that moves, and has the options and panels for that
+    reads_plates    its pictures are read, and have the options for that
+    refusal         the sentence for what it cannot do; "" if it can do everything
+
+    again(text, options, timing)   return the source to render its frames, any number of times
+    alone(path, options)           the same for one file, even if it belongs to a sequence
+    opened(opening)                open it with its first picture, on a thread
+    camera(shot, wish)             return the camera of a shot for other programs
+    feed(picture, opened)          bring its pictures to the GPU for the window: a `PictureFeed`
+    commands()                     read it on the command line: a `SourceCommands`
+    python(name, asked)            open it in Python: a `heatlens.api.source.Source`
+
+    The functions raise InputError in words for what the kind cannot do.
+    """
+
+    word: Callable[[str], str]
+    article_word: str
+    takes: Callable[[str], bool]
+    has_camera: bool
+    reads_plates: bool
+    refusal: str
+    again: Callable[[str, "PlateOptions", "SceneTiming | None"], "Source"]
+    alone: Callable[[Path, "PlateOptions"], "Source"]
+    opened: Callable[["Opening"], "Opened"]
+    camera: Callable[["Shot", "CameraWish"], "CameraSamples"]
+    # The layers above define what these take and return.
+    feed: Callable[[Any, Any], Any]
+    commands: Callable[[], Any]
+    python: Callable[[str, Any], Any]
+
+
+def refused(text: str | Path, *_: object) -> Any:
+    """Raise InputError: the frames of this source exist only once."""
+    raise InputError(f"{text}: {kind_of(str(text)).refusal}")
+
+
+def plates_word(text: str) -> str:
+    """Return whether a name means one plate or a sequence, judged by the name alone."""
+    name = Path(text).name
+    is_file = name.lower().endswith((".exr", *PICTURES_READ))
+    return "Plate" if is_file and not any(mark in name for mark in _PATTERN_MARKS) else "Sequence"
+
+
+SCENES = SourceKind(
+    word=lambda _text: "3D scene",
+    article_word="a 3D scene",
+    takes=names_scene,
+    has_camera=True,
+    reads_plates=False,
+    refusal="",
+    again=OnUse("source.scene_source", "scene_again"),
+    alone=OnUse("source.scene_source", "scene_alone"),
+    opened=OnUse("source.opened_scene", "opened_scene"),
+    camera=OnUse("source.shot_camera", "camera_of_scene"),
+    feed=OnUse("session.picture_feed", "SceneFeed"),
+    commands=OnUse("commands.of_scenes", "SceneCommands"),
+    python=OnUse("api.opening", "scene_named"),
+)
+STREAMS = SourceKind(
+    word=lambda _text: "Stream",
+    article_word="a running renderer",
+    takes=lambda text: text.startswith(STREAM_PREFIX),
+    has_camera=False,
+    reads_plates=True,
+    refusal=NO_FILES,
+    again=refused,
+    alone=refused,
+    opened=lambda opening: refused(opening.text),
+    camera=OnUse("source.shot_camera", "camera_of_plates"),
+    feed=OnUse("session.picture_feed", "StreamFeed"),
+    commands=OnUse("commands.source_commands", "SourceCommands"),
+    python=refused,
+)
+PLATES = SourceKind(
+    word=plates_word,
+    article_word="a plate",
+    takes=lambda _text: True,  # whatever is nothing else
+    has_camera=False,
+    reads_plates=True,
+    refusal="",
+    again=OnUse("source.named", "plates_again"),
+    alone=OnUse("source.plate_source", "plate_alone"),
+    opened=OnUse("source.opened_plates", "opened_plates"),
+    camera=OnUse("source.shot_camera", "camera_of_plates"),
+    feed=OnUse("session.picture_feed", "PlateFeed"),
+    commands=OnUse("commands.of_plates", "PlateCommands"),
+    python=OnUse("api.opening", "plates_named"),
+)
+# The first kind that takes a name has it.
+KINDS: list[SourceKind] = [SCENES, STREAMS, PLATES]
+
+
+def kind_of(text: str) -> SourceKind:
+    """Return the kind of the source `text`, which stands in a shot file or a command line."""
+    return next(kind for kind in KINDS if kind.takes(text))

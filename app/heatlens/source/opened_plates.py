@@ -1,0 +1,156 @@
+"""Plates that have been opened: a sequence, or a single file, of which one frame has been read."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from heatlens.errors import InputError
+from heatlens.faults import faults_reported
+from heatlens.frame_cache.cache import Damaged, FrameCache
+from heatlens.frame_cache.reader import SequenceReader, settled_options
+from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.plate.plate import Plate
+from heatlens.plate.start_lens import StartLens, start_lens
+from heatlens.sequence.sequence import MissingPolicy, Sequence
+from heatlens.source.one_size import sequence_of_one_size
+from heatlens.source.opened import Opened, Opening
+from heatlens.source.plate_source import PlateSource
+
+_BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
+
+
+class News:
+    """Counts the state changes of a frame cache, and wakes the loop for each."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self.count = 0
+        self._wake = wake
+
+    def tell(self) -> None:
+        """Count a change and wake the loop; called on the threads of the cache."""
+        self.count += 1
+        self._wake()
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedPlates(Opened):
+    """A sequence, or a single file, of which one frame has been read."""
+
+    again: PlateSource = field()
+    cache: FrameCache = field()
+    frame: int
+    plate: Plate
+    counter: News
+
+    @property
+    def text(self) -> str:
+        """The pattern or the name of the file."""
+        return self.again.text
+
+    @property
+    def options(self) -> PlateOptions:
+        """The options with which the plates were requested."""
+        return self.again.options
+
+    @cached_property
+    def _settled(self) -> PlateOptions:
+        return settled_options(self.options, self.plate)
+
+    @property
+    def settled(self) -> PlateOptions:
+        """The options, with what the first plate has settled for all of them."""
+        return self._settled
+
+    @property
+    def frames(self) -> FrameRange | None:
+        """The current range; a sequence grows while a renderer writes it."""
+        sequence = self.cache.sequence
+        return None if sequence.is_single else FrameRange(sequence.first, sequence.last)
+
+    @property
+    def news(self) -> int:
+        """A counter of the state changes of all frames."""
+        return self.counter.count
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is said of the first plate."""
+        return self.plate.notes
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """The header entries of the first plate."""
+        return self.plate.attributes
+
+    def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
+        """Return the plate's own file, and those beside it."""
+        try:
+            path = self.cache.sequence.resolve(frame, missing)
+        except InputError:
+            return ()
+        return () if path is None else self.again.files_of(path)
+
+    def lens(self, given: Mapping[str, Any]) -> StartLens:
+        """Return the given lens, completed from the header."""
+        return start_lens(self.plate, given)
+
+    def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
+        """Return a shot of all frames, with the frame rate of the header."""
+        return Shot(
+            lens,
+            defocus,
+            self.text,
+            self.options,
+            frames=self.frames,
+            frames_per_second=_frame_rate(self.plate),
+        )
+
+    def close(self) -> None:
+        """Stop reading ahead."""
+        self.cache.close()
+
+
+def opened_plates(opening: Opening) -> OpenedPlates:
+    """Read the first plate, and keep a cache that reads the others.
+
+    Raises InputError if there are no plates, or the first one cannot be read.
+    """
+    text, options = opening.text, opening.options
+    source = PlateSource(text, sequence_of_one_size(text), options)
+    first, news = _first_frame(source.sequence, text, opening.frame), News(opening.wake)
+    reader = SequenceReader(options, source.first_file)  # as an export reads the sequence
+    # A fault of the program in one frame makes that frame damaged; the others are still shown.
+    read = faults_reported("A frame could not be read")(reader)
+    cache = FrameCache(
+        source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.files_of
+    )
+    try:
+        found = cache.wait(first, window=0)
+        if isinstance(found, Damaged):
+            raise InputError(found.sentence)
+        if found is None:
+            raise InputError(f"{source.sequence.path_at(first)} is not there.")
+    except Exception:
+        cache.close()
+        raise
+    return OpenedPlates(source, cache, first, found, news)
+
+
+def _first_frame(sequence: Sequence, text: str, wanted: int | None) -> int:
+    """Return the wanted frame if it exists, else that of the named file, else the first."""
+    if wanted is not None and sequence.has(wanted):
+        return wanted
+    named = sequence.frame_at(Path(text))
+    return named if named is not None and sequence.has(named) else sequence.present[0]
+
+
+def _frame_rate(plate: Plate) -> float:
+    """Return the frame rate in the header, or the default of OpenEXR if it is not plausible."""
+    rate = float(plate.attributes.get("framesPerSecond", FRAMES_PER_SECOND))
+    return rate if 1.0 <= rate <= 1000.0 else FRAMES_PER_SECOND

@@ -1,0 +1,90 @@
+"""A 3D scene that has been opened, with its first shot."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from heatlens.model.frames import FrameRange
+from heatlens.model.framing import SceneTiming
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.plate.start_lens import StartLens
+from heatlens.scene.first_shot import FirstShot, first_shot, lens_with
+from heatlens.scene.scene import Scene
+from heatlens.sequence.sequence import Stamp
+from heatlens.source.opened import Opened, Opening
+from heatlens.source.origin import stamped
+from heatlens.source.scene_source import SceneSource
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedScene(Opened):
+    """A 3D scene with its first shot; `asked` are the options that its plates would have."""
+
+    again: SceneSource = field()
+    asked: PlateOptions
+    first: FirstShot
+    frame: int
+    read_stamps: tuple[Stamp | None, ...]
+
+    @property
+    def text(self) -> str:
+        """The file of the scene, or "demo"."""
+        return self.again.text
+
+    @property
+    def options(self) -> PlateOptions:
+        """The options that were asked for; a scene has no plates."""
+        return self.asked
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, as its file describes it."""
+        return self.first.scene
+
+    @property
+    def frames(self) -> FrameRange | None:
+        """The frames in which something moves."""
+        return self.scene.frames
+
+    @property
+    def timing(self) -> SceneTiming | None:
+        """How its seconds became frames; None in the usual way."""
+        return self.again.timing
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What of the file is not drawn."""
+        return self.scene.notes
+
+    @property
+    def stamps(self) -> tuple[Stamp | None, ...]:
+        """The stamps of all of its files, from before they were read."""
+        return self.read_stamps
+
+    def lens(self, given: Mapping[str, Any]) -> StartLens:
+        """Return the given lens, completed from the scene's camera, or assumed."""
+        return StartLens(lens_with(self.first, given), dict.fromkeys(given, "given"))
+
+    def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
+        """Return the first shot; a given value replaces the keys of the scene's camera."""
+        shot = replace(self.first.shot, lens=lens, defocus=defocus)
+        for parameter in LensParameter:
+            if getattr(lens, parameter) != getattr(self.first.shot.lens, parameter):
+                curve = shot.curves.of(parameter)
+                shot = shot.with_curve(parameter, replace(curve, keys=()))
+        return shot
+
+
+def opened_scene(opening: Opening) -> OpenedScene:
+    """Read a scene; `opening.placing` gives the unit and the up axis if its file does not.
+
+    Raises InputError that names the file if that fails.
+    """
+    source = SceneSource(opening.text, opening.timing)
+    stamps = tuple(file.stamp for file in stamped(source.all_files))  # before it is read
+    with opening.stop.heard():
+        first = first_shot(opening.text, timing=opening.timing, placing=opening.placing)
+    return OpenedScene(source, opening.options, first, first.frame, stamps)
