@@ -1,6 +1,9 @@
 """OSC: what a controller sends becomes channels; strangers are refused."""
 
 import socket
+import struct
+import subprocess
+import sys
 import time
 
 import pytest
@@ -93,3 +96,24 @@ def test_a_controller_that_rests_is_not_silent():
 def test_the_port_of_osc_is_9000_and_this_machine():
     assert str(parse_ring_address("osc")) == "osc://127.0.0.1:9000"
     assert str(parse_ring_address("osc://:8000")) == "osc://127.0.0.1:8000"
+
+
+@pytest.mark.parametrize("tags", [b"\x1b", b"\x0e", b"f\x1b", b"z"])
+def test_what_the_library_only_warns_of_is_refused_without_a_word(tags, capfd):
+    tagged = b"," + tags
+    datagram = b"/x\0\0" + tagged + bytes(4 - len(tagged) % 4) + struct.pack("!f", 0.5)
+    hearing = Hearing(OscDecoder())
+    hearing.take(datagram, ("stranger", 1))
+    assert (hearing.taken, hearing.refused) == (0, 1)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_osc_prints_no_control_characters_in_a_process_of_its_own():
+    code = (
+        "from heatlens.ring.hearing import Hearing; from heatlens.ring.osc import OscDecoder\n"
+        "import logging; hearing = Hearing(OscDecoder())\n"
+        "hearing.take(b'/x\\0\\0,\\x1b\\0\\0', ('stranger', 1))\n"
+        "assert hearing.refused == 1; logging.getLogger('others').warning('heard')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+    assert (done.stdout, done.stderr.strip()) == (b"", b"heard")

@@ -5,8 +5,11 @@ its channel, and its first number is the value. Addresses that end in /focus_dis
 /focal_length_mm are values of the lens itself.
 """
 
+import logging
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from threading import get_ident
 from typing import Any
 
 from heatlens.errors import InputError
@@ -34,7 +37,8 @@ class OscDecoder:
     def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
         """Return one sample of all messages of a datagram. Raise RingPacketError if not OSC."""
         try:
-            messages = [timed.message for timed in self._packets.OscPacket(datagram).messages]
+            with _warnings_refused():
+                messages = [timed.message for timed in self._packets.OscPacket(datagram).messages]
             told = [(message.address, tuple(message.params)) for message in messages]
         except Exception as error:  # the library raises various errors for invalid data
             raise RingPacketError("a datagram is not one of OSC") from error
@@ -42,6 +46,31 @@ class OscDecoder:
         if not channels:
             raise RingPacketError("a message of OSC holds no number")
         return (_sample(channels, sender),)
+
+
+class _Refusing(logging.Handler):
+    """Raises an error for a warning of the thread that made this handler."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self._thread = get_ident()
+
+    def handle(self, record: logging.LogRecord) -> bool:
+        """Raise RingPacketError."""
+        if record.thread == self._thread:
+            raise RingPacketError("a datagram of OSC holds what is unknown")
+        return False
+
+
+@contextmanager
+def _warnings_refused() -> Iterator[None]:
+    """Refuse what the library only warns of: it would print the bytes of a stranger."""
+    root, refusing = logging.getLogger(), _Refusing()
+    root.addHandler(refusing)
+    try:
+        yield
+    finally:
+        root.removeHandler(refusing)
 
 
 def _numbers(told: Iterable[tuple[str, tuple[object, ...]]]) -> Iterable[tuple[str, float]]:
