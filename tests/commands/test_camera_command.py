@@ -19,8 +19,10 @@ from heatlens.model.interpolation import Interpolation, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.timecode import Timecode
 from heatlens.plate.camera_header import lens_attributes
 from heatlens.ring.address import parse_ring_address
+from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.receiver import LensReceiver
 from heatlens.ring.sources import RingSources
 from support.cameras import FRAMES, SHOTS, moving_camera
@@ -84,22 +86,53 @@ def test_a_renderer_is_told_the_f_stop_of_the_same_discs(capsys):
     assert (nominal.f_stop, nominal.nominal_f_stop) == ((1.3,) * 4, None)
 
 
+def heard_of(monkeypatch, *words: str, count: int = 4) -> list[LensSample]:
+    """Return the samples that whoever listens hears while the lens is sent."""
+    heard: list[LensSample] = []
+    monkeypatch.setattr(RingSources, "keep", lambda self, sample: heard.append(sample))
+    with LensReceiver(parse_ring_address("opentrackio://:0")) as receiver:
+        assert main(["camera", *words, "--send", str(receiver.address)]) == 0
+        end = time.monotonic() + 30.0
+        while len(heard) < count and time.monotonic() < end:
+            time.sleep(0.01)
+    return heard
+
+
 @pytest.mark.parametrize("encoding", ["json", "cbor"])
 def test_the_lens_is_sent_as_a_camera_would(capsys, monkeypatch, encoding):
     """The f-stop on the ring, each frame with its time; whoever listens follows."""
-    heard = []
-    monkeypatch.setattr(RingSources, "keep", lambda self, sample: heard.append(sample))
-    with LensReceiver(parse_ring_address("opentrackio://:0")) as receiver:
-        words = ("--send", str(receiver.address), "--encoding", encoding)
-        assert main(["camera", "s.heatlens.json", *words]) == 0
-        told = capsys.readouterr().err
-        assert f"sending 4 frames at 25/s to {receiver.address}: 0.2 s" in told
-        end = time.monotonic() + 30.0
-        while len(heard) < 4 and time.monotonic() < end:
-            time.sleep(0.01)
+    heard = heard_of(monkeypatch, "s.heatlens.json", "--encoding", encoding)
+    assert "sending 4 frames at 25/s to opentrackio://127.0.0.1:" in capsys.readouterr().err
     assert [sample.focus_distance_m for sample in heard][::3] == [0.94, 3.83]
     assert {sample.f_stop for sample in heard} == {1.3}
-    assert [sample.timecode for sample in heard] == [(0, 0, 40, frame) for frame in (3, 4, 5, 6)]
+    assert [sample.timecode for sample in heard] == [
+        Timecode(0, 0, 40, frame) for frame in (3, 4, 5, 6)
+    ]
+    assert {sample.frames_per_second for sample in heard} == {25.0}
+
+
+def test_the_lens_is_sent_with_the_timecode_of_the_shot(monkeypatch):
+    write_shot("s.heatlens.json", SHOT.started_at("10:00:00:00"))
+    heard = heard_of(monkeypatch, "s.heatlens.json")
+    assert [str(sample.timecode) for sample in heard] == [
+        f"10:00:00:{frame:02}" for frame in (2, 3, 4, 5)
+    ]
+
+
+def test_the_lens_is_sent_with_the_timecode_of_the_plates_where_the_shot_has_none(monkeypatch):
+    for frame in (1001, 1003):
+        write_file(f"plate.{frame}.exr", rgb(4, 4), timecode=f"09:59:59:{frame - 1000:02}")
+    heard = heard_of(monkeypatch, "s.heatlens.json")
+    assert [str(sample.timecode) for sample in heard] == [
+        f"09:59:59:{frame:02}" for frame in (3, 4, 5, 6)
+    ]
+
+
+def test_a_shot_that_drops_frames_is_sent_so(monkeypatch):
+    shot = replace(SHOT, frames_per_second=30000 / 1001, in_out=None)
+    write_shot("s.heatlens.json", shot.started_at("00:00:59;28"))
+    heard = heard_of(monkeypatch, "s.heatlens.json", "--frames", "1001-1003", count=3)
+    assert [str(it.timecode) for it in heard] == ["00:00:59;28", "00:00:59;29", "00:01:00;02"]
 
 
 def test_the_options_of_the_shot_are_heard(capsys):

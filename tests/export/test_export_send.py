@@ -5,9 +5,10 @@ import time
 import pytest
 
 from heatlens.commands.main import main
-from heatlens.documents.shot_file import write_shot
+from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.ring.address import parse_ring_address
 from heatlens.ring.receiver import LensReceiver
+from heatlens.ring.sender import LensSender
 from heatlens.ring.sources import RingSources
 from support.exports import FRAMES, shot_of, write_plates
 
@@ -33,8 +34,18 @@ def test_the_lens_of_each_frame_is_sent(monkeypatch, shot_file, tmp_path):
     first, again = heard[: len(FRAMES)], heard[len(FRAMES) :]
     focus_m = [sample.focus_distance_m for sample in first]
     assert focus_m == sorted(focus_m) and (focus_m[0], focus_m[-1]) == (0.9, 3.0)
-    assert [sample.timecode[3] for sample in first] == [frame % 24 for frame in FRAMES]
+    assert [sample.timecode.frames for sample in first] == [frame % 24 for frame in FRAMES]
     assert again == first
+
+
+def test_the_lens_is_sent_with_the_timecode_of_the_shot(monkeypatch, shot_file, tmp_path):
+    write_shot(shot_file, read_shot(shot_file).started_at("10:00:00:00"))
+    heard = []
+    monkeypatch.setattr(LensSender, "send", lambda self, sample: heard.append(sample))
+    words = ("-o", str(tmp_path / "o.####.exr"), "--send", "opentrackio")
+    assert main(["export", str(shot_file), *words]) == 0
+    told = [str(sample.timecode) for sample in heard]
+    assert told == [f"10:00:00:{number:02}" for number in range(len(FRAMES))]
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,11 @@ from ring_packets import hostile_datagrams
 
 from heatlens.ring.address import Protocol, RingAddress
 from heatlens.ring.lens_sample import LensSample
+from heatlens.ring.opentrackio import source_id
 from heatlens.ring.receiver import LensReceiver
 from heatlens.ring.sender import LensSender
+
+A = source_id("A")
 
 SEED = 20060106
 FEW = 400
@@ -28,10 +31,10 @@ def test_hostile_datagrams_change_nothing_and_are_counted(request):
     count = round(100_000 * minutes) if minutes else FEW
     with (
         LensReceiver(RingAddress(Protocol.OPENTRACKIO, "127.0.0.1", 0)) as receiver,
-        LensSender(receiver.address, 25.0) as camera,
+        LensSender(receiver.address) as camera,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger,
     ):
-        camera.send(LensSample("A", focus_distance_m=2.0, f_stop=2.8))
+        camera.send(LensSample(A, focus_distance_m=2.0, f_stop=2.8))
         until(lambda: receiver.heard().version == 1)
         before = receiver.heard().sample
         for number, datagram in enumerate(hostile_datagrams(count, SEED), 1):
@@ -40,5 +43,5 @@ def test_hostile_datagrams_change_nothing_and_are_counted(request):
                 until(lambda sent=number: receiver.refused == sent)
         assert receiver.heard().sample == before
         assert (receiver.heard().version, receiver.taken, receiver.refused) == (1, 1, count)
-        camera.send(LensSample("A", focus_distance_m=3.0))
+        camera.send(LensSample(A, focus_distance_m=3.0))
         until(lambda: receiver.heard().sample.focus_distance_m == 3.0)

@@ -3,6 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.model.timecode import Timecode
 from heatlens.ring.lens_sample import LensSample
 from heatlens.session.ring_news import RingNews
 
@@ -19,7 +20,7 @@ class Window:
         self.woken += 1
 
     def hears(self, focus_m: float, frame: int = 0) -> None:
-        self.news.hear(LensSample("A", focus_distance_m=focus_m, timecode=(0, 0, 0, frame)))
+        self.news.hear(LensSample("A", focus_distance_m=focus_m, timecode=Timecode(0, 0, 0, frame)))
 
 
 def test_a_turn_wakes_the_window_at_once_and_only_once_until_it_looks():

@@ -8,6 +8,7 @@ from heatlens.commands.main import main
 from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
+from heatlens.model.timecode import Timecode
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.sources import SILENT_AFTER_S
 from heatlens.session.editing import Editing
@@ -27,6 +28,10 @@ class Line:
         self.samples.append(sample)
 
 
+def no_timecode(shot: Shot, frame: int) -> None:
+    """Neither the shot nor its plate has a timecode."""
+
+
 @pytest.fixture
 def editing() -> Editing:
     return Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0)), lambda _: None)
@@ -34,7 +39,7 @@ def editing() -> Editing:
 
 def test_a_change_is_sent_at_once_and_a_lens_that_rests_before_it_counts_as_silent(editing):
     line, now = Line(), [100.0]
-    out = RingOut(line, editing, print, clock=lambda: now[0])
+    out = RingOut(line, editing, print, no_timecode, clock=lambda: now[0])
     out.poll()
     out.poll()
     told = [(s.focus_distance_m, s.f_stop, s.focal_length_mm) for s in line.samples]
@@ -44,7 +49,7 @@ def test_a_change_is_sent_at_once_and_a_lens_that_rests_before_it_counts_as_sile
     assert line.samples[-1].focus_distance_m == 1.5
     editing.frame = 30  # 24 frames a second
     out.poll()
-    assert line.samples[-1].timecode == (0, 0, 1, 6)
+    assert line.samples[-1].timecode == Timecode(0, 0, 1, 6)
     wait_s = out.seconds_until_needed()
     assert wait_s is not None and 0 < wait_s < SILENT_AFTER_S
     now[0] += 2 * wait_s
@@ -53,9 +58,17 @@ def test_a_change_is_sent_at_once_and_a_lens_that_rests_before_it_counts_as_sile
     assert len(line.samples) == 4
 
 
+def test_the_lens_has_the_timecode_and_the_rate_of_the_shot(editing):
+    line, told = Line(), Timecode(10, 0, 0, 5)
+    editing.edit(replace(editing.shot, frames_per_second=25.0))
+    RingOut(line, editing, print, lambda shot, frame: (frame, told)).poll()
+    (sample,) = line.samples
+    assert (sample.timecode, sample.frames_per_second) == (told, 25.0)
+
+
 def test_a_network_that_refuses_is_said_once(editing):
     line, said = Line(), []
-    out = RingOut(line, editing, said.append)
+    out = RingOut(line, editing, said.append, no_timecode)
     line.is_cut = True
     for _ in range(3):
         out.poll()

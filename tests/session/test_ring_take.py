@@ -17,9 +17,9 @@ RATE = 24.0
 PLAYED = FrameRange(1001, 1100)
 
 
-def at(count: int) -> tuple[int, int, int, int]:
-    """Return so many frames from midnight as hours, minutes, seconds and frames."""
-    return count // 86400, count // 1440 % 60, count // 24 % 60, count % 24
+def at(count: int) -> Timecode:
+    """Return the timecode of so many frames from midnight."""
+    return Timecode(count // 86400, count // 1440 % 60, count // 24 % 60, count % 24)
 
 
 def frames_of(counts, seen, of_shot=None, played=PLAYED):

@@ -9,6 +9,7 @@ from typing import Any
 
 import cbor2
 
+from heatlens.model.timecode import Timecode
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.otrk_packet import Encoding
 
@@ -96,8 +97,9 @@ PUBLISHED = {
 _LENS = (24.305, 0.1, 0.2, 0.3)
 READ_AS = {
     name: LensSample(
-        *(_SOURCE, 10.0, 4.0, sample["lens"].get("tStop"), *_LENS, (1, 2, 3, 4)),
+        *(_SOURCE, 10.0, 4.0, sample["lens"].get("tStop"), *_LENS, Timecode(1, 2, 3, 4)),
         pupil_offset_mm=123.0,
+        frames_per_second=24000 / 1001,
     )
     for name, sample in PUBLISHED.items()
 }

@@ -8,9 +8,12 @@ from heatlens.commands import view
 from heatlens.errors import InputError
 from heatlens.ring.address import Protocol
 from heatlens.ring.lens_sample import LensSample
+from heatlens.ring.opentrackio import source_id
 from heatlens.ring.sender import LensSender
 from support.ring_window import following, until
 from support.window_plates import room_file
+
+A, B = source_id("A"), source_id("B")
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +30,7 @@ def receiver(followed):
 
 @pytest.fixture
 def ring(receiver):
-    with LensSender(receiver.address, 24.0) as sender:
+    with LensSender(receiver.address) as sender:
         yield sender
 
 
@@ -35,7 +38,7 @@ def test_the_lens_and_the_picture_follow(followed, ring):
     before = followed.session.seen
     assert "follow ring" in followed.drawn
     for distance_m in (1.8, 1.5, 1.2):
-        ring.send(LensSample("A", focus_distance_m=distance_m, f_stop=2.0))
+        ring.send(LensSample(A, focus_distance_m=distance_m, f_stop=2.0))
         until(followed, lambda at=distance_m: followed.session.lens.focus_distance_m == at)
     until(followed, lambda: followed.session.seen is not before)
     assert followed.session.lens.f_stop == 2.0
@@ -43,26 +46,26 @@ def test_the_lens_and_the_picture_follow(followed, ring):
 
 
 def test_the_hand_lets_go_of_the_ring(followed, ring, receiver):
-    ring.send(LensSample("A", focus_distance_m=2.0))
+    ring.send(LensSample(A, focus_distance_m=2.0))
     until(followed, lambda: followed.session.lens.focus_distance_m == 2.0)
     followed.click(followed.middle("follow ring"))
     count = receiver.heard().version
-    ring.send(LensSample("A", focus_distance_m=3.0))
+    ring.send(LensSample(A, focus_distance_m=3.0))
     until(followed, lambda: receiver.heard().version > count)
     followed.frame(3)
     assert followed.session.lens.focus_distance_m == 2.0
     followed.click(followed.middle("follow ring"))
-    ring.send(LensSample("A", focus_distance_m=3.5))
+    ring.send(LensSample(A, focus_distance_m=3.5))
     until(followed, lambda: followed.session.lens.focus_distance_m == 3.5)
 
 
 def test_another_source_can_be_chosen(followed, ring):
     session = followed.session
-    ring.send(LensSample("A", focus_distance_m=2.0))
-    ring.send(LensSample("B", focus_distance_m=1.0))
-    until(followed, lambda: "B" in session.ring.heard.sources)
+    ring.send(LensSample(A, focus_distance_m=2.0))
+    ring.send(LensSample(B, focus_distance_m=1.0))
+    until(followed, lambda: B in session.ring.heard.sources)
     assert session.lens.focus_distance_m != 1.0
-    session.ring.listen_to("B")
+    session.ring.listen_to(B)
     until(followed, lambda: session.lens.focus_distance_m == 1.0)
     session.ring.listen_to(None)
 

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
@@ -15,11 +16,13 @@ from heatlens.commands.given_options import refuse_given
 from heatlens.commands.lens_options import lens_words
 from heatlens.commands.plate_words import first_plate, overscan_of_shot
 from heatlens.commands.say import say, tell
+from heatlens.commands.shot_timecode import shot_timecodes
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.commands.value_types import number
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.errors import InputError
 from heatlens.model.frames import parse_frame_range
+from heatlens.model.timecode import Timecode
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.ring.address import RingAddress, opentrackio_address
 from heatlens.ring.otrk_packet import Encoding
@@ -153,11 +156,21 @@ def _send(args: argparse.Namespace, camera: CameraSamples, address: RingAddress)
     """Play the lens in real time."""
     rate = camera.frames_per_second
     encoding = Encoding[(args.encoding or "json").upper()]
-    samples = ring_samples(camera)
-    with LensSender(address, rate, encoding) as sender:
+    samples = ring_samples(camera, _timecodes_of(args, camera))
+    with LensSender(address, encoding) as sender:
         times = "again and again, until Ctrl-C" if args.repeat else f"{len(samples) / rate:.1f} s"
         say(f"sending {len(samples)} frames at {rate:g}/s to {sender.address}: {times}")
         send_in_time(sender, cycle(samples) if args.repeat else samples, rate)
+
+
+def _timecodes_of(
+    args: argparse.Namespace, camera: CameraSamples
+) -> Callable[[int], Timecode | None]:
+    """Return a function for the timecode of a frame; shots and tables of a shoot have them."""
+    if is_shot_file(args.source):
+        return shot_timecodes(read_shot(args.source), camera.frames[0])
+    told = dict(zip(camera.frames, camera.timecodes or (), strict=False))
+    return told.get
 
 
 def _write(args: argparse.Namespace, camera: CameraSamples) -> None:

@@ -85,7 +85,7 @@ def _export(args: argparse.Namespace) -> None:
     if not plan.job.output.is_exr:
         say_seen_through(plan.job.look.transform)
     with (
-        sending(args.send, plan.job.shot) as send,
+        sending(args.send, plan.job.shot, min(plan.job.frames)) as send,
         progress_of(args.progress, plan) as tell,
         closing(export_frames(plan, _renderer)) as steps,
     ):

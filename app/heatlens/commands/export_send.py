@@ -4,8 +4,9 @@ import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from heatlens.camera.ring_samples import sample_of_lens
+from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.commands.say import say
+from heatlens.commands.shot_timecode import shot_timecodes
 from heatlens.model.shot import Shot
 from heatlens.ring.address import opentrackio_address
 from heatlens.ring.lens_output import SOURCE, LensOutput
@@ -24,8 +25,10 @@ def add_send_option(parser: argparse.ArgumentParser) -> None:
 
 
 @contextmanager
-def sending(address: str | None, shot: Shot) -> Iterator[Callable[[int], None]]:
+def sending(address: str | None, shot: Shot, first: int) -> Iterator[Callable[[int], None]]:
     """Yield a function that sends the lens of a frame; it does nothing if `address` is None.
+
+    `first` is the first of the frames.
 
     A network that refuses the lens does not end the export: that is only reported. Raise
     InputError for an invalid address.
@@ -33,11 +36,10 @@ def sending(address: str | None, shot: Shot) -> Iterator[Callable[[int], None]]:
     if address is None:
         yield lambda frame: None
         return
-    with LensSender(opentrackio_address(address), shot.frames_per_second) as sender:
-        output = LensOutput(sender, say)
+    with LensSender(opentrackio_address(address)) as sender:
+        output, timecode_at = LensOutput(sender, say), shot_timecodes(shot, first)
 
         def send(frame: int) -> None:
-            lens, rate = shot.lens_at(frame), shot.frames_per_second
-            output.send(sample_of_lens(SOURCE, lens, frame, rate))
+            output.send(sample_of_shot(SOURCE, shot, frame, timecode_at(frame)))
 
         yield send

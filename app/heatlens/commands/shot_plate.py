@@ -10,6 +10,7 @@ from heatlens.commands.lens_options import given_lens, lens_of
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.plate_words import say_reading
 from heatlens.commands.say import say
+from heatlens.commands.shot_timecode import first_timecode
 from heatlens.errors import InputError
 from heatlens.files.picture_formats import is_picture
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
@@ -20,7 +21,6 @@ from heatlens.plate.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header_read import read_headers
 from heatlens.plate.plate import CameraHeader
 from heatlens.plate.read import read_plate
-from heatlens.plate.timecode import timecode_of
 from heatlens.sequence.sequence import Sequence, find_sequence
 
 
@@ -56,11 +56,7 @@ def _timecode_of_plate(
     frames = _frames_of(args, sequence, None)
     if args.start_timecode is not None:
         return None if frames is None else (frames.first, parse_timecode(args.start_timecode))
-    if sequence is None or is_picture(path := sequence.path_at(sequence.present[0])):
-        return None
-    timecodes = (timecode_of(attributes) for attributes in read_headers(path))
-    timecode = next((one for one in timecodes if one is not None), None)
-    return None if timecode is None else (sequence.present[0], timecode)
+    return None if sequence is None else first_timecode(sequence)
 
 
 def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]:

@@ -18,7 +18,6 @@ from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError, NoWindowError
-from heatlens.model.frames import FRAMES_PER_SECOND
 from heatlens.ring.address import opentrackio_address, parse_ring_address
 from heatlens.ring.opening import open_ring
 from heatlens.ring.ring_input import RingInput
@@ -191,7 +190,7 @@ def _lens_out(args: argparse.Namespace) -> AbstractContextManager[LensSender | N
     if args.lens_in is not None and args.lens_in.startswith("opentrackio"):
         if parse_ring_address(args.lens_in) == address:
             raise InputError(f"--lens-in and --lens-out are both {address}: it would hear itself.")
-    return LensSender(address, FRAMES_PER_SECOND)
+    return LensSender(address)
 
 
 def _listen(args: argparse.Namespace) -> int:

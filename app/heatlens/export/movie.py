@@ -21,6 +21,7 @@ from heatlens.export.movie_library import av
 from heatlens.export.whole import is_whole
 from heatlens.files.atomic_file import replacing
 from heatlens.files.output_check import check_space
+from heatlens.model.frames import exact_rate
 from heatlens.plate.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.plate import FloatImage
 
@@ -55,15 +56,6 @@ _CODECS = {
     ".mov": Codec("prores_ks", "mov", "yuv422p10le", {"profile": "3"}, 2.0),  # 422 HQ
     ".mp4": Codec("libx264", "mp4", "yuv420p", _X264, 0.05),
 }
-
-
-def exact_rate(frames_per_second: float) -> Fraction:
-    """Return 23.976 as 24000/1001 and similar rates likewise; return others unchanged."""
-    whole = round(frames_per_second)
-    broadcast = Fraction(whole * 1000, 1001)
-    if abs(frames_per_second - broadcast) < 0.005:
-        return broadcast
-    return Fraction(frames_per_second).limit_denominator(1001)
 
 
 @contextmanager

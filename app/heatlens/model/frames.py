@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 
 from heatlens.errors import InputError
 
@@ -86,3 +87,12 @@ def check_within(span: FrameRange | None, what: str, frames: Iterable[int]) -> N
     if wrong and span is not None:
         more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
         raise InputError(f"{what} has frames {span.first} to {span.last}, got {wrong[0]}{more}.")
+
+
+def exact_rate(frames_per_second: float) -> Fraction:
+    """Return 23.976 as 24000/1001 and similar rates likewise; return others unchanged."""
+    whole = round(frames_per_second)
+    broadcast = Fraction(whole * 1000, 1001)
+    if abs(frames_per_second - broadcast) < 0.005:
+        return broadcast
+    return Fraction(frames_per_second).limit_denominator(1001)

@@ -11,6 +11,7 @@ from heatlens.errors import InputError
 DEFAULT_HOST = "127.0.0.1"  # only this machine; a camera on the network must be named
 OPENTRACKIO_PORT = 55555
 OSC_PORT = 9000
+_SOURCE_GROUPS = "239.135.1."
 _RECEIVE_BYTES = 1 << 20  # buffer for 1,000 datagrams a second while the program is busy
 
 
@@ -46,6 +47,11 @@ class RingAddress:
     def is_multicast(self) -> bool:
         """True for a multicast group, which several listeners can share."""
         return ipaddress.ip_address(self.host).is_multicast
+
+    @property
+    def source_number(self) -> int:
+        """The number of the source whose group this is, 239.135.1.NUMBER; 1 for other hosts."""
+        return int(self.host.rpartition(".")[2]) if self.host.startswith(_SOURCE_GROUPS) else 1
 
 
 def parse_ring_address(text: str) -> RingAddress:

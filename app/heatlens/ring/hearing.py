@@ -76,10 +76,11 @@ class Hearing:
         """Decode a datagram, or count it as refused."""
         try:
             samples = self._decoder.samples(datagram, sender)
-        except RingPacketError as error:
+            for sample in samples:
+                self.sources.keep(sample)
+        except Exception as error:  # the thread has to go on, whatever a library makes of it
             self.refused += 1
-            self.fault = str(error)
-            return
-        self.taken += 1
-        for sample in samples:
-            self.sources.keep(sample)
+            is_known = isinstance(error, RingPacketError)
+            self.fault = str(error) if is_known else "a datagram cannot be read"
+        else:
+            self.taken += 1

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
+from heatlens.model.timecode import Timecode
+
 CHANNELS_MOST = 256  # largest number of channels of a sender; further ones are ignored
 
 
@@ -13,7 +15,8 @@ class LensSample:
     source           name that the sender gives itself, or ""
     focus_distance_m, f_stop, t_stop, focal_length_mm   as measured by the sender
     focus_turn, iris_turn, zoom_turn   positions of the rings, 0 to 1 from end to end
-    timecode         hours, minutes, seconds, frames
+    timecode         of the frame of the sample
+    frames_per_second   the rate of the samples, in which the timecode counts
     pupil_offset_mm  from the film plane to the entrance pupil
     channels         values of a controller, by its names for them
     """
@@ -26,9 +29,10 @@ class LensSample:
     focus_turn: float | None = None
     iris_turn: float | None = None
     zoom_turn: float | None = None
-    timecode: tuple[int, int, int, int] | None = None
+    timecode: Timecode | None = None
     channels: Mapping[str, float] = field(default_factory=dict)
     pupil_offset_mm: float | None = None
+    frames_per_second: float | None = None
 
     def after(self, before: "LensSample") -> "LensSample":
         """Return this sample with missing values taken from `before`.

@@ -2,14 +2,19 @@
 
 Source: SMPTE RIS OSVP, OpenTrackIO 1.0.1. The sample is JSON, or CBOR (RFC 8949) with the same
 names; `lens` holds `focusDistance` in metres, `pinholeFocalLength` in millimetres, `fStop`,
-`tStop`, and `encoders` from 0 to 1.
+`tStop`, and `encoders` from 0 to 1. Samples and their sources are named by `urn:uuid:...`.
 """
 
 import json
 import math
+import re
+import socket
+import uuid
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from heatlens.model.frames import exact_rate
+from heatlens.model.timecode import Timecode
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.otrk_packet import Encoding, RingPacketError
 
@@ -23,6 +28,9 @@ _POSITIVE = {
 _TURNS = {"focus_turn": "focus", "iris_turn": "iris", "zoom_turn": "zoom"}
 _TIME = ("hours", "minutes", "seconds", "frames")
 _NAME_LETTERS = 80
+_NUMBER_MOST = 2**63  # beyond what a source is numbered with; CBOR has numbers of any length
+_RATE_MOST = 10_000.0
+_ID = re.compile("urn:uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 _OFFSET_MOST_M = 2.0
 _LEAST = math.ulp(0.0)  # smallest allowed number above 0
 
@@ -41,10 +49,18 @@ def sample_of(text: bytes, encoding: Encoding) -> LensSample:
     values |= {name: _number(turns, key, 0.0, 1.0) for name, key in _TURNS.items()}
     offset_m = _number(lens, "entrancePupilOffset", -_OFFSET_MOST_M, _OFFSET_MOST_M)
     values["pupil_offset_mm"] = None if offset_m is None else 1e3 * offset_m
-    return LensSample(_source(root), **values, timecode=_timecode(root))
+    values |= {"timecode": _timecode(root), "frames_per_second": _rate(root)}
+    return LensSample(_source(root), **values)
 
 
-def text_of(sample: LensSample, encoding: Encoding, frames_per_second: float) -> bytes:
+def source_id(name: str) -> str:
+    """Return the identifier of the source called `name` on this machine; one stays as it is."""
+    if _ID.fullmatch(name):
+        return name
+    return uuid.uuid5(uuid.NAMESPACE_URL, f"heatlens:{socket.gethostname()}:{name}").urn
+
+
+def text_of(sample: LensSample, encoding: Encoding, source_number: int = 1) -> bytes:
     """Write a sample with the values that it has."""
     lens: dict[str, Any] = {
         key: getattr(sample, name) for name, key in _POSITIVE.items() if _is_known(sample, name)
@@ -53,13 +69,22 @@ def text_of(sample: LensSample, encoding: Encoding, frames_per_second: float) ->
         lens["entrancePupilOffset"] = 1e-3 * float(sample.pupil_offset_mm or 0.0)
     turns = {key: getattr(sample, name) for name, key in _TURNS.items() if _is_known(sample, name)}
     root: dict[str, Any] = {"protocol": {"name": "OpenTrackIO", "version": _VERSION}}
-    root |= {"sourceId": sample.source} if sample.source else {}
+    root |= {"sampleId": uuid.uuid4().urn, "sourceId": source_id(sample.source)}
+    root |= {"sourceNumber": source_number, "timing": _timing(sample)}
     root["lens"] = lens | ({"encoders": turns} if turns else {})
-    if sample.timecode is not None:
-        rate = {"num": round(frames_per_second * 1001), "denom": 1001}
-        time = dict(zip(_TIME, sample.timecode, strict=True))
-        root["timing"] = {"timecode": time | {"frameRate": rate}}
     return _encoded(root, encoding)
+
+
+def _timing(sample: LensSample) -> dict[str, Any]:
+    """Return the rate of the samples and the timecode, which is none without a rate."""
+    if sample.frames_per_second is None:
+        return {}
+    exact, timecode = exact_rate(sample.frames_per_second), sample.timecode
+    rate = {"num": exact.numerator, "denom": exact.denominator}
+    if timecode is None:
+        return {"sampleRate": rate}
+    time = {name: getattr(timecode, name) for name in _TIME} | {"frameRate": rate}
+    return {"sampleRate": rate, "timecode": time | ({"dropFrame": True} if timecode.drop else {})}
 
 
 def _is_known(sample: LensSample, name: str) -> bool:
@@ -116,16 +141,24 @@ def _source(root: Mapping[str, Any]) -> str:
     """Return the sender's name, shortened to fit on a line."""
     for key in ("sourceId", "sourceNumber"):
         found = root.get(key)
-        if isinstance(found, (str, int)) and not isinstance(found, bool):
+        is_number = type(found) is int and abs(found) < _NUMBER_MOST
+        if isinstance(found, str) or is_number:
             return str(found)[:_NAME_LETTERS]
     return ""
 
 
-def _timecode(root: Mapping[str, Any]) -> tuple[int, int, int, int] | None:
+def _rate(root: Mapping[str, Any]) -> float | None:
+    """Return the samples a second."""
+    rate = _below(_below(root, "timing"), "sampleRate")
+    number, over = _number(rate, "num", _LEAST), _number(rate, "denom", _LEAST)
+    found = None if number is None or over is None else number / over
+    return found if found is not None and found <= _RATE_MOST else None
+
+
+def _timecode(root: Mapping[str, Any]) -> Timecode | None:
     held = _below(_below(root, "timing"), "timecode")
-    hours, minutes, seconds, frames = (held.get(name) for name in _TIME)
-    if not all(type(it) is int and 0 <= it < 240 for it in (hours, minutes, seconds, frames)):
+    hours, minutes, seconds, frames = (held.get(name, -1) for name in _TIME)
+    if not all(type(number) is int for number in (hours, minutes, seconds, frames)):
         return None
-    assert isinstance(hours, int) and isinstance(minutes, int)
-    assert isinstance(seconds, int) and isinstance(frames, int)
-    return hours, minutes, seconds, frames
+    found = Timecode(hours, minutes, seconds, frames, held.get("dropFrame") is True)
+    return found if found.is_possible else None

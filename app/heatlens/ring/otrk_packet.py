@@ -21,6 +21,7 @@ IDENTIFIER = b"OTrk"
 HEADER_BYTES = 16
 MAX_SEGMENT_BYTES = 1500 - HEADER_BYTES
 MAX_SAMPLE_BYTES = 1 << 16  # a usual complete sample has about 3 kB
+SEQUENCES = 1 << 16  # sequence numbers begin again after these
 _HEADER = struct.Struct("!4sBBHIHH")
 _BEFORE_CHECKSUM = HEADER_BYTES - 2
 _LAST = 1 << 15
@@ -39,13 +40,18 @@ class Encoding(IntEnum):
 
 @dataclass(frozen=True)
 class Segment:
-    """A datagram: its bytes, their offset in the sample, and the sample's sequence number."""
+    """A datagram: its bytes, their offset in the sample, and its sequence number."""
 
     encoding: Encoding
     sequence: int
     offset: int
     is_last: bool
     payload: bytes
+
+    @property
+    def end(self) -> int:
+        """The offset of what follows in the sample."""
+        return self.offset + len(self.payload)
 
 
 def fletcher16(data: bytes) -> int:
@@ -74,11 +80,12 @@ def segment_of(datagram: bytes) -> Segment:
 
 
 def datagrams_of(payload: bytes, encoding: Encoding, sequence: int) -> Iterator[bytes]:
-    """Divide the text of a sample into datagrams; `sequence` counts samples, modulo 65,536."""
-    for offset in range(0, max(len(payload), 1), MAX_SEGMENT_BYTES):
+    """Divide the text of a sample into datagrams, numbered from `sequence`, modulo 65,536."""
+    offsets = range(0, max(len(payload), 1), MAX_SEGMENT_BYTES)
+    for number, offset in enumerate(offsets, sequence):
         part = payload[offset : offset + MAX_SEGMENT_BYTES]
         is_last = offset + len(part) >= len(payload)
         length = len(part) | (_LAST if is_last else 0)
-        words = (IDENTIFIER, 0, encoding, sequence % 65536, offset, length)
+        words = (IDENTIFIER, 0, encoding, number % SEQUENCES, offset, length)
         header = _HEADER.pack(*words, 0)[:_BEFORE_CHECKSUM]
         yield header + struct.pack("!H", fletcher16(header + part)) + part

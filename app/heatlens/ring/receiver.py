@@ -67,7 +67,7 @@ class LensReceiver(RingInput):
         return self._hearing.lost
 
     def heard(self, source: str | None = None) -> Heard:
-        """Return the present state of `source`; None is the source that was heard first."""
+        """Return the present state of a source; see `RingSources.heard`."""
         return self._hearing.sources.heard(source)
 
     def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:

@@ -24,7 +24,7 @@ class RingInput(Closing):
 
     @abstractmethod
     def heard(self, source: str | None = None) -> Heard:
-        """Return the present state of `source`; None is the source that was heard first."""
+        """Return the present state of a source; see `RingSources.heard`."""
 
     @abstractmethod
     def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:

@@ -15,27 +15,23 @@ from heatlens.ring.otrk_packet import Encoding, datagrams_of
 class LensSender(Closing):
     """Sends samples to one address; a `with` block closes it."""
 
-    def __init__(
-        self, address: RingAddress, rate: float, encoding: Encoding = Encoding.JSON
-    ) -> None:
-        """Send to `address` at `rate` frames a second."""
-        self.sent = 0
+    def __init__(self, address: RingAddress, encoding: Encoding = Encoding.JSON) -> None:
         self.address = address
-        self._rate = rate
+        self._next = 1  # number of the next datagram; the standard's receiver passes over a first 0
         self._encoding = encoding
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
     def send(self, sample: LensSample) -> None:
         """Send one sample. Raise InputError if the network refuses it."""
-        text = text_of(sample, self._encoding, self._rate)
+        text = text_of(sample, self._encoding, self.address.source_number)
         try:
-            for datagram in datagrams_of(text, self._encoding, self.sent):
+            for datagram in datagrams_of(text, self._encoding, self._next):
+                self._next += 1
                 self._socket.sendto(datagram, (self.address.host, self.address.port))
         except OSError as error:
             raise InputError(
                 f"Nothing can be sent to {self.address} ({error.strerror or error})."
             ) from error
-        self.sent += 1
 
     def close(self) -> None:
         """Close the socket; a second call does nothing."""

@@ -19,11 +19,13 @@ _LOG_MOST = 4096  # samples kept for recording: 4 s at 1,000 a second
 class RingSource:
     """The samples of one sender.
 
-    `sample` has the latest of every value that was ever sent; `heard_s` is on the clock of the
-    receiver. `log` has the latest samples, each with its version number.
+    `sample` has the latest of every value that was ever sent; `begun_s` and `heard_s` are of the
+    first and the last sample, on the clock of the receiver. `log` has the latest samples, each
+    with its version number.
     """
 
     sample: LensSample
+    begun_s: float
     heard_s: float
     times_s: deque[float] = field(default_factory=lambda: deque(maxlen=_RATE_OVER))
     log: deque[Numbered] = field(default_factory=lambda: deque(maxlen=_LOG_MOST))
@@ -70,6 +72,7 @@ class RingSources:
         self.version = 0
         self._clock = clock
         self._sources: dict[str, RingSource] = {}
+        self._followed = ""  # name of the source that is meant by None
         self._lock = Lock()
 
     def keep(self, sample: LensSample) -> None:
@@ -79,7 +82,7 @@ class RingSources:
             known = self._sources.get(sample.source)
             if known is None:
                 self._make_room()
-                known = self._sources[sample.source] = RingSource(sample, now_s)
+                known = self._sources[sample.source] = RingSource(sample, now_s, now_s)
             known.sample, known.heard_s = sample.after(known.sample), now_s
             known.times_s.append(now_s)
             self.version += 1
@@ -88,8 +91,7 @@ class RingSources:
     def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
         """Return the samples of a source after a version, each with its own version.
 
-        The oldest comes first. Each has all values as they were then. None means the source that
-        was heard first.
+        The oldest comes first. Each has all values as they were then. For None see `heard`.
         """
         with self._lock:
             chosen = self._chosen(source)
@@ -97,7 +99,11 @@ class RingSources:
             return tuple(numbered for numbered in log if numbered[0] > version)
 
     def heard(self, source: str | None = None) -> Heard:
-        """Return the present state of `source`; None is the source that was heard first."""
+        """Return the present state of `source`; None is the source that was heard first.
+
+        After it has fallen silent, None is the source that began to speak then, if there is one: a
+        tracker that is started again has another name.
+        """
         with self._lock:
             names, chosen = tuple(self._sources), self._chosen(source)
             if chosen is None:
@@ -108,9 +114,20 @@ class RingSources:
             )
 
     def _chosen(self, source: str | None) -> RingSource | None:
-        if source is None:
-            return next(iter(self._sources.values()), None)
-        return self._sources.get(source)
+        if source is not None:
+            return self._sources.get(source)
+        if self._followed not in self._sources:
+            self._followed = next(iter(self._sources), "")
+        followed = self._sources.get(self._followed)
+        if followed is None or not self._is_silent(followed):
+            return followed
+        later = (name for name, one in self._sources.items() if one.begun_s > followed.heard_s)
+        speaking = (name for name in later if not self._is_silent(self._sources[name]))
+        self._followed = next(speaking, self._followed)
+        return self._sources[self._followed]
+
+    def _is_silent(self, source: RingSource) -> bool:
+        return self._clock() - source.heard_s > self._silent_after_s
 
     def _make_room(self) -> None:
         while len(self._sources) >= MAX_SOURCES:

@@ -3,7 +3,9 @@
 import time
 from collections.abc import Callable
 
-from heatlens.camera.ring_samples import sample_of_lens
+from heatlens.camera.ring_samples import sample_of_shot
+from heatlens.model.shot import Shot
+from heatlens.model.timecode import Timecode
 from heatlens.ring.lens_output import SOURCE, LensOutput, Sender
 from heatlens.ring.lens_sample import LensSample
 from heatlens.session.editing import Editing
@@ -21,11 +23,13 @@ class RingOut:
         sender: Sender | None,
         editing: Editing,
         say: Callable[[str], None],
+        timecode_at: Callable[[Shot, int], tuple[int, Timecode] | None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Send to `sender`; None sends nothing."""
+        """Send to `sender`; None sends nothing. For `timecode_at` see `OpenSource`."""
         self._output = LensOutput(sender, lambda sentence: say(Problem(sentence)))
         self._editing = editing
+        self._timecode_at = timecode_at
         self._clock = clock
         self._sent: LensSample | None = None
         self._sent_s = 0.0
@@ -47,6 +51,6 @@ class RingOut:
         return max(_SOON_S, self._sent_s + _RESTING_S - self._clock())
 
     def _sample(self) -> LensSample:
-        editing = self._editing
-        rate = editing.shot.frames_per_second
-        return sample_of_lens(SOURCE, editing.lens, editing.frame, rate)
+        shot, frame = self._editing.seen_shot, self._editing.frame
+        found = self._timecode_at(shot, frame)
+        return sample_of_shot(SOURCE, shot, frame, None if found is None else found[1])

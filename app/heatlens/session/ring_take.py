@@ -5,6 +5,7 @@ therefore recorded and placed on their frames when the recording ends.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import LensParameter
@@ -86,7 +87,8 @@ def _count(sample: LensSample, rate: float, of_shot: tuple[int, Timecode] | None
     """Return the frames since midnight; drop frame is used if the shot uses it."""
     if sample.timecode is None:
         return None
-    timecode = Timecode(*sample.timecode, drop=of_shot is not None and of_shot[1].drop)
+    drop = sample.timecode.drop if of_shot is None else of_shot[1].drop
+    timecode = replace(sample.timecode, drop=drop)
     return timecode.count(rate) if timecode.fits(rate) else None
 
 
