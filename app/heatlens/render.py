@@ -16,7 +16,12 @@ from heatlens.defocus.quality import layers_for
 from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.defocus.steps import Result, Steps
 from heatlens.errors import InputError
-from heatlens.gpu.context import check_plate_fits, check_texture_fits, check_work_fits
+from heatlens.gpu.context import (
+    check_plate_fits,
+    check_texture_fits,
+    check_work_fits,
+    is_software,
+)
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.breathing import as_seen, plate_ratio
@@ -55,6 +60,7 @@ class FrameRenderer:
         self._source: SourceOnGpu = self._plates  # which holds no plate yet
         self._loaded: Pinhole | None = None
         self._checked_size = (0, 0)
+        self._is_software = is_software(ctx)
 
     @property
     def loaded(self) -> Pinhole:
@@ -117,6 +123,15 @@ class FrameRenderer:
         if the other has no scene.
         """
         self._place(other._source.beside())
+
+    def settle(self) -> None:
+        """Wait, on a processor, for what was asked for: else it is drawn all at once later."""
+        if self._is_software:
+            self.ctx.finish()
+
+    def pace(self, share: float) -> None:
+        """Have a source that is drawn be drawn in steps of a share of the usual, 1 at most."""
+        self._source.pace(share)
 
     def let_go(self) -> None:
         """Release the source and all memory for rendering it, but keep the programs."""

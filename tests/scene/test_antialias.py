@@ -102,7 +102,7 @@ def test_bands_make_no_difference(ctx, lab, monkeypatch):
     monkeypatch.setattr(bands, "_LEAST_PX", 1)
     monkeypatch.setattr(bands, "_SAMPLES_MOST", 40 * 16 * SIZE[0])
     monkeypatch.setattr(lab.raster, "bands", bands.Bands(lab.ctx, 10**9))
-    assert len(lab.raster.bands.of_samples(SIZE, 4, 1)) == 4
+    assert len(list(lab.raster.bands.of_samples(SIZE, 4, 1))) == 4
     for found, expected in zip(lab.antialiased(4), at_once, strict=True):
         apart = np.abs(found.astype(float) - expected)
         assert np.quantile(apart, 0.995) < 1e-3  # rims may be met by another sample
@@ -122,7 +122,7 @@ def test_a_picture_that_is_there_is_not_drawn_again(ctx, lab):
 
 def test_bands_cover_a_picture_once(ctx, lab):
     for size in ((1, 1), (640, 360), (1920, 1080), (16384, 3)):
-        found = lab.raster.bands.of(size)
+        found = list(lab.raster.bands.of(size))
         assert [band.y0 for band in found] == [0, *(band.y1 for band in found[:-1])]
         assert found[-1].y1 == size[1] and all(band.width == size[0] for band in found)
 
@@ -130,7 +130,7 @@ def test_bands_cover_a_picture_once(ctx, lab):
 @pytest.mark.parametrize("across", [1, 4, 8])
 def test_bands_of_samples_have_equal_rows_and_cover_a_picture_once(lab, across):
     for size in ((1, 1), (640, 360), (1920, 1080), (2000, 3)):
-        found = lab.raster.bands.of_samples(size, across, 2)
+        found = list(lab.raster.bands.of_samples(size, across, 2))
         assert [first for first, _ in found] == [0, *(end for _, end in found[:-1])]
         assert found[-1][1] - len(found) < size[1] <= found[-1][1]
         assert len({end - first for first, end in found}) == 1

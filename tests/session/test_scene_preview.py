@@ -11,6 +11,7 @@ from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
+from heatlens.session.pace import MOST_S
 from heatlens.session.scene_preview import ScenePreview
 
 SIZE = (640, 360)
@@ -28,6 +29,13 @@ class Machine:
     key: object = None
     views: int = 0
     loaded: object = None
+    share: float = 1.0  # of a view that a step draws
+
+    def pace(self, share: float) -> None:
+        self.share = share
+
+    def settle(self) -> None:
+        """Do nothing: what was asked for is drawn at once."""
 
     def look(self, shot: Shot, frame: int, views: int) -> object:
         list(self.looking(shot, frame, views))
@@ -40,8 +48,12 @@ class Machine:
         if is_same and self.views >= views:
             return
         for _ in range(views - self.views if is_same else views):
-            self.now += self.per_px_s * framing.width_px * framing.height_px
-            yield "view"
+            left = 1.0
+            while left > 0:
+                part = min(self.share, left)
+                self.now += part * self.per_px_s * framing.width_px * framing.height_px
+                left -= part
+                yield "view"
         self.key, self.views, self.loaded = (framing, frame), views, object()
         self.drawn.append((framing.width_px, framing.height_px, views))
 
@@ -120,6 +132,19 @@ def test_what_is_held_is_never_drawn_whole_however_slow_the_window_is(price, wai
         sight.refine(SLICE_S)
     assert all(views <= 16 for *_, views in machine.drawn)
     assert len(machine.drawn) == len(waits)
+
+
+@given(st.floats(1e-7, 2e-6))
+def test_between_two_looks_for_input_a_slow_machine_draws_for_a_moment_alone(price):
+    machine = Machine(price)
+    sight = sight_of(machine)
+    sight.look(SHOT, 1)
+    longest = []
+    while not sight.is_whole:
+        before = machine.now
+        sight.refine(SLICE_S)
+        longest.append(machine.now - before)
+    assert max(longest[16:]) <= SLICE_S + MOST_S
 
 
 def test_a_quick_machine_antialiases_what_moves():

@@ -80,12 +80,12 @@ class Accumulation:
 
     def _draw(self, view: SceneView, has_depth: bool) -> Iterator[str]:
         """Draw the texture "view", and "depth" where it is asked for, band by band."""
-        drawn, bands = self._pool.texture("view", view.size, 4), self._raster.bands.of(view.size)
-        for band in bands:
+        drawn = self._pool.texture("view", view.size, 4)
+        for band in self._raster.bands.of(view.size):
             self._raster.draw(view, drawn, band)
             if has_depth:
                 self._raster.depth(view, self._pool.texture("depth", view.size, 1), band)
-            if band is not bands[-1]:
+            if band.y1 < view.size[1]:
                 yield "band"
 
     def _add(

@@ -18,7 +18,7 @@ from heatlens.scene_gpu.raster import SceneRaster
 # A standard deviation of the samples that leaves nothing to be seen in their mean, relative to the
 # light and to what counts as black.
 _MOST, _DARKEST = 0.04, 0.01
-LARGER = 2  # bands than those of one sample a pixel: each of them draws all triangles once more
+LARGER = 1  # bands than those of one sample a pixel
 
 
 @dataclass(frozen=True)

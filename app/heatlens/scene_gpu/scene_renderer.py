@@ -1,7 +1,7 @@
 """A scene in front of the lens: its pinhole picture, and what a real lens would make of it."""
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import assert_never
@@ -290,6 +290,10 @@ class SceneRenderer:
             self._held[1].pixels.let_go()
             self._held = None
 
+    def pace(self, share: float) -> None:
+        """See `SourceOnGpu`."""
+        self._raster.bands.share = share
+
     def release(self) -> None:
         """Release what is on the GPU."""
         self._let_go()
@@ -331,7 +335,11 @@ def drawing_steps(ctx: moderngl.Context, triangle_count: int, size: tuple[int, i
     bands, fine = Bands(ctx, triangle_count), fineness(ctx, size)
     width, height = widened(size, margin_px(ctx, size))
     drawn = fine * width, fine * height
-    few = len(bands.of_samples(drawn, _FEW_ACROSS // fine, antialias.LARGER))
-    many = len(bands.of_samples(drawn, FRONT_SIDE // fine, peel.LARGER)) * STEPS_OF_BAND
-    deep = len(bands.of(drawn)) + (len(bands.of((width, height))) if fine > 1 else 0)
+    few = _count(bands.of_samples(drawn, _FEW_ACROSS // fine, antialias.LARGER))
+    many = _count(bands.of_samples(drawn, FRONT_SIDE // fine, peel.LARGER)) * STEPS_OF_BAND
+    deep = _count(bands.of(drawn)) + (_count(bands.of((width, height))) if fine > 1 else 0)
     return few + many + deep
+
+
+def _count(bands: Iterable[object]) -> int:
+    return sum(1 for _ in bands)

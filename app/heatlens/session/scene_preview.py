@@ -10,6 +10,7 @@ from heatlens.model.framing import Framing
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
+from heatlens.session.pace import Pace
 from heatlens.source.pinhole import Pinhole
 
 _REST_S = 0.08  # without movement for this long, the input rests
@@ -45,6 +46,7 @@ class ScenePreview:
         self._coming: Steps[None] | None = None
         self._views = 0  # views in the shown picture
         self._coming_views = 0  # views in the picture in progress
+        self._pace = Pace()
 
     @property
     def is_good(self) -> bool:
@@ -85,9 +87,14 @@ class ScenePreview:
         if self._coming is None:
             self._coming_views = self._next_views(self._wish[0])
             self._coming = self._renderer.looking(*self._wish, self._coming_views)
-        start = self._clock()
+        start = before = self._clock()
         for _ in self._coming:
-            if self._clock() - start >= slice_s:
+            self._renderer.settle()
+            now = self._clock()
+            self._pace.took(now - before)
+            self._renderer.pace(self._pace.share)
+            before = now
+            if now - start >= slice_s:
                 return
         self._scale, self._views, self._coming = 1.0, self._coming_views, None
 

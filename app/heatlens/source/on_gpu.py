@@ -54,6 +54,9 @@ class SourceOnGpu(Protocol):
         Raises InputError outside the picture, and if only the loaded frame is known.
         """
 
+    def pace(self, share: float) -> None:
+        """Have each step draw a share of the usual, 1 at most, if anything is drawn."""
+
     def beside(self) -> "SourceOnGpu":
         """Return a source for other frames that shares the content on the GPU with this one.
 

@@ -117,6 +117,9 @@ class PlateOnGpu:
         """Raise InputError, because only the loaded frame is known."""
         raise InputError("No scene is loaded.")
 
+    def pace(self, share: float) -> None:
+        """See `SourceOnGpu`; a plate is not drawn."""
+
     def beside(self) -> "PlateOnGpu":
         """Raise InputError, because plates are not shared."""
         raise InputError("No scene is loaded.")

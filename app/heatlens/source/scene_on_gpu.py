@@ -69,6 +69,10 @@ class SceneOnGpu:
         window = Box(0, 0, *self.size(shot))
         return middle_m(self._drawer.depth_in(shot, frame, area_at(x, y, window, window)))
 
+    def pace(self, share: float) -> None:
+        """See `SourceOnGpu`."""
+        self._drawer.pace(share)
+
     def beside(self) -> "SceneOnGpu":
         """See `SourceOnGpu`."""
         return SceneOnGpu(self._ctx, self._drawer.beside())
