@@ -86,6 +86,7 @@ def test_a_shot_begins_with_the_lens_of_a_table(table, tmp_path, capsys):
         ("focus,iris\n--,--\n", "no row has a value"),
         ("frame,focus,iris\nx,1,2\n", "whole numbers"),
         ("frame,focus,iris\n2,1,2\n1,1,2\n", "in order"),
+        (f"frame,focus,iris\n{'9' * 400},1,2\n", r"nine digits, got 1\.0+e\+400"),
         ("name,word\na,b\n", "unknown column"),
     ],
 )

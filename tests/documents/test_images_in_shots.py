@@ -15,6 +15,7 @@ from heatlens.model.look import Look
 from heatlens.model.shot import Shot
 from heatlens.plate.opening_picture import read_opening_image
 from heatlens.plate.picture_digest import without_advice
+from support.command_line import stderr_of_run
 from support.opening_images import heart_path
 
 
@@ -92,3 +93,18 @@ def test_a_kit_names_an_image_beside_it(tmp_path: Path, lens: Lens) -> None:
     path.write_text(json.dumps(entries))
     with pytest.raises(InputError, match=r"own.json: .*none.png is not there"):
         read_kit(path)
+
+
+@pytest.mark.parametrize("name", ["a\0b.png", "\ud800.png"])
+def test_a_name_that_no_file_can_have_is_refused(
+    tmp_path: Path, lens: Lens, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shot, kit = tmp_path / "s.heatlens.json", tmp_path / "own.json"
+    write_shot(shot, shot_of(lens))
+    shot.write_text(shot.read_text().replace('"images/heart.png"', json.dumps(name)))
+    entries = json.loads(kit_text(shot_of(lens).kit))
+    entries["character"]["aperture_image"] = name
+    kit.write_text(json.dumps(entries))
+    assert "s.heatlens.json: " in stderr_of_run(capsys, 2, "shot", "show", shot)
+    with pytest.raises(InputError, match=r"own.json: .* is not there"):
+        read_kit(kit)

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 
 from heatlens.errors import InputError
@@ -69,7 +70,7 @@ def parse_frame_range(text: str) -> FrameRange:
 def check_frame(frame: float) -> None:
     """Raise InputError for a value that cannot be the number of a frame, or a time between two."""
     if not abs(frame) <= FRAME_MOST:
-        raise InputError(f"A frame number has at most nine digits, got {frame:g}.")
+        raise InputError(f"A frame number has at most nine digits, got {Decimal(frame):.10g}.")
 
 
 def check_frames_per_second(rate: float) -> None:

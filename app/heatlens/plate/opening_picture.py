@@ -39,6 +39,8 @@ def read_opening_image(path: str | os.PathLike[str]) -> OpeningImage:
         found = path.stat()
     except OSError as error:
         raise unreadable(path, error) from error
+    except ValueError:  # NUL, or what no file system can encode
+        raise unreadable(path) from None
     return _read(path, (found.st_mtime_ns, found.st_size))
 
 
