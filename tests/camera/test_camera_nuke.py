@@ -11,7 +11,10 @@ from hypothesis import strategies as st
 from heatlens.camera.camera_file import write_camera
 from heatlens.camera.nuke_defocus import left_out
 from heatlens.camera.nuke_write import nuke_text
+from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
 from heatlens.camera.samples import INFINITE_M
+from heatlens.model.coc import coc_line, coc_px
+from heatlens.model.lens_model import LensModel
 from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import EYE, FRAMES, SHOTS, TARGET, dolly, moving_camera, world_to_camera
 
@@ -166,11 +169,28 @@ def test_a_round_opening_has_the_focus_in_zdefocus_alone():
     nodes = nodes_of(nuke_text(camera, 0.01))
     assert list(nodes) == ["ZDefocus2"]
     zdefocus = nodes["ZDefocus2"]
-    assert (zdefocus["filter_type"], "label" in zdefocus) == ("disc", False)
+    assert zdefocus["filter_type"] == "disc" and "rotation" not in zdefocus["label"]
     for index, frame in enumerate(FRAMES):
         focus = min(camera.focus_distance_m[index], INFINITE_M) / 0.01
         assert at(zdefocus["center"], frame) == focus
     assert nodes_of(nuke_text(replace(camera, focus_distance_m=None))) == {}
+
+
+@given(SHOTS, st.sampled_from(LensModel), st.sampled_from([640, 1998]), st.booleans())
+def test_the_size_of_zdefocus_makes_the_discs_of_the_shot(shot, model, width, is_nominal):
+    """At any depth z its blur is size (1 - center / z), and the size half a diameter."""
+    shot = replace(shot, lens=replace(shot.lens, model=model))
+    camera = with_renderer_f_stop(camera_of_shot(shot, "cam"))
+    unit_m = 0.01
+    written = with_nominal_f_stop(camera) if is_nominal else camera
+    knobs = nodes_of(nuke_text(written, unit_m))["ZDefocus2"]
+    assert knobs["size"] == [["width*half_disc"]] and "width of the picture" in knobs["label"]
+    for frame in FRAMES:
+        center, size = at(knobs["center"], frame), width * at(knobs["half_disc"], frame)
+        line = coc_line(shot.lens_at(frame), width)
+        for depth_m in (0.3, 2.0, 40.0):
+            blurred = 2 * size * (1 - center * unit_m / depth_m)
+            assert blurred == pytest.approx(float(coc_px(depth_m, line)), rel=1e-6, abs=1e-3)
 
 
 def test_what_the_nodes_cannot_hold_is_said_in_them_and_to_the_user():

@@ -1,15 +1,20 @@
 """The nodes of Nuke that defocus, with the opening of a lens as far as they can hold it.
 
 Bokeh is told the whole lens, and computes the amount of blur from it. ZDefocus is told the plane in
-focus and the shape; how much it blurs is its own `size`, which no lens gives. The names of the
-knobs are those of Foundry's reference guide and of Nuke 17.0v3. Foundry does not say where the
-rotation of the blades begins and by which measure blades are curved, so both are taken to be as
-here, and the note in the file asks to compare.
+focus S, the shape, and its `size`: with depths as distances it blurs z by size (1 - S / z), so the
+size is the blur of what is infinitely far. Half the diameter of that disc is f^2 / (2 N S) on the
+sensor, N of a renderer; as a share of the sensor's width it is a knob of our own, which an
+expression multiplies by the width of the picture.
+
+The names of the knobs are those of Foundry's reference guide and of Nuke 17.0v3. Foundry does not
+say whether a size is half a diameter, as Epic's example for Unreal has it, where the rotation of
+the blades begins and by which measure blades are curved. The note in the file asks to compare.
 """
 
 from collections.abc import Iterator, Mapping
 
 from heatlens.camera.nuke_knobs import knob_value, quoted
+from heatlens.camera.same_discs import with_renderer_f_stop
 from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
 
 _BOKEH_SHAPE = {"blades": "kNumSides", "blade_rotation_deg": "kRotation"}
@@ -21,6 +26,12 @@ _BOKEH_LENS = {
 }
 _HELD = ("blades", "blade_rotation_deg", "blade_curvature", "widest_f_stop")
 _COMPARE = "Foundry does not say where rotation begins and how curvature counts: compare by eye"
+_HALF_DISC = "half_disc"
+_SIZE = (
+    "Its size is half the disc of what is infinitely far, half_disc times the width of the "
+    "picture, for depths that are distances in the unit of this file"
+)
+_MAX_SIZE = "width/4"  # Nuke's own cuts what stands near the camera
 
 
 def has_shape(camera: CameraSamples) -> bool:
@@ -59,7 +70,8 @@ def left_out(camera: CameraSamples) -> str:
 
 def _node(kind: str, camera: CameraSamples, knobs: Iterator[str]) -> str:
     compare = _COMPARE if has_shape(camera) else ""  # a disc has no blades to compare
-    note = ". ".join(part for part in (left_out(camera).rstrip("."), compare) if part)
+    size = _SIZE if kind == "ZDefocus2" and _half_discs(camera) else ""
+    note = ". ".join(part for part in (size, left_out(camera).rstrip("."), compare) if part)
     label = (f"label {quoted(note + '.')}",) if note else ()
     lines = ("inputs 0", *knobs, *label, f"name {camera.identifier}_{kind}")
     return f"{kind} {{\n" + "".join(f" {line}\n" for line in lines) + "}\n"
@@ -94,6 +106,25 @@ def _zdefocus(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
     yield f"roundness {_curvature(camera)}"
     yield f"aspect {_aspect(camera)}"
     yield "inner_brightness 1.0"  # an even disc; Nuke's own has a darker middle
+    if half_discs := _half_discs(camera):
+        yield f"size {{{{width*{_HALF_DISC}}}}}"
+        yield f"max_size {{{{{_MAX_SIZE}}}}}"
+        yield "addUserKnob {20 heatlens}"
+        yield f'addUserKnob {{7 {_HALF_DISC} l "half disc at infinity, in widths"}}'
+        yield f"{_HALF_DISC} {knob_value(camera, half_discs)}"
+
+
+def _half_discs(camera: CameraSamples) -> list[float]:
+    """Return half the disc of what is infinitely far, over the width of the picture, at each frame.
+
+    Empty where the camera does not tell enough.
+    """
+    tracks = with_renderer_f_stop(camera).lens_tracks
+    names = ("focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm")
+    if any(name not in tracks for name in names):
+        return []
+    frames = zip(*(tracks[name] for name in names), strict=True)
+    return [f_mm**2 / (2 * n * finite_m(s_m) * 1e3 * w_mm) for f_mm, n, s_m, w_mm in frames]
 
 
 def _has_blades(tracks: Mapping[str, tuple[float, ...]]) -> bool:
