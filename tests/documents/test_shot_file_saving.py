@@ -1,4 +1,4 @@
-"""A save that fails loses nothing, and an autosave is offered while it is the newer one."""
+"""A save that fails loses nothing, and leaves no autosave behind a file that is saved."""
 
 import os
 
@@ -6,7 +6,6 @@ import pytest
 
 from heatlens.documents.shot_file import (
     autosave_path,
-    newer_autosave,
     read_shot,
     write_autosave,
     write_shot,
@@ -35,17 +34,12 @@ def test_a_save_into_no_folder_is_refused(tmp_path):
         write_shot(tmp_path / "none" / "s.heatlens.json", FULL)
 
 
-def test_an_autosave_is_offered_while_it_is_the_newer_one(tmp_path):
+def test_an_autosave_lies_beside_its_file_until_that_is_saved(tmp_path):
     path = tmp_path / "s.heatlens.json"
-    assert newer_autosave(path) is None
     write_autosave(path, FULL)
-    assert newer_autosave(path) == autosave_path(path)  # never saved, yet not lost
+    assert autosave_path(path).exists()  # never saved, yet not lost
     write_shot(path, Shot(FIFTY))
-    assert newer_autosave(path) is None and not autosave_path(path).exists()
+    assert not autosave_path(path).exists()
     write_autosave(path, FULL)
-    for seconds, offered in ((-1, None), (0, None), (1, autosave_path(path))):
-        at_ns = path.stat().st_mtime_ns + seconds * 10**9
-        os.utime(autosave_path(path), ns=(at_ns, at_ns))
-        assert newer_autosave(path) == offered
     assert read_shot(autosave_path(path)) == FULL
     assert read_shot(path) == Shot(FIFTY)

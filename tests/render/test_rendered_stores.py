@@ -1,7 +1,9 @@
 """Rendered frames in memory and on disk: within their bounds, and never a wrong picture."""
 
+import json
 import os
 import tempfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ from heatlens.model.boxes import Box
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.frame_store import FrameStore
 from heatlens.rendered_frames.kept_picture import (
+    _HEAD,
     KeptPicture,
     RenderedPicture,
     decoded,
@@ -142,6 +145,47 @@ def test_a_damaged_file_is_a_miss_and_goes(tmp_path, damage):
         path.write_bytes(damage)
     assert store.load(key_of(1)) is None
     assert store.keys() == set() and not path.exists()
+
+
+NONSENSE = [
+    *({"pixel_aspect": aspect} for aspect in (-1.0, 0.0, float("nan"), float("inf"), "wide")),
+    *({"windows": [box, box]} for box in ([0, 0, 0, 4], [0, 0, 1 << 40, 4], ["a", "b", "c", "d"])),
+    {"windows": [[0.5, 0.5, 4.5, 4.5]] * 2},
+    {"windows": [[0, 0, 4]] * 2},
+    {"windows": []},
+    {"size": [-3, -4]},
+]
+
+
+@pytest.mark.parametrize("facts", NONSENSE, ids=str)
+def test_an_intact_file_with_nonsense_in_it_is_none_at_all(facts):
+    data = encoded(picture_of(7), key_of(7))
+    magic, _, count = _HEAD.unpack_from(data)
+    words, pixels = data[_HEAD.size :][:count], data[_HEAD.size + count :]
+    words = json.dumps(json.loads(words) | facts).encode()
+    check = zlib.crc32(pixels, zlib.crc32(words))
+    assert decoded(_HEAD.pack(magic, check, len(words)) + words + pixels, key_of(7)) is None
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_kept_picture_has_only_numbers(value):
+    picture = picture_of(7)
+    picture.pixels[1, 1, 0] = value
+    assert decoded(encoded(picture, key_of(7)), key_of(7)) is None
+
+
+def test_what_is_kept_of_confidential_shots_is_for_the_user_alone(tmp_path):
+    store = DiskStore(tmp_path / "cache" / "frames")
+    store.save(key_of(1), picture_of(1))
+    (path,) = store.folder.iterdir()
+    assert (path.stat().st_mode & 0o777, store.folder.stat().st_mode & 0o777) == (0o600, 0o700)
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
+def test_a_pipe_or_device_among_the_frames_is_not_read(tmp_path, make):
+    make(tmp_path / f"{key_of(1)}.frame")
+    store = DiskStore(tmp_path)
+    assert store.load(key_of(1)) is None and list(tmp_path.iterdir()) == []
 
 
 def test_two_windows_share_a_folder(tmp_path):

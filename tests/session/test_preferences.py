@@ -1,6 +1,9 @@
 """What is remembered from one start to the next, and files that say something else."""
 
 import json
+import os
+import subprocess
+import sys
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -9,12 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.errors import InputError
+from heatlens.files import file_lock
 from heatlens.model.guides import Guides
 from heatlens.model.peaking import PEAKING_COLORS, Peaking, PeakingOn
 from heatlens.model.plate_options import PlateOptions
 from heatlens.ring.channel_map import ChannelMap, Ring
+from heatlens.session.merged_fields import merged
 from heatlens.session.playback import Ending
 from heatlens.session.preferences import _READERS, FILE_NAME, Preferences, Remembered, Theme
+from support.command_line import ENVIRONMENT
 
 OPTIONS = st.builds(
     PlateOptions,
@@ -135,8 +141,87 @@ def test_a_damaged_file_is_told_and_set_aside(tmp_path, content):
     (tmp_path / FILE_NAME).write_bytes(content)
     loaded = Preferences.load(tmp_path)
     assert loaded.now == Remembered()
-    assert FILE_NAME in loaded.problem and loaded.problem.endswith("settings are reset.")
-    assert (tmp_path / "preferences.damaged.json").read_bytes() == content
+    assert FILE_NAME in loaded.problem and "settings are reset" in loaded.problem
+    aside = tmp_path / "preferences.damaged.json"
+    assert aside.exists() is bool(content) is (aside.name in loaded.problem)
+    assert not content or aside.read_bytes() == content
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
+def test_a_pipe_or_device_is_told_and_not_read(tmp_path, make):
+    make(tmp_path / FILE_NAME)
+    assert "it is no file" in Preferences.load(tmp_path).problem
+
+
+# Two windows
+
+
+def test_two_windows_keep_the_changes_of_both(tmp_path):
+    saved(tmp_path, replace(FULL, recent=tuple(f"/old/{k}" for k in range(10)), folders={"a": "/"}))
+    one, two = Preferences.load(tmp_path), Preferences.load(tmp_path)
+    one.opened("/one.exr")
+    one.change(unit="m", ui_scales={"left": 1.5})
+    one.read_so(Path("/one"), PlateOptions(near_m=2.0))
+    write(one)
+    two.opened("/two.exr")
+    two.change(layout="mine", ui_scales={"right": 2.0}, folders={})
+    write(two)
+    write(one)  # nothing has changed since
+    now = Preferences.load(tmp_path).now
+    assert now.recent[:3] == ("/two.exr", "/one.exr", "/old/0") and len(now.recent) == 10
+    assert (now.unit, now.layout, now.view) == ("m", "mine", FULL.view)
+    assert now.ui_scales == {"left": 1.5, "right": 2.0} and now.folders == {}
+    assert set(now.plates) == {"/a", "/one"}
+
+
+@given(REMEMBERED, REMEMBERED, REMEMBERED)
+def test_what_is_merged_has_what_changed_and_else_what_was_there(theirs, before, now):
+    theirs, before, now = (replace(of, recent=()) for of in (theirs, before, now))
+    assert merged(before, before, now) == now and merged(theirs, now, now) == theirs
+    found = merged(theirs, before, now)
+    for name in ("display", "layout", "guides", "theme", "ring_maps"):
+        changed = getattr(now, name) != getattr(before, name)
+        assert getattr(found, name) == getattr(now if changed else theirs, name)
+    for name in now.plates:
+        of = now if now.plates[name] != before.plates.get(name) else theirs
+        assert found.plates.get(name) == of.plates.get(name)
+
+
+NAMES = st.lists(st.sampled_from([f"/p/{i}.exr" for i in range(14)]), max_size=10, unique=True)
+
+
+@given(NAMES, NAMES, st.lists(st.sampled_from(["/a", "/b", "/c"])))
+def test_files_that_were_opened_come_first_and_others_stay(theirs, before, opened):
+    mine = Preferences(Remembered(recent=tuple(before)))
+    for name in opened:
+        mine.opened(name)
+    found = merged(Remembered(recent=tuple(theirs)), Remembered(recent=tuple(before)), mine.now)
+    latest = list(dict.fromkeys(reversed(opened)))
+    rest = [name for name in theirs if name not in latest]
+    assert list(found.recent) == (latest + rest)[:10]
+
+
+def test_windows_that_write_at_the_same_time_lose_nothing(tmp_path):
+    """Each is a process of its own, as windows are."""
+    code = (
+        "import sys; from pathlib import Path\n"
+        "from heatlens.session.preferences import Preferences\n"
+        "preferences = Preferences.load(Path(sys.argv[1]))\n"
+        "for k in range(20):\n"
+        "    preferences.looked_in(f'{sys.argv[2]} {k}', Path('/there'))\n"
+        "    preferences.saving()()\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path)]
+    windows = [subprocess.Popen([*command, name], env=ENVIRONMENT) for name in ("one", "two")]
+    assert [window.wait(60) for window in windows] == [0, 0]
+    assert len(Preferences.load(tmp_path).now.folders) == 40
+
+
+def test_a_window_that_was_stopped_holds_up_no_other(tmp_path, monkeypatch):
+    monkeypatch.setattr(file_lock, "_PATIENCE_S", 0.1)
+    with file_lock.locked(tmp_path / "preferences.lock"):
+        saved(tmp_path, FULL)
+    assert Preferences.load(tmp_path).now == FULL
 
 
 WRONG = [

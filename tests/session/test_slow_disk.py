@@ -4,14 +4,17 @@
 that waited for such a read would never get to the line that does.
 """
 
+import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from threading import Event, current_thread
 
 import pytest
 
 from heatlens.background import Threads, is_at_work
+from heatlens.documents.shot_file import autosave_path
 from heatlens.frame_cache import reader
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, PlateOptions
@@ -191,6 +194,38 @@ def test_preferences_that_cannot_be_written_are_said_once(renderer, tmp_path):
     session.poll()
     assert len(said) == 1 and "Preferences are not kept" in said[0]
     session.close()
+
+
+@pytest.mark.parametrize("source", ["", "plate.exr"])
+def test_damaged_preferences_are_told_until_something_else_is_said(renderer, tmp_path, source):
+    """They were told once, and only with a plate, while a slow machine still drew its window."""
+    (tmp_path / "preferences.json").write_text("{")
+    start = Start(source and str(plate_file(tmp_path / source)))
+    session = Session(renderer, start, preferences=Preferences.load(tmp_path))
+    session.messages._clock = iter(range(0, 10**6, 20)).__next__  # each look is 20 s later
+    while "settings are reset" not in session.messages.text:
+        session.poll()
+    assert "preferences.damaged.json" in session.messages.text and session.messages.is_problem
+    for _ in range(5):
+        session.poll()
+    assert "settings are reset" in session.messages.text
+    assert session.messages.seconds_until_needed() is None
+    session.say("Saved.")
+    session.poll()
+    assert not session.messages.text
+    session.close()
+
+
+@pytest.mark.parametrize("hours", [-1, 0, 1])
+def test_an_autosave_is_found_whatever_the_clock_says(tmp_path, hours):
+    """A clock that went back, or that of a server, must not lose what was not saved."""
+    store, path = ShotStore(lambda: None), tmp_path / "a.heatlens.json"
+    store.save(path, SHOT)
+    store.keep(path, replace(SHOT, marks=())).result(PATIENCE_S)
+    at_ns = path.stat().st_mtime_ns + hours * 3600 * 10**9
+    os.utime(autosave_path(path), ns=(at_ns, at_ns))
+    assert store.read(path).result(PATIENCE_S).unsaved == replace(SHOT, marks=())
+    store.close()
 
 
 def test_a_read_sees_what_was_written_before(tmp_path):

@@ -100,7 +100,7 @@ def write_shot(path: str | os.PathLike[str], shot: Shot) -> None:
     Raises InputError if the file cannot be written.
     """
     _write(Path(path), shot)
-    with suppress(OSError):  # a remaining one is older than the file, and is not offered again
+    with suppress(OSError):  # a remaining one is offered once more
         autosave_path(path).unlink(missing_ok=True)
 
 
@@ -113,16 +113,6 @@ def autosave_path(path: str | os.PathLike[str]) -> Path:
 def write_autosave(path: str | os.PathLike[str], shot: Shot) -> None:
     """Write the unsaved state of the shot file `path` to its autosave, for `read_shot`."""
     _write(autosave_path(path), shot)
-
-
-def newer_autosave(path: str | os.PathLike[str]) -> Path | None:
-    """Return the autosave of `path` if it is newer than the file, or the file is gone."""
-    autosave = autosave_path(path)
-    if not autosave.is_file():
-        return None
-    saved = Path(path)
-    is_newer = not saved.exists() or autosave.stat().st_mtime_ns > saved.stat().st_mtime_ns
-    return autosave if is_newer else None
 
 
 def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:

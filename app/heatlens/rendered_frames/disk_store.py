@@ -11,7 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.files.atomic_file import remove_leftovers, replacing
+from heatlens.files.atomic_file import FOR_THE_USER, remove_leftovers, replacing
+from heatlens.paths import file_bytes
 from heatlens.rendered_frames.kept_picture import KeptPicture, decoded, encoded
 from heatlens.rendered_frames.limited_store import LimitedStore
 
@@ -41,7 +42,7 @@ class DiskStore(LimitedStore):
         """Return the picture and mark its file as used; delete a damaged file and return None."""
         path = self._path(key)
         try:
-            picture = decoded(path.read_bytes(), key)
+            picture = decoded(file_bytes(path), key)
         except OSError:
             picture = None
         if picture is None:
@@ -60,11 +61,11 @@ class DiskStore(LimitedStore):
         if len(data) > self._limit:
             return
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"{self.folder} cannot be made: {error.strerror}.") from error
         self._trim(len(data))
-        with replacing(self._path(key)) as beside:
+        with replacing(self._path(key), FOR_THE_USER) as beside:  # shots may be confidential
             beside.write_bytes(data)
         with self._lock:
             self._sizes[key] = len(data)

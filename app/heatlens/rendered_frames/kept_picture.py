@@ -1,6 +1,7 @@
 """A rendered picture in half floats with its windows, and its file format."""
 
 import json
+import math
 import struct
 import zlib
 from dataclasses import dataclass
@@ -86,10 +87,16 @@ def decoded(data: bytes, key: str) -> KeptPicture | None:
 
 
 def _picture(facts: dict[str, Any], data: bytes, offset: int) -> KeptPicture:
+    """Return the picture of a description; raises ValueError for one that nobody renders."""
     width, height = facts["size"]
     pixels = np.frombuffer(data, np.float16, offset=offset).reshape(height, width, 4)
-    data_window, display_window = (Box(*corners) for corners in facts["windows"])
-    return KeptPicture(pixels, data_window, display_window, float(facts["pixel_aspect"]))
+    aspect, corners = float(facts["pixel_aspect"]), np.array(facts["windows"])
+    is_whole = corners.dtype.kind == "i" and np.abs(corners).max() < 1 << 31
+    is_possible = is_whole and 0 < aspect < math.inf and (corners[:, 2:] > corners[:, :2]).all()
+    if not (is_possible and np.isfinite(pixels).all()):
+        raise ValueError("this is no rendered picture")
+    data_window, display_window = (Box(*map(int, box)) for box in corners)
+    return KeptPicture(pixels, data_window, display_window, aspect)
 
 
 def _corners(box: Box) -> tuple[int, int, int, int]:

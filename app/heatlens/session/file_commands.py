@@ -238,13 +238,10 @@ class FileCommands:
     # Called by the session
 
     def arrived(self, opened: Opened) -> None:
-        """Remember an opened file; with the first one, report damaged preferences."""
+        """Remember an opened file."""
         self.reading.arrived(opened)
         if opened.again is not None and opened.again.files is not None:
             self._preferences.opened(opened.text)
-        if self._preferences.problem:
-            self._say(self._preferences.problem)
-            self._preferences.problem = ""
 
     def poll(self) -> None:
         """Continue requested work; call this once a frame."""

@@ -15,6 +15,12 @@ class Problem(str):
     __slots__ = ()
 
 
+class Lasting(Problem):
+    """A problem that nobody was waiting to hear of: it stays until it is replaced or cleared."""
+
+    __slots__ = ()
+
+
 class Messages:
     """The latest message, until it has been shown for `SHOWN_S` seconds."""
 
@@ -23,12 +29,14 @@ class Messages:
         self.is_problem = False
         self._clock = clock
         self._said_at = 0.0
+        self._is_lasting = False
         self._stays = False  # the message stays until it is replaced or cleared
 
     def say(self, sentence: str) -> None:
         """Show a sentence instead of the previous one."""
         self.text, self._said_at = window_words(sentence), self._clock()
         self.is_problem = isinstance(sentence, Problem)
+        self._is_lasting = isinstance(sentence, Lasting)
 
     def clear(self) -> None:
         """Clear the message."""
@@ -39,7 +47,7 @@ class Messages:
 
         With `keeps_problem`, a Problem stays until it is replaced or cleared.
         """
-        self._stays = keeps_problem and self.is_problem
+        self._stays = self._is_lasting or (keeps_problem and self.is_problem)
         if self.text and not self._stays and self._clock() - self._said_at > SHOWN_S:
             self.text = ""
 

@@ -12,17 +12,19 @@ from typing import Any
 
 from heatlens.errors import InputError
 from heatlens.files.atomic_file import FOR_THE_USER, write_whole
+from heatlens.files.file_lock import locked
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.peaking import USUAL_PEAKING, Peaking
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
+from heatlens.paths import file_bytes
 from heatlens.ring.channel_map import ChannelMap
+from heatlens.session.merged_fields import merged, with_first
 from heatlens.session.playback import Ending
 from heatlens.session.ui_sizes import SCALES
 
 FILE_NAME = "preferences.json"
-RECENT_MAX = 10
 _FOLDERS_MAX = 200  # largest number of folders whose plate options are remembered
 _EM_MOST = 1000.0  # largest font size in pixels
 MEGABYTES_MOST = 10**8  # largest limit for rendered frames, more than any disk has
@@ -110,8 +112,10 @@ class Preferences:
         preferences = cls(now, path)
         if problem:
             preferences.problem = f"{problem} Its settings are reset."
-            with suppress(OSError):  # a backup of a damaged file; failing to write it does no harm
-                path.with_suffix(".damaged.json").write_bytes(path.read_bytes())
+            aside = path.with_suffix(".damaged.json")
+            with suppress(OSError, InputError):  # one that is empty needs no copy, for example
+                write_whole(aside, file_bytes(path), FOR_THE_USER)
+                preferences.problem += f" The old ones are kept in {aside.name}."
         return preferences
 
     def saving(self) -> Callable[[], None] | None:
@@ -122,16 +126,20 @@ class Preferences:
         """
         if self.path is None or self.now == self._saved:
             return None
-        self._saved = self.now
-        return partial(self._write, self.path, self.now)
+        before, self._saved = self._saved, self.now
+        return partial(self._write, self.path, before, self.now)
 
-    def _write(self, path: Path, now: Remembered) -> None:
+    def _write(self, path: Path, before: Remembered, now: Remembered) -> None:
+        """Write what has changed since `before` into the file, which other windows write too."""
         if self.path is None:  # an earlier call has failed
             return
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            text = json.dumps(_entries(now), indent=2) + "\n"
-            write_whole(path, text.encode(), FOR_THE_USER)  # private, because it names opened files
+            with locked(path.with_suffix(".lock")):
+                with suppress(InputError):  # it is not there, or damaged: all is written anew
+                    now = merged(_remembered(read_json(path))[0], before, now)
+                text = json.dumps(_entries(now), indent=2) + "\n"
+                write_whole(path, text.encode(), FOR_THE_USER)  # it names opened files
         except (OSError, InputError) as error:
             self.path = None
             raise InputError(f"Preferences are not kept: {error}") from error
@@ -151,8 +159,7 @@ class Preferences:
 
     def opened(self, text: str) -> None:
         """Put an opened file first in the list of recent files."""
-        recent = dict.fromkeys([absolute(text), *self.now.recent])
-        self.change(recent=tuple(recent)[:RECENT_MAX])
+        self.change(recent=with_first((absolute(text),), self.now.recent))
 
     def looked_in(self, purpose: str, folder: Path) -> None:
         """Remember the folder in which a file was chosen."""

@@ -33,7 +33,7 @@ from heatlens.session.live_picture import LivePicture
 from heatlens.session.look_commands import LookCommands
 from heatlens.session.lost_surfaces import LostSurfaces
 from heatlens.session.mark_commands import MarkCommands
-from heatlens.session.messages import Messages, Problem
+from heatlens.session.messages import Lasting, Messages, Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_commands import PictureCommands
 from heatlens.session.picture_look import PictureLook
@@ -324,6 +324,9 @@ class Session:
             self.pull.poll,
         ):
             poll()
+        if self.preferences.problem and not (self.messages.text or self.source.opener.opening):
+            self.say(Lasting(self.preferences.problem))
+            self.preferences.problem = ""
 
     def _begin(self, opened: Opened) -> None:
         """Begin with a newly opened source; a source that was only read again keeps its shot."""

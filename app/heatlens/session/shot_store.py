@@ -12,7 +12,6 @@ from heatlens.background import Threads
 from heatlens.documents.shot_file import (
     SHOT_SUFFIX,
     autosave_path,
-    newer_autosave,
     read_shot,
     write_autosave,
     write_shot,
@@ -103,11 +102,13 @@ def unnamed_path(folder: Path, source: str) -> Path:
 
 
 def _found(path: Path, is_asked: bool) -> Found:
-    autosave = newer_autosave(path)
-    is_there = path.exists() or (is_asked and autosave is None)
+    """Read both files; clocks say nothing, for they differ between machines and are put back."""
+    autosave = autosave_path(path)
+    is_kept = autosave.is_file()
+    is_there = path.exists() or (is_asked and not is_kept)
     saved = read_shot(path) if is_there else None
     try:
-        unsaved = None if autosave is None else read_shot(autosave)
+        unsaved = read_shot(autosave) if is_kept else None
     except InputError:
         if saved is None:
             raise

@@ -1,0 +1,46 @@
+"""Merge the changes of two windows to the same preferences."""
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from heatlens.session.preferences import Remembered
+
+RECENT_MAX = 10
+
+
+def merged(theirs: "Remembered", before: "Remembered", now: "Remembered") -> "Remembered":
+    """Return `theirs` with what has changed from `before` to `now`.
+
+    Of maps, and of the recent files, the changed entries are taken; other fields as a whole.
+    """
+    changed: dict[str, Any] = {}
+    for name in (field.name for field in fields(now)):
+        old, new, other = (getattr(of, name) for of in (before, now, theirs))
+        if name == "recent":
+            changed[name] = with_first(_opened_since(old, new), other)
+        elif isinstance(new, Mapping):
+            changed[name] = _merged_map(other, old, new)
+        elif new != old:
+            changed[name] = new
+    return replace(theirs, **changed)
+
+
+def with_first(opened: tuple[str, ...], recent: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the recent files after these were opened, the latest first."""
+    return tuple(dict.fromkeys([*opened, *recent]))[:RECENT_MAX]
+
+
+def _opened_since(before: tuple[str, ...], now: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the shortest beginning of `now` that makes it of `before`."""
+    beginnings = (now[:count] for count in range(len(now)))
+    return next((opened for opened in beginnings if with_first(opened, before) == now), now)
+
+
+def _merged_map(
+    theirs: Mapping[str, Any], before: Mapping[str, Any], now: Mapping[str, Any]
+) -> dict[str, Any]:
+    changed = {name: value for name, value in now.items() if before.get(name) != value}
+    touched = {*changed, *(name for name in before if name not in now)}
+    return {name: value for name, value in theirs.items() if name not in touched} | changed
