@@ -2,15 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
-    from heatlens.session.preferences import Remembered
+    from _typeshed import DataclassInstance
+
+Kept = TypeVar("Kept", bound="DataclassInstance")
 
 RECENT_MAX = 10
 
 
-def merged(theirs: "Remembered", before: "Remembered", now: "Remembered") -> "Remembered":
+def merged(theirs: Kept, before: Kept, now: Kept) -> Kept:
     """Return `theirs` with what has changed from `before` to `now`.
 
     Of maps, and of the recent files, the changed entries are taken; other fields as a whole.
