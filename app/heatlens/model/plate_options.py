@@ -10,6 +10,9 @@ from heatlens.errors import InputError
 from heatlens.model.option import option
 from heatlens.model.units import parse_scene_unit_m
 
+SPIKE_FROM = 2.0  # times as bright as the brightest neighbour: a spike,
+SPIKE_WHOLE = 4.0  # and from here on nothing of it is left
+
 
 @dataclass(frozen=True)
 class DepthFacts:
@@ -130,6 +133,7 @@ class PlateOptions:
                      chosen for a depth in its own file, else guessed
     picture_curve    of PNG, JPEG and TIFF
     eye              view of a stereo file; None: the first, or that of `color_layer`
+    despike          replace lone pixels that are far too bright, see `plate.grain.despike`
     strict           refuse what could be read in two ways, instead of taking the likelier
 
     Raises InputError for a convention, kind or curve that is none, and for an impossible unit.
@@ -224,6 +228,15 @@ class PlateOptions:
             "view of a stereo file: left, right, or as `heatlens info` lists it (default: the "
             "first)",
             metavar="NAME",
+        ),
+    )
+    despike: bool = field(
+        default=False,
+        metadata=option(
+            "despike",
+            f"replace single pixels more than {SPIKE_FROM:g} times as bright as all around them "
+            "by the median of these: grains of a path tracer, which out of focus become discs. "
+            "Lamps of one pixel without a depth of their own go with them; denoising does better",
         ),
     )
     strict: bool = field(

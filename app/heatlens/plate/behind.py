@@ -57,6 +57,7 @@ def deep_options(options: PlateOptions) -> PlateOptions:
         depth_kind=DepthKind.AUTO,
         near_m=None,
         far_m=None,
+        despike=False,
     )
 
 

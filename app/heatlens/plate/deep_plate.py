@@ -143,6 +143,11 @@ def _check_options(path: Path, options: PlateOptions) -> None:
         raise InputError(
             f"{path} is a deep file, which holds its depth: leave --depth and --depth-channel out."
         )
+    if options.despike:
+        raise InputError(
+            f"{path} is a deep file, whose samples are taken as they are: denoise it where it is "
+            "rendered, and leave --despike out."
+        )
 
 
 def _read(part: DeepPart, channels: DeepChannels, unit_m: float) -> tuple[Stacked, "_Faults"]:

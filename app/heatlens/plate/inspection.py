@@ -20,6 +20,7 @@ from heatlens.plate.channels import Part, compression_name, pixels_of, type_name
 from heatlens.plate.deep_file import deep_channels, is_deep_file
 from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.file_parts import color_file_parts, notes_of
+from heatlens.plate.grain import DESPIKE_HELPS, despike_note, noise_doubt, noise_of
 from heatlens.plate.header_read import read_headers
 from heatlens.plate.picture_parts import FOR_THE_EYE
 from heatlens.plate.plate import CameraHeader, Plate, depth_span
@@ -102,9 +103,14 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
             "max": float(rgb.max()),
             "nan_count": 0,
             "infinite_count": 0,
+            "noise": noise_of(rgb),
         },
         "depth": depth,
-        "notes": [*plate.notes, *(doubt.sentence for doubt in _doubts(plate.camera, span))],
+        "notes": [
+            *plate.notes,
+            *noise_doubt(rgb, str(plate.path)),
+            *(doubt.sentence for doubt in _doubts(plate.camera, span)),
+        ],
     }
 
 
@@ -185,7 +191,9 @@ def _color_facts(
         "infinite_count": sum(int(np.count_nonzero(np.isinf(plane))) for plane in planes),
     }
     try:
-        facts["notes"] = [*choice.notes, *read_color(path, parts, choice)[1]]
+        color, notes = read_color(path, parts, choice)
+        facts["noise"] = noise_of(color)
+        facts["notes"] = [*choice.notes, *notes, *noise_doubt(color, str(path), DESPIKE_HELPS)]
     except InputError as error:
         facts["problem"] = str(error)
     return choice, facts
@@ -210,7 +218,10 @@ def _depth_facts(
     if report.convention.facts.is_coc:
         facts["min_px"] = float(result.values.min())
         facts["max_px"] = float(result.values.max())
-    return facts, (*result.notes, *doubtful)
+    if not options.despike or color is None:
+        return facts, (*result.notes, *doubtful)
+    spikes = despike_note(read_color(path, parts, color)[0], result.values, str(path))
+    return facts, (*result.notes, *doubtful, *spikes)
 
 
 def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:

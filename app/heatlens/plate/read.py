@@ -28,6 +28,7 @@ from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.empty_outside import with_empty_outside
 from heatlens.plate.exr_write import COMPRESSIONS
 from heatlens.plate.file_parts import color_file_parts, notes_of
+from heatlens.plate.grain import despike_note
 from heatlens.plate.plate import FloatImage, Plate, read_pixels
 from heatlens.plate.repair import repair_color
 from heatlens.plate.views import views_of
@@ -81,6 +82,9 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
     camera = camera_at_header([header, *headers])
     aspect, aspect_notes = pixel_aspect_of(path, header)
     depth = read_depth_of(path, parts, choice, options)
+    notes = *choice.notes, *color_notes, *aspect_notes, *depth.notes
+    if options.despike:
+        notes += despike_note(color, depth.values, str(path))
     is_coc = depth.report.convention.facts.is_coc
     plate = Plate(
         path=path,
@@ -93,7 +97,7 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
         depth=depth.report,
         aovs=tuple(ref.full_name for ref in list_channels(headers)),
         attributes=carried(header) | ({"view": choice.view} if choice.view else {}),
-        notes=(*notes_of(header), *choice.notes, *color_notes, *aspect_notes, *depth.notes),
+        notes=(*notes_of(header), *notes),
         compression=_compression(header),
         views=views_of(headers),
     )

@@ -25,7 +25,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     ),
     "Plate": (
         *("channel", "convention", "near", "far", "kind", "scene unit", "in metres"),
-        "colour layer",
+        *("colour layer", "take out bright grains"),
     ),
     "Scene": ("camera", "clip", "size", "up axis", "unit"),
     "Export": (

@@ -189,11 +189,20 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
             probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
     options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))
+    options = replace(options, despike=_despike(options.despike))
     if not plate.views:
         return options
     return replace(
         options, eye=_named("eye", options.eye, plate.views, "The view of a stereo file.")
     )
+
+
+def _despike(value: bool) -> bool:
+    _, value = imgui.checkbox("take out bright grains", value)
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip("Single pixels far brighter than all around them, as path tracers leave.")
+    probe.note("take out bright grains")
+    return value
 
 
 def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
