@@ -169,6 +169,57 @@ def test_the_lens_follows_that_of_the_renderer_where_nobody_has_overruled_it(ctx
         assert gui.session.lens.f_stop == 8
 
 
+QUARTERS = [
+    (slice(top, top + HEIGHT // 2), slice(left, left + WIDTH // 2))
+    for top in (0, HEIGHT // 2)
+    for left in (0, WIDTH // 2)
+]
+
+
+def sent_in_tiles(gui, values, tiles, creates=True):
+    """Send tiles of a frame (rows and columns), and draw until a picture has come of them."""
+    before = gui.session.source.version
+    with Ipc(*address(gui)) as client:
+        if creates:
+            client.create_image("beauty", WIDTH, HEIGHT, list(CHANNELS))
+        for rows, columns in tiles:
+            tile = np.ascontiguousarray(values[rows, columns])
+            client.update_image("beauty", tile, list(CHANNELS), x=columns.start, y=rows.start)
+    gui.until(lambda: gui.session.source.version > before, "the tiles")
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (1, 3, 0, 2)])
+def test_the_focus_does_not_depend_on_which_tile_came_first(ctx, order):
+    values, tiles = frame_of_room(), [QUARTERS[number] for number in order]
+    with listening(ctx, lens={}) as gui:
+        stream = gui.session.source.stream
+        sent_in_tiles(gui, values, tiles[:1])
+        quarter = WIDTH * HEIGHT // 4
+        told = f"{3 * quarter} of {4 * quarter} pixels of its depth have not arrived yet."
+        gui.until(lambda: told in stream.words, "what is missing")
+        assert "not arrived" not in gui.session.message
+        sent_in_tiles(gui, values, tiles[1:], creates=False)
+        shows(gui, values)
+        middle = np.sort(values[HEIGHT // 3 : -(HEIGHT // 3), WIDTH // 3 : -(WIDTH // 3), 3], None)
+        whole_m = float(middle[len(middle) // 2])
+        assert gui.session.lens.focus_distance_m == pytest.approx(whole_m)
+        assert "not arrived" not in stream.words
+        gui.session.lens_commands.focus(1.25)
+        sent(gui, values * np.float32([1, 1, 1, 2]), creates=False)
+        gui.frame(2)
+        assert gui.session.lens.focus_distance_m == 1.25  # what a hand has set stays
+
+
+def test_a_focus_that_was_set_before_the_depth_was_whole_stays(ctx):
+    values = frame_of_room()
+    with listening(ctx, lens={}) as gui:
+        sent_in_tiles(gui, values, QUARTERS[:1])
+        gui.session.lens_commands.focus(1.25)
+        sent(gui, values, creates=False)
+        shows(gui, values)
+        assert gui.session.lens.focus_distance_m == 1.25
+
+
 def test_why_nothing_is_shown_is_told_in_the_picture_before_one_is_up_and_after(ctx, monkeypatch):
     values, told = frame_of_room(), []
     monkeypatch.setattr(stream_notice.imgui, "text_wrapped", told.append)

@@ -156,6 +156,7 @@ class Plate:
     fragments: FragmentLists | None = None  # the surfaces behind the picture, if known
     behind: tuple[BehindReport, ...] = ()  # the sources of `fragments`, in any order
     surfaces_lost: str = ""  # a sentence, where surfaces behind were merged or left out
+    missing_count: int = 0  # pixels whose depth a renderer has not sent yet
 
     @property
     def color(self) -> FloatImage:

@@ -96,7 +96,7 @@ class Session:
         self.source.opener.placing_of = self.given.placing_of
         self.references = ReferenceLoader(renderer.ctx, wake)
         self.lens_commands = LensCommands(self.source, self.editing, say)
-        self.sent_lens = SentLens(self.source, self.editing, self.given, say)
+        self.sent_lens = SentLens(self.source, self.editing, self.given, self.lens_commands, say)
         self.ring_out = RingOut(start.lens_out, self.editing, say, self.source.timecode_at)
         self.ring = RingHand(start.lens_in, self.editing, say, self.preferences, wake=wake)
         self.view_commands = ViewCommands(

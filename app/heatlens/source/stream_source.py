@@ -44,6 +44,7 @@ class StreamSource:
         self.is_wanted = False  # arriving frames should be shown
         self.is_shown = False  # the first of them has arrived
         self.problem = ""  # a sentence on why the newest frame is not shown
+        self.arriving = ""  # a sentence while a part of the frame has not arrived
         self._made_of: tuple[int, PlateOptions] | None = None
         self._due_s = 0.0
         self._maker: Background[_Made] = Background(self._tell)
@@ -65,6 +66,7 @@ class StreamSource:
         made = self._maker.poll()
         if made is not None:
             self._made_of, self.problem = made.of, made.problem
+            self.arriving = "" if made.plate is None else _arriving(made.plate)
             self._due_s = time.monotonic() + _PAUSE_S
         version = self._server.version
         is_new = version > 0 and (version, self.options) != self._made_of
@@ -85,8 +87,9 @@ class StreamSource:
 
     @property
     def words(self) -> str:
-        """Return a sentence on where it listens, and on anything that could not be used."""
-        return " ".join(part for part in (f"Listening on {self.address} ...", self.refusal) if part)
+        """Return sentences on where it listens, what is missing, and what could not be used."""
+        said = (f"Listening on {self.address} ...", self.arriving, self.refusal)
+        return " ".join(part for part in said if part)
 
     @property
     def refusal(self) -> str:
@@ -108,6 +111,13 @@ class StreamSource:
         """Stop listening; a second call does nothing."""
         self.show(False)
         self._server.close()
+
+
+def _arriving(plate: Plate) -> str:
+    if not plate.missing_count:
+        return ""
+    count = plate.data_window.width * plate.data_window.height
+    return f"{plate.missing_count} of {count} pixels of its depth have not arrived yet."
 
 
 @dataclass(frozen=True, eq=False)

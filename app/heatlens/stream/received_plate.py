@@ -55,7 +55,8 @@ def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str
         depth=depth.report if is_coc else _report_with(depth.report, depth.values),
         aovs=chosen.aovs,
         attributes={},
-        notes=(*choice.notes, *color_notes, *depth.notes, *_missing_notes(path, missing)),
+        missing_count=int(np.count_nonzero(missing)),
+        notes=(*choice.notes, *color_notes, *depth.notes),
     )
 
 
@@ -102,10 +103,3 @@ def _report_with(report: DepthReport, depth_m: FloatImage) -> DepthReport:
     infinite_count = int(np.count_nonzero(np.isinf(depth_m)))
     near_m, far_m = finite_range(depth_m, infinite_count)
     return replace(report, near_m=near_m, far_m=far_m, infinite_count=infinite_count)
-
-
-def _missing_notes(path: Path, missing: NDArray[np.bool_]) -> tuple[str, ...]:
-    """Return a note while the picture is not complete."""
-    count = int(np.count_nonzero(missing))
-    text = f"{path}: {count} of {missing.size} pixels of its depth have not arrived yet."
-    return (text,) if count else ()

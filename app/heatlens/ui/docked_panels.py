@@ -145,7 +145,7 @@ class DockedPanels:
     def _plate(self, hovered: tuple[int, int] | None) -> None:
         session, plate = self._session, self._session.source.plate
         is_open, stream = self._begin("Plate"), session.source.stream
-        if is_open and stream is not None and (stream.problem or stream.losses):
+        if is_open and stream is not None and (stream.refusal or stream.arriving):
             imgui.text_wrapped(window_words(stream.words))
         if is_open and plate is not None:
             hovered_m = None
