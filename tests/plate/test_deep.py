@@ -168,6 +168,8 @@ def test_info_tells_of_a_deep_file(tmp_path, capsys):
     assert main(["info", str(path)]) == 0
     said = capsys.readouterr().out
     assert "deep samples" in said and "2.00 surfaces a pixel" in said and "2 to 2 m" in said
+    lines = {line[:16].strip(): line[16:] for line in said.splitlines()}
+    assert lines["part 1"] == "deepscanline, zips" and lines["float"] == "A, B, G, R, Z"
 
 
 # Layers and views

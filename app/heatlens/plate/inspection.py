@@ -1,7 +1,7 @@
 """Describe what is in a file and how it would be read, as values that JSON can hold."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -16,9 +16,10 @@ from heatlens.model.plausibility import DepthSpan, Doubt, doubts, span_doubts
 from heatlens.plate.behind import behind_layers, is_behind
 from heatlens.plate.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.channel_choice import ColorChoice, choose_color
-from heatlens.plate.channels import Part, compression_name, pixels_of, type_name
+from heatlens.plate.channels import Header, Part, compression_name, pixels_of, type_name
 from heatlens.plate.deep_file import deep_channels, is_deep_file
 from heatlens.plate.depth_read import read_depth_of
+from heatlens.plate.exr_scan import channels_of, scanned_headers
 from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.grain import DESPIKE_HELPS, despike_note, noise_doubt, noise_of
 from heatlens.plate.header_read import read_headers
@@ -30,6 +31,8 @@ from heatlens.plate.views import views_of
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
 Facts = dict[str, Any]
+
+_PIXEL_TYPES = {"f2": "half", "f4": "float", "u4": "uint"}  # of others each pixel holds a list
 
 
 def inspect(path: Path, options: PlateOptions) -> Facts:
@@ -62,7 +65,10 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "display_height_px": shown.height,
         "pixel_aspect_ratio": aspect,
         "views": list(views_of(headers)),
-        "parts": [_part_facts(part) for part in all_parts],
+        "parts": [
+            _part_facts(header, {name: pixels.dtype.str for name, pixels in channels.items()})
+            for header, channels in all_parts
+        ],
         "behind": _behind_facts(path, options, bool(behind_layers(all_parts))),
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
         "primaries": None if stated is None else _primaries_facts(stated),
@@ -75,7 +81,8 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
 
 def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
     """Return the facts of a deep file: those of its flattened picture and of its surfaces."""
-    window, shown = _deep_window(plate.path, options), plate.display_window
+    headers = read_headers(plate.path)
+    window, shown = _deep_window(plate.path, headers, options), plate.display_window
     rgb = plate.color[..., :3]
     depth = {name: _json_value(value) for name, value in asdict(plate.depth).items()}
     span = depth_span(plate, options.scene_unit_m)
@@ -90,8 +97,8 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         "display_height_px": shown.height,
         "pixel_aspect_ratio": plate.pixel_aspect_ratio,
         "is_for_the_eye": False,
-        "views": [],
-        "parts": [],
+        "views": list(views_of(headers)),
+        "parts": _deep_parts(plate.path, headers),
         "behind": _reports(plate),
         "camera": {name: _json_value(value) for name, value in asdict(plate.camera).items()},
         "primaries": None if stated is None else _primaries_facts(stated),
@@ -114,9 +121,19 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
     }
 
 
-def _deep_window(path: Path, options: PlateOptions) -> Box:
+def _deep_parts(path: Path, headers: Sequence[Header]) -> list[Facts]:
+    """Return the facts of each part, whose pixels are not read."""
+    with path.open("rb") as file:
+        raw = scanned_headers(file)
+    kinds = [
+        {channel.name.decode(errors="replace"): channel.numpy_type for channel in channels_of(one)}
+        for one in raw
+    ]
+    return [_part_facts(*pair) for pair in zip(headers, kinds, strict=True)]
+
+
+def _deep_window(path: Path, headers: Sequence[Header], options: PlateOptions) -> Box:
     """Return the data window in the file; the plate is wider where that does not fill its frame."""
-    headers = read_headers(path)
     channels = deep_channels(path, headers, options.color_layer, options.eye)
     return box_at_header(headers[channels.part], "dataWindow")
 
@@ -151,23 +168,18 @@ def _primaries_facts(stated: HeaderPrimaries) -> Facts:
     }
 
 
-def _part_facts(part: Part) -> Facts:
-    """Return the name, layout and channels of one part, with the types of the channels."""
-    header, channels = part
+def _part_facts(header: Header, kinds: Mapping[str, str]) -> Facts:
+    """Return the name, layout and channels of one part; `kinds` are the NumPy types of these."""
     return {
         "name": str(header.get("name", "")),
         "type": type_name(header),
         "compression": compression_name(header),
         "data_window": _corners(box_at_header(header, "dataWindow")),
         "channels": {
-            channel.name: _pixel_type(channels[channel.name]) for channel in header["channels"]
+            channel.name: _PIXEL_TYPES.get(kinds.get(channel.name, "").lstrip("<>=|"), "deep")
+            for channel in header["channels"]
         },
     }
-
-
-def _pixel_type(pixels: np.ndarray[Any, Any]) -> str:
-    """Return half, float or uint, or deep where each pixel holds a list."""
-    return {"f2": "half", "f4": "float", "u4": "uint"}.get(pixels.dtype.str[1:], "deep")
 
 
 def _color_facts(
