@@ -9,6 +9,7 @@ from heatlens.errors import InputError
 from heatlens.gpu.textures import download, new_texture
 from heatlens.model.framing import looking_at
 from heatlens.scene.gltf.glossiness import converted_pictures, metal_and_base
+from heatlens.scene.point_cloud import POINTS_MOST
 from heatlens.scene.scene_read import read_scene
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.raster import SceneRaster
@@ -157,6 +158,25 @@ def test_points_and_lines_are_thin(tmp_path, mode, triangles):
     assert (np.linalg.norm(mesh.positions_m - CORNERS[mesh.sources], axis=1) < 5 / 500).all()
     np.testing.assert_array_equal(mesh.colors, tints[mesh.sources])
     assert "thin" in scene.notes[0]
+
+
+def test_very_many_points_and_lines_become_few_triangles(tmp_path):
+    """Of a helix, drawn in every mode and in colours: no triangle lies anywhere else."""
+    count, writer = 240_001, GltfWriter()
+    turns = np.linspace(0, 200 * np.pi, count)
+    helix = np.stack([np.cos(turns), np.sin(turns), turns / 700], axis=1).astype(np.float32)
+    tints = np.random.default_rng(5).random((count, 3), np.float32)
+    for mode in range(4):
+        writer.node(mesh=writer.mesh(helix, None, {"COLOR_0": tints}, mode=mode))
+    scene = read_scene(writer.write(tmp_path / "a.glb"))
+    assert len(scene.meshes) == 4
+    assert sum(len(mesh.triangles) for mesh in scene.meshes) < 1.01 * 4 * POINTS_MOST
+    for mesh in scene.meshes:
+        off_m = np.linalg.norm(mesh.positions_m - helix[mesh.sources], axis=1)
+        assert off_m.max() < 2 * np.linalg.norm(np.ptp(helix, axis=0)) / 600
+        np.testing.assert_array_equal(mesh.colors, tints[mesh.sources])
+        np.testing.assert_allclose(np.ptp(mesh.positions_m, axis=0), (2, 2, 0.9), atol=0.03)
+    assert "some are left out" in scene.notes[0]
 
 
 def test_a_line_without_a_second_end_is_nothing(tmp_path):

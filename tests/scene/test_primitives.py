@@ -52,6 +52,19 @@ def test_tubes_are_as_thick_as_they_are_told_and_never_join_two_curves():
     assert ((whose[triangles] < 20).all(axis=1) | (whose[triangles] >= 20).all(axis=1)).all()
 
 
+def test_crossed_tubes_are_two_bands_through_the_curve():
+    points = np.column_stack([np.linspace(0, 1, 20), np.zeros(20), np.zeros(20)])
+    at, _, triangles, whose = tubes(points, np.full(20, 0.01), np.array([20]), 4, True)
+    assert len(triangles) == 19 * 4
+    corners = at[triangles]
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    assert area.sum() / 2 == pytest.approx(2 * 0.02)
+    across = (at - points[whose]).reshape(20, 4, 3)
+    np.testing.assert_allclose(across[:, :2], -across[:, 2:], atol=1e-12)
+
+
 def test_points_are_small_solids_or_discs_of_the_size_that_closes_a_surface():
     y, x = np.mgrid[:30, :40] * 0.25
     points = np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()])

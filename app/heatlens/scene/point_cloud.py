@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 POINTS_MOST = 500_000  # if there are more, some are left out evenly and the others are larger
+_BALL_COST = 8  # triangles of a ball, in tetrahedra
 _SAMPLES = 96  # points whose distance to the nearest other point is measured
 _OF_SPACING = 0.7  # radius as a part of the spacing, so that points of a surface just close it
 _ROUND_MOST = 4_000  # up to this many points are drawn as balls, more as tetrahedra
@@ -33,20 +34,24 @@ class DrawnPoints:
 
 
 def drawn_points(
-    positions: Array, radii: Array | None = None, normals: Array | None = None
+    positions: Array,
+    radii: Array | None = None,
+    normals: Array | None = None,
+    most: int = POINTS_MOST,
 ) -> DrawnPoints:
     """Return solids with radii (P,) at positions (P, 3), or discs if there are normals (P, 3).
 
-    The default radius just closes a surface of such points.
+    The default radius just closes a surface of such points. At most about `most` points are drawn.
     """
-    kept = _kept(len(positions))
+    kept = _kept(len(positions), most)
     at = positions[kept]
     if radii is None:
         sizes = np.full(len(at), closing_radius(at))
     else:
         sizes = radii[kept] * np.sqrt(len(positions) / max(len(at), 1))
     if normals is None:
-        solid, faces = _ball() if len(at) <= _ROUND_MOST else (_SOLID, _SOLID_FACES)
+        are_few = len(at) <= min(_ROUND_MOST, most // _BALL_COST)
+        solid, faces = _ball() if are_few else (_SOLID, _SOLID_FACES)
         facing = offsets = np.broadcast_to(solid, (len(at), *solid.shape))
     else:
         across, up, unit = _frame(normals[kept])
@@ -98,11 +103,11 @@ def _nearest(positions: Array, place: int) -> float:
     return float(np.sqrt(apart.min())) if len(apart) else 0.0
 
 
-def _kept(count: int) -> NDArray[np.int64]:
+def _kept(count: int, most: int) -> NDArray[np.int64]:
     """Return the indices of the points to draw, evenly spread among all."""
-    if count <= POINTS_MOST:
+    if count <= most:
         return np.arange(count)
-    return np.linspace(0, count - 1, POINTS_MOST).astype(np.int64)
+    return np.linspace(0, count - 1, max(most, 1)).astype(np.int64)
 
 
 def _frame(normals: Array) -> tuple[Array, Array, Array]:

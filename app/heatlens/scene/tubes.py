@@ -8,12 +8,13 @@ Indices = NDArray[np.int64]
 
 
 def tubes(
-    points: Array, radii: Array, counts: Indices, sides: int
+    points: Array, radii: Array, counts: Indices, sides: int, is_crossed: bool = False
 ) -> tuple[Array, Array, NDArray[np.uint32], Indices]:
     """Return positions (V, 3), normals (V, 3), triangles (T, 3), and the point of each vertex (V,).
 
     `points` (P, 3) and `radii` (P,) hold one curve after the other, `counts` (C,) the number of
     points of each. Curves of fewer than two points have no tube. The ends are open.
+    Crossed tubes have two bands through their middle instead of four sides.
     """
     curve = np.repeat(np.arange(len(counts)), counts)
     side, up = _across(points, curve, len(counts))
@@ -23,8 +24,8 @@ def tubes(
     )
     positions = points[:, None] + radii[:, None, None] * normals
     first = np.flatnonzero(curve[:-1] == curve[1:])  # points with a next one on their curve
-    i = np.arange(sides)
-    j = (i + 1) % sides
+    i = np.arange(sides // 2 if is_crossed else sides)
+    j = i + sides // 2 if is_crossed else (i + 1) % sides
     low, high = (first[:, None] * sides + k for k in (i, j))
     quads = np.stack([low, high, high + sides, low + sides], axis=-1).reshape(-1, 4)
     triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.uint32)

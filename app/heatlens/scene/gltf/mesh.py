@@ -4,6 +4,7 @@ Source: Khronos, glTF 2.0 specification, section 3.7.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,18 +15,17 @@ from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.material import GltfMaterials
 from heatlens.scene.gltf.shape_change import ShapeChange
+from heatlens.scene.gltf.thin import thin_count, thin_solids
 from heatlens.scene.gltf.vertices import Vertices
 from heatlens.scene.mesh_make import made_mesh
-from heatlens.scene.point_cloud import drawn_points
+from heatlens.scene.point_cloud import POINTS_MOST
 from heatlens.scene.scene import Deform, MapPlace, Material, Mesh
 from heatlens.scene.tangents import unit_tangents, with_tangents
-from heatlens.scene.tubes import tubes
 
-_POINTS, _LINES, _LOOP, _TRIANGLES, _STRIP, _FAN = 0, 1, 2, 4, 5, 6
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _THIN = "Points and lines are drawn thin"
+_NOT_ALL = ", and some are left out because there are very many"
 _FLAT = "Surfaces without texture coordinates for their pictures have a single colour"
-_THINNESS = 1 / 600  # radius of a line or a point, as a part of the size of its mesh
-_LINE_SIDES = 4
 _NORMALS = 3  # index of the normal map among the maps of a material
 
 
@@ -88,6 +88,10 @@ class GltfMeshes:
             self.deforms[place] = deformed
         return place
 
+    @cached_property
+    def _thin_count(self) -> int:
+        return thin_count(self.gltf)
+
     def _solid(self, vertices: Vertices, mode: int, number: int) -> Mesh:
         layout, material = self.materials.layouts[number], self.materials.materials[number]
         uvs = [vertices.floats(f"TEXCOORD_{n}", 2) for n in layout.sets]
@@ -109,22 +113,14 @@ class GltfMeshes:
 
     def _thin(self, vertices: Vertices, mode: int, number: int) -> Mesh:
         """Return points or lines as thin solids, in the colours of their vertices."""
-        self.gltf.lose(_THIN, vertices.primitive)
+        are_some_left_out = self._thin_count > POINTS_MOST
+        self.gltf.lose(_THIN + _NOT_ALL * are_some_left_out, vertices.primitive)
         self._check_maps(vertices, self.materials.materials[number], True)
-        places, corners = vertices.positions.astype(float), vertices.corners()
-        radius_m = _THINNESS * float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
-        if not len(corners):
-            solid = np.zeros((0, 3)), np.zeros((0, 3), np.uint32), np.zeros(0, np.int64)
-        elif mode == _POINTS:
-            points = drawn_points(places[corners], np.full(len(corners), max(radius_m, 1e-6)))
-            solid = points.positions, points.triangles, points.point
-        else:
-            corners, counts = _curves(corners, mode)
-            radii = np.full(len(corners), max(radius_m, 1e-6))
-            found, _, triangles, point = tubes(places[corners], radii, counts, _LINE_SIDES)
-            solid = found, triangles, point
-        positions, triangles, point = solid
-        sources, colors = corners[point], vertices.colors()
+        corners = vertices.corners()
+        positions, triangles, sources = thin_solids(
+            vertices.positions.astype(float), corners, mode, self._thin_count
+        )
+        colors = vertices.colors()
         tints = None if colors is None else colors[sources]
         what, floats = self._what(vertices), positions.astype(np.float32)
         mesh = made_mesh(what, floats, triangles, None, None, number, tints)
@@ -172,13 +168,3 @@ def _triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     rows = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
     rows[1::2] = rows[1::2][:, [1, 0, 2]]
     return rows
-
-
-def _curves(corners: NDArray[np.uint32], mode: int) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
-    """Return the points of all lines in order, and the number of points of each line."""
-    if mode == _LINES:
-        corners = corners[: len(corners) // 2 * 2]
-        return corners, np.full(len(corners) // 2, 2)
-    if mode == _LOOP and len(corners) > 2:
-        corners = np.append(corners, corners[0])
-    return corners, np.array([len(corners)])
