@@ -66,6 +66,17 @@ def test_8_bits_are_srgb_and_said(tmp_path, depth_map, suffix):
     assert any("taken as sRGB" in n and "--picture-curve linear" in n for n in plate.notes)
 
 
+def test_an_avif_is_read_with_8_bits_and_refused_with_more(tmp_path, depth_map):
+    path = save(tmp_path / "p.avif", np.full(colors().shape, 128, np.uint8), quality=100)
+    plate = plate_of(path, depth_map)
+    np.testing.assert_allclose(plate.color[..., :3], srgb_decoded(128 / 255), atol=0.01)
+    data = bytearray(path.read_bytes())
+    data[data.find(b"av1C") + 6] |= 0b0100_0000  # high_bitdepth
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="more than 8 bits a channel, which AVIF"):
+        plate_of(path, depth_map)
+
+
 def test_the_curve_is_what_somebody_says(photo, depth_map):
     plate = plate_of(photo, depth_map, picture_curve="linear")
     np.testing.assert_allclose(plate.color[..., :3], colors() / np.float32(255), rtol=1e-6)

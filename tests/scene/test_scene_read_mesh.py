@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from heatlens.errors import HeatlensError, InputError
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_read import read_scene
+from support.command_line import started
 from support.gltf_files import encoded
 from support.mesh_files import MTL, OBJ, PIXELS, PLY, STL
 
@@ -100,6 +101,40 @@ def test_obj_colours_stand_behind_the_places(tmp_path, extra):
 def test_stl(tmp_path):
     (tmp_path / "a.stl").write_bytes(STL)
     assert bounds_m(read_scene(tmp_path / "a.stl"), 1).tolist() == [[0, 1, 2], [6, 7, 8]]
+
+
+TEXTURED_PLY = """ply
+format ascii 1.0
+comment TextureFile cloth.png
+element vertex 3
+property float x
+property float y
+property float z
+property float s
+property float t
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0 0 0
+1 0 0 1 0
+0 1 0 0 1
+3 0 1 2
+"""
+
+
+@pytest.mark.parametrize(
+    ("picture", "told"),
+    [(None, "cloth.png is missing"), (b"no picture", "unable to load image! cannot identify")],
+)
+def test_a_picture_that_cannot_be_loaded_is_told_in_a_note_alone(tmp_path, picture, told):
+    """In a process of its own, because pytest takes what is logged."""
+    (tmp_path / "a.ply").write_text(TEXTURED_PLY)
+    if picture is not None:
+        (tmp_path / "cloth.png").write_bytes(picture)
+    process = started("info", tmp_path / "a.ply")
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0 and err == ""
+    assert sum(told in line for line in out.splitlines()) == 1
 
 
 FILES = {".obj": OBJ.encode(), ".ply": PLY, ".stl": STL}

@@ -110,6 +110,20 @@ def test_damage_is_told(tmp_path):
             read_scene(path)
 
 
+def test_a_damaged_mesh_is_left_out_and_named(tmp_path):
+    """The others of the stage are drawn, as in other programs."""
+    path = tmp_path / "a.usda"
+    head, good = MESH.split("def ")
+    bad = good.replace("(1, 0, 0)", "(nan, 0, 0)")
+    meshes = [good, *(bad.replace('"M"', f'"B{number}"') for number in range(9))]
+    path.write_text(head + "".join(f"def {mesh}" for mesh in meshes))
+    scene = usd_scene(str(path))
+    assert scene.triangle_count == 1 and len(scene.instances) == 1
+    notes = [note for note in scene.notes if "Left out" in note]
+    assert notes[0] == f"{path}: Left out: /B0: a vertex is at NaN or infinity."
+    assert len(notes) == 9 and notes[-1].endswith("for such reasons: 1 more objects.")
+
+
 @pytest.mark.parametrize("corners", [[0, 1, 2, 3, 3, 2, 5], [0, 1], [0, 1, 2, 3, 3, 2, -1]])
 def test_polygons_that_contradict_themselves(tmp_path, corners):
     stage, mesh = stage_at(tmp_path / "a.usda")

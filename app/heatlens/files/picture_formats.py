@@ -4,7 +4,7 @@ from pathlib import Path
 
 PICTURES_READ = (
     *(".png", ".jpg", ".jpeg", ".tif", ".tiff", ".heic", ".heif", ".webp", ".bmp", ".tga"),
-    *(".pfm", ".npy"),
+    *(".avif", ".pfm", ".npy"),
 )
 
 

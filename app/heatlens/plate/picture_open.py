@@ -1,4 +1,4 @@
-"""Read the stored values of pictures other than EXR: PNG, JPEG, TIFF, HEIC, PFM, NumPy arrays.
+"""Read the stored values of pictures other than EXR: PNG, JPEG, TIFF, HEIC, AVIF, PFM, NumPy.
 
 Pillow reads pictures with 8 bits a channel, and single channels of 16 or 32 bits. Pictures that it
 would silently reduce to 8 bits are read by OpenImageIO. That is an optional extra, and so is HEIC.
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps, UnidentifiedImageError
+from PIL import Image, ImageOps, UnidentifiedImageError, features
 
 from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
@@ -25,6 +25,7 @@ from heatlens.printable import one_line
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
+_HEAD_BYTES = 4096  # of an AVIF, which holds its description
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +78,8 @@ def _opened(path: Path) -> Iterator[Image.Image | None]:
         _with_heic(path)
     if not os.path.isfile(path):  # opening a pipe would wait for its writer
         raise unreadable(path)
-    with path.open("rb"):  # raises an OSError that says why the file cannot be opened
-        pass
+    with path.open("rb") as file:  # raises an OSError that says why it cannot be opened
+        _check_avif(path, file.read(_HEAD_BYTES))
     try:
         image = Image.open(path)
     except UnidentifiedImageError:
@@ -159,6 +160,23 @@ def _array(path: Path) -> NDArray[Any]:
     _check_size(path, (values.shape[1], values.shape[0]))
     pixels: NDArray[Any] = values if values.ndim == 3 else values[:, :, None]
     return pixels
+
+
+def _check_avif(path: Path, head: bytes) -> None:
+    """Refuse an AVIF that is not read as it is: Pillow gives 8 bits of those that have more.
+
+    Source: AOMedia, AV1 Codec ISO Media File Format Binding, section 2.3.
+    """
+    if head[4:12] != b"ftypavif":
+        return
+    if not features.check("avif"):
+        raise InputError(f"{path}: AVIF needs Pillow 11.3 or newer: pip install -U pillow.")
+    at = head.find(b"av1C")
+    if at >= 0 and head[at + 6 : at + 7] and head[at + 6] & 0b0100_0000:
+        raise InputError(
+            f"{path} has more than 8 bits a channel, which AVIF is not read with: convert it to a "
+            "PNG or TIFF of 16 bits, or to EXR."
+        )
 
 
 def _with_heic(path: Path) -> None:

@@ -6,8 +6,10 @@ defines the encoding of vertex colours, so they are taken as sRGB, which most pr
 
 import importlib
 import io
+import logging
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.paths import file_bytes, unreadable
+from heatlens.printable import one_line
 from heatlens.scene.files_beside import FilesBeside
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.picture_read import read_picture
@@ -186,8 +189,9 @@ def read_mesh(path: Path) -> Scene:
     if path.suffix.lower() == ".ply":
         data = triangulated(data)
     reading = _Reading(path, FilesBeside(path))
-    for name, geometry in _parts(trimesh, path, data, reading.folder):
-        reading.add(name, geometry)
+    with _log_told(reading.notes):
+        for name, geometry in _parts(trimesh, path, data, reading.folder):
+            reading.add(name, geometry)
     # A truncated binary STL looks like text without triangles.
     if path.suffix.lower() == ".stl" and not reading.meshes:
         raise InputError(
@@ -213,6 +217,31 @@ def _trimesh() -> Any:
             f"OBJ, PLY and STL need trimesh, which cannot be loaded ({error}). Install it with: "
             "pip install 'heatlens[scene]'"
         ) from error
+
+
+class _Told(logging.Handler):
+    """Makes a note of each error that trimesh logs; files that are missing have theirs."""
+
+    def __init__(self, notes: dict[str, None]) -> None:
+        super().__init__(logging.WARNING)
+        self._notes = notes
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Take what was logged, as its first line."""
+        error = record.exc_info[1] if record.exc_info else None
+        if error is not None and not isinstance(error, FileNotFoundError):
+            self._notes[f"{one_line(record.getMessage())} {one_line(error)}".strip()] = None
+
+
+@contextmanager
+def _log_told(notes: dict[str, None]) -> Iterator[None]:
+    """Note errors that trimesh logs, which would be printed with their tracebacks."""
+    log, handler = logging.getLogger("trimesh"), _Told(notes)
+    log.addHandler(handler)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
 
 
 def _parts(trimesh: Any, path: Path, data: bytes, folder: FilesBeside) -> Iterator[tuple[str, Any]]:

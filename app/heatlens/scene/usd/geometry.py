@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from heatlens.errors import InputError
 from heatlens.files.usd_library import usd_module
 from heatlens.scene.scene import Mesh
 from heatlens.scene.usd.curves import read_curves, read_points
@@ -14,32 +15,51 @@ from heatlens.scene.usd.shapes import SHAPE_KINDS, read_shape
 from heatlens.scene.usd.stage import kind_of
 from heatlens.scene.usd.subdivide import Subdivision
 
+_TOLD_MOST = 8
 _HIDDEN = ("guide", "proxy")
 _DRAWN = ("Mesh", "BasisCurves", "Points", *SHAPE_KINDS)
 
 
 @dataclass
 class UsdGeometry:
-    """The meshes of prims, each prim read once."""
+    """The meshes of prims, each prim read once.
+
+    refused  the error of each prim that contradicts itself, and so has no mesh
+    """
 
     materials: UsdMaterials
     meshes: list[Mesh] = field(default_factory=list)
     subdivision: Subdivision = field(default_factory=Subdivision)
+    refused: list[InputError] = field(default_factory=list)
     _known: dict[Any, tuple[int, ...]] = field(default_factory=dict)
 
     def of(self, prim: Any) -> tuple[int, ...]:
-        """Return the numbers of the meshes of a prim, one for each of its materials.
-
-        Raises InputError if the prim contradicts itself.
-        """
+        """Return the numbers of the meshes of a prim, one for each of its materials."""
         own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         if own.GetPath() not in self._known:
-            parts = self._read(prim)
+            parts = self._read_or_refused(prim)
             self._known[own.GetPath()] = tuple(
                 range(len(self.meshes), len(self.meshes) + len(parts))
             )
             self.meshes += parts
         return self._known[own.GetPath()]
+
+    @property
+    def notes(self) -> list[str]:
+        """A sentence on each prim that is left out. Raises the first error if nothing is left."""
+        if self.refused and not self.meshes:
+            raise self.refused[0]
+        start = f"{self.materials.stage.path}: "
+        told = [f"Left out: {str(e).removeprefix(start)}" for e in self.refused[:_TOLD_MOST]]
+        more = len(self.refused) - len(told)
+        return [*told, *([f"Left out for such reasons: {more} more objects."] if more else [])]
+
+    def _read_or_refused(self, prim: Any) -> list[Mesh]:
+        try:
+            return self._read(prim)
+        except InputError as error:
+            self.refused.append(error)
+            return []
 
     def _read(self, prim: Any) -> list[Mesh]:
         kind = kind_of(prim)

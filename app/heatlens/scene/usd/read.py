@@ -114,6 +114,7 @@ def _scene(stage: UsdStage) -> Scene:
                 *stage.notes,
                 *materials.notes,
                 *instancers.notes,
+                *geometry.notes,
                 *geometry.subdivision.notes,
                 *filter(None, (left_out(shown),)),
                 *unread_notes(stage, shown),
