@@ -90,6 +90,23 @@ def test_a_wrong_option_is_answered_with_the_right_one(capsys, words, meant):
     assert f"Did you mean {meant}?" in words_of(capsys, *words)
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("camera", "s.heatlens.json", "-o", "c.usda", "--blades", "6"), "`heatlens shot new`"),
+        (("camera", "s.heatlens.json", "-o", "c.usda", "--cat-eye=0.5"), "takes --cat-eye."),
+        (("render", "p.exr", "-o", "o.exr", "--camera", "cam.json"), "`heatlens shot new` and"),
+        (("render", "p.exr", "-o", "o.exr", "--lens-from=take.csv@1001"), "`heatlens view`."),
+        (("render", "p.exr", "-o", "o.exr", "--fokus", "2"), "--focus-distance or --focus-at?"),
+        (("render", "p.exr", "-o", "o.exr", "--blende", "2"), "Did you mean --f-stop?"),
+        (("--f-stop", "2", "render", "a.exr", "-o", "b.exr"), "heatlens render a.exr -o b.exr "),
+    ],
+)
+def test_an_option_in_the_wrong_place_is_answered_with_the_right_one(capsys, words, said):
+    told = words_of(capsys, *words)
+    assert said in told and "--scene-camera" not in told and "--frames" not in told
+
+
 def test_an_option_like_none_is_only_called_unknown(capsys):
     assert "Did you mean" not in words_of(capsys, "info", "p.exr", "--xyzzy")
 

@@ -71,6 +71,9 @@ class _Parser(argparse.ArgumentParser):
         Argparse would report them for the parent command.
         """
         parsed, unknown = super().parse_known_args(args, namespace)
+        if unknown and self.prog.endswith(" view") and parsed.plate in _COMMANDS:
+            right = " ".join((parsed.plate, *unknown))
+            self.error(f"options come after the command, as in: heatlens {right} --f-stop 2")
         if unknown:
             self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, self)}")
         return parsed, unknown

@@ -10,6 +10,7 @@ from heatlens.model.other_names import OTHER_NAMES
 
 _QUIET = ("-q", "--quiet")
 _ABOUT_ALL = ("-h", "--help", "-V", "--version", "--print-completion")
+_CAMERA_SUFFIXES = (".usd", ".usda", ".usdc", ".json", ".csv")
 # What people type who come from other programs.
 _OTHER_NAMES = {f"--{other}": f"--{own}" for other, own in OTHER_NAMES.items()}
 
@@ -53,15 +54,40 @@ def is_name_elsewhere(option: str) -> bool:
     return not _OTHER_NAMES.get(name, name).startswith(name)
 
 
+def _elsewhere(option: str, value: str, prog: str) -> str:
+    """Return the end of a sentence on the command that takes an option, "" where none is known."""
+    is_file = os.path.splitext(value)[1].lower() in _CAMERA_SUFFIXES
+    if option == "--lens-from" or (option == "--camera" and is_file):
+        return f". {option} gives the lens of a file to `heatlens shot new` and `heatlens view`."
+    if prog.endswith(" camera") and option in _lens_flags():
+        return f". The lens is that of the shot: `heatlens shot new` takes {option}."
+    return ""
+
+
+def _lens_flags() -> set[str]:
+    from heatlens.commands.lens_options import add_lens_options  # slow, and seldom needed
+
+    parser = argparse.ArgumentParser(add_help=False)
+    add_lens_options(parser)
+    return set(parser._option_string_actions)
+
+
 def meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
-    """Return ". Did you mean --f-stop?" for a wrong option that is like one there is, else ""."""
+    """Return ". Did you mean --f-stop?" for a wrong option that is like one there is, else "".
+
+    An option that another command takes is answered with that command.
+    """
     known = [name for name in parser._option_string_actions if name.startswith("--")]
-    for word in unknown:
-        option = word.partition("=")[0]
+    for word, after in zip(unknown, (*unknown[1:], ""), strict=True):
+        option, _, value = word.partition("=")
         if not option.startswith("--"):
             continue
+        if elsewhere := _elsewhere(option, value or after, parser.prog):
+            return elsewhere
         other = _OTHER_NAMES.get(option)
         near = [other] if other in known else difflib.get_close_matches(option, known, 1)
+        if near == ["--focus-distance"] and "--focus-at" in known:
+            near = ["--focus-distance or --focus-at"]
         if near:
             return f". Did you mean {near[0]}?"
     return ""

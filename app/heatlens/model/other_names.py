@@ -2,11 +2,14 @@
 
 OTHER_NAMES = {
     "aperture": "f-stop",
+    "blende": "f-stop",
+    "brennweite": "focal-length",
     "fnumber": "f-stop",
     "fstop": "f-stop",
     "iris": "f-stop",
     "camera": "scene-camera",
     "focus": "focus-distance",
+    "fokus": "focus-distance",
     "lens": "focal-length",
     "out": "output",
     "resolution": "size",
