@@ -73,6 +73,9 @@ def test_the_first_change_in_a_shot_of_several_frames_says_what_it_does(said):
     editing.edit_lens(replace(LENS, focus_distance_m=5.0))
     editing.edit_lens(replace(LENS, focus_distance_m=6.0))
     assert len(said) == 1 and "same at all frames" in said[0] and "K" in said[0]
+    assert said[0].is_true()
+    editing.edit(editing.shot.with_key(1, FOCUS, 2.0))
+    assert not said[0].is_true()  # so that the window shows it no longer
     editing.begin(Shot(LENS).with_key(1, FOCUS, 2.0))
     editing.frame = 3
     editing.edit_lens(replace(LENS, focus_distance_m=5.0))

@@ -13,6 +13,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.ruler import Intrinsics, distance_m
 from heatlens.model.view_geometry import PictureShape
 from heatlens.plate.radial import planar_depth_m
+from heatlens.ui.picture.ruler import _ends
 from support.window_plates import BALL, BALL_M, LENS, POST, POST_M, SKY, WIDTH
 
 K = imgui.Key
@@ -61,6 +62,7 @@ def test_two_clicks_measure_and_pull_no_focus_and_escape_ends_it(gui):
     gui.move(at(gui, POST))
     gui.later()
     assert ruler.measured(POST) is not None  # while the pointer moves
+    assert len(_ends(ruler, POST)) == 2 and len(_ends(ruler, (-9, 5))) == 1
     gui.click(at(gui, POST))
     assert ruler.points == (BALL, POST)
     measured = ruler.measured()

@@ -10,12 +10,15 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.commands.main import main
+from heatlens.documents.shot_file import write_shot
+from heatlens.model.shot import Shot
 from heatlens.paths import data_dir
 from heatlens.scene.scene_name import DEMO
 from heatlens.session.preferences import Preferences, Remembered
 from heatlens.session.start import Start
 from heatlens.session.start_choices import Card, word_of
 from heatlens.source.stream_source import StreamSource
+from heatlens.ui.start import start_screen
 from heatlens.ui.start.start_layout import lay_out
 from heatlens.ui.start.start_screen import hint_of
 from support.actions import listed_actions
@@ -134,6 +137,22 @@ def test_a_recent_plate_is_opened(begun, tmp_path, how):
     choose(gui, how, 4)
     gui.opened()
     assert gui.session.shot.source == str(plates[1]) and gui.session.lens == LENS
+
+
+def test_a_shot_that_is_opened_marks_its_own_card(begun, tmp_path, monkeypatch):
+    plate = room_file(tmp_path / "room.exr")
+    shot = tmp_path / "pull.heatlens.json"
+    write_shot(shot, Shot(LENS, source=str(plate)))
+    gui = begun(remembered(shot, plate))
+    coming, drawn = [], start_screen.draw_card
+    monkeypatch.setattr(
+        start_screen,
+        "draw_card",
+        lambda card, *rest: (coming.append(card.title) if rest[-1] else None) or drawn(card, *rest),
+    )
+    choose(gui, "digit", titles(gui).index(shot.name))
+    gui.opened()
+    assert set(coming) == {shot.name}
 
 
 @pytest.mark.parametrize("how", HOWS)

@@ -39,14 +39,15 @@ _VIEW_LEAST_DEGREES, _VIEW_MOST_DEGREES = 0.3, 160.0
 _INCH_MM = 25.4
 _F_STOP_LEAST = 0.5  # of a lens without spherical aberration and coma in air (Abbe)
 
-About = Literal["focus", "lens", "depth"]
+About = Literal["focus", "aperture", "lens", "depth"]
 
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
     """Something implausible, in a sentence with its likely cause and the option that would mend it.
 
-    about   the control it belongs to: the focus, the hardware of the lens, or the depth's unit
+    about   the control it belongs to: the focus, the f-stop, the hardware of the lens, or the
+            depth's unit
     """
 
     about: About
@@ -147,7 +148,7 @@ def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
         yield Doubt("lens", f"No lens has a focal length of {focal_mm:g} mm. It is given in mm.")
     if lens.f_stop < _F_STOP_LEAST:
         yield Doubt(
-            "lens",
+            "aperture",
             f"No lens is faster than f/{_F_STOP_LEAST:g}, and this is f/{lens.f_stop:g}: discs are "
             "far larger than any camera's.",
         )

@@ -8,7 +8,7 @@ from heatlens.errors import HeatlensError, LensError
 from heatlens.model.history import History
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensCurves, LensParameter, Shot
-from heatlens.session.messages import Problem
+from heatlens.session.messages import Problem, passing
 
 _ONLY_TRIED = "Only tried at this frame, as auto key (A) is off. K keeps it as a key."
 _ALL_FRAMES = "The focus is the same at all frames. K sets a key; then each change sets one."
@@ -175,12 +175,14 @@ class Editing:
     def _tell(self, before: Lens, after: Lens) -> None:
         """Explain, once per shot of several frames, what a change of the focus does."""
         if self._tried is not None:
-            self._say(_ONLY_TRIED)
+            self._say(passing(_ONLY_TRIED, lambda: bool(self.tried)))
         elif not self._has_explained and self.has_time() and self.performance is None:
             if before.focus_distance_m != after.focus_distance_m:
                 self._has_explained = True
                 has_keys = self.shot.curves.focus_distance_m.keys
-                self._say(_KEYS_HERE.format(self.frame) if has_keys else _ALL_FRAMES)
+                has_none = lambda: not self.shot.curves.focus_distance_m.keys  # noqa: E731
+                everywhere = passing(_ALL_FRAMES, has_none)
+                self._say(_KEYS_HERE.format(self.frame) if has_keys else everywhere)
 
     def keep_tried(self) -> None:
         """Set keys for the values that are only tried at the frame."""

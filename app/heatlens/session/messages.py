@@ -21,6 +21,20 @@ class Lasting(Problem):
     __slots__ = ()
 
 
+class Passing(str):
+    """A message that is shown only while it is true."""
+
+    __slots__ = ("is_true",)
+    is_true: Callable[[], bool]
+
+
+def passing(sentence: str, is_true: Callable[[], bool]) -> Passing:
+    """Return a message that goes as soon as `is_true` returns False."""
+    said = Passing(sentence)
+    said.is_true = is_true
+    return said
+
+
 class Messages:
     """The latest message, until it has been shown for `SHOWN_S` seconds."""
 
@@ -30,6 +44,7 @@ class Messages:
         self._clock = clock
         self._said_at = 0.0
         self._is_lasting = False
+        self._is_true: Callable[[], bool] = _always
         self._stays = False  # the message stays until it is replaced or cleared
 
     def say(self, sentence: str) -> None:
@@ -37,6 +52,7 @@ class Messages:
         self.text, self._said_at = window_words(sentence), self._clock()
         self.is_problem = isinstance(sentence, Problem)
         self._is_lasting = isinstance(sentence, Lasting)
+        self._is_true = sentence.is_true if isinstance(sentence, Passing) else _always
 
     def clear(self) -> None:
         """Clear the message."""
@@ -48,12 +64,17 @@ class Messages:
         With `keeps_problem`, a Problem stays until it is replaced or cleared.
         """
         self._stays = self._is_lasting or (keeps_problem and self.is_problem)
-        if self.text and not self._stays and self._clock() - self._said_at > SHOWN_S:
+        is_over = not self._stays and self._clock() - self._said_at > SHOWN_S
+        if self.text and (is_over or not self._is_true()):
             self.text = ""
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until `fade` has something to clear; None if it has nothing."""
         return SHOWN_S if self.text and not self._stays else None
+
+
+def _always() -> bool:
+    return True
 
 
 def window_words(sentence: str) -> str:

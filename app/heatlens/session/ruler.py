@@ -65,12 +65,12 @@ class Ruler:
 
     def press(self, pixel: Pixel) -> None:
         """Set the first or the second point; a third press starts again with a first one."""
-        if self._is_inside(pixel):
+        if self.is_inside(pixel):
             self.points = (self.points[0], pixel) if len(self.points) == 1 else (pixel,)
 
     def drag(self, pixel: Pixel) -> None:
         """Move the second point while the mouse button is held."""
-        if self.points and pixel != self.points[0] and self._is_inside(pixel):
+        if self.points and pixel != self.points[0] and self.is_inside(pixel):
             self.points = (self.points[0], pixel)
 
     def measured(self, to: Pixel | None = None) -> Measured | None:
@@ -80,7 +80,7 @@ class Ruler:
         """
         ends = self.points if len(self.points) == 2 or to is None else (*self.points, to)
         plate = self._source.plate
-        if len(ends) != 2 or plate is None or not all(self._is_inside(end) for end in ends):
+        if len(ends) != 2 or plate is None or not all(self.is_inside(end) for end in ends):
             return None
         ends = tuple(self._source.frame_px(self._editing.lens, end) for end in ends)
         try:
@@ -95,7 +95,8 @@ class Ruler:
     def _depth_m(self, plate: Plate, pixel: Pixel) -> float:
         return depth_at_m(plate, *self._source.plate_px(self._editing.shot, pixel))
 
-    def _is_inside(self, pixel: Pixel) -> bool:
+    def is_inside(self, pixel: Pixel) -> bool:
+        """Return True if the pixel can be measured: the picture is there, with distances."""
         plate = self._source.plate
         if plate is None or not plate.has_distances:
             return False

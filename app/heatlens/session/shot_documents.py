@@ -58,6 +58,7 @@ class ShotDocuments:
         self._kept: Shot | None = None  # what lies beside the file, or needs not to
         self._reading: Future[Found] | None = None
         self._writing: list[tuple[Future[None], str]] = []  # and what to say when it is done
+        self._begun = editing.shot  # as it was when it was opened without a file
         self._coming: Document | None = None  # waits for its plate
         self._complained = ""  # why nothing can be kept, as it was said
 
@@ -113,6 +114,18 @@ class ShotDocuments:
         """The name of the shot's file, with a star for unsaved changes; "" without a file."""
         return "" if self.path is None else f"{self.path.name}{'' if self.is_saved else ' *'}"
 
+    @property
+    def window_title(self) -> str:
+        """The name of the shot's file, else of what is open, with a star for unsaved changes."""
+        if self.path is not None:
+            return self.title
+        cache, plate = self._timeline.cache, self._source.plate
+        is_sequence = cache is not None and not cache.sequence.is_single
+        name = "" if plate is None else plate.path.name
+        if cache is not None and is_sequence:
+            name = cache.sequence.form.text
+        return f"{name}{'' if self._editing.shot == self._begun else ' *'}"
+
     def answer(self, goes_on: bool) -> None:
         """Answer the offer: recover the unsaved changes, or discard them."""
         found, self.offer = self.offer, None
@@ -146,6 +159,7 @@ class ShotDocuments:
     def begun(self) -> None:
         """Begin a shot without a file; offer the unsaved changes of an earlier one."""
         self.path, self._saved, self._kept = None, None, self._editing.shot
+        self._begun = self._kept
         path = self._unnamed_path()
         if path is not None:
             self._reading = self.store.read(path, is_asked=False)

@@ -24,9 +24,6 @@ _TEXT_FIELD_KEYS = (
     _K.left_arrow, _K.right_arrow, _K.home, _K.end, _K.delete,
 )  # fmt: skip
 
-# Keys that window managers use with Alt.
-_WINDOW_MANAGER_KEYS = (_K.tab, _K.space, _K.escape, _K.f4, _K.f10, _K.f11, _K.f12)
-
 
 @dataclass(frozen=True, eq=False)
 class Action:
@@ -112,15 +109,15 @@ def pressed(actions: tuple[Action, ...]) -> Iterator[Action]:
 
     While a text field is edited, only shortcuts that the field does not use itself count.
 
-    ImGui's own `is_key_chord_pressed` is not used: it ignores every key while Alt is held (which
-    shows the picture without depth of field), and the + key without Shift.
+    No shortcut has Alt or the logo key, so that nothing is meant while they are held. ImGui's own
+    `is_key_chord_pressed` is not used, as it ignores the + key without Shift.
     """
     io = imgui.get_io()
+    if io.key_alt or io.key_super:
+        return
     held = (CTRL if io.key_ctrl else 0) | (SHIFT if io.key_shift else 0)
     for action in actions:
         if action.key is None or not _fits(action, held):
-            continue
-        if io.key_alt and action.key in _WINDOW_MANAGER_KEYS:
             continue
         if io.want_text_input and (not action.mods & CTRL or action.key in _TEXT_FIELD_KEYS):
             continue

@@ -88,13 +88,21 @@ class StatusBar:
 
     def words(self, hovered: tuple[int, int] | None) -> str:
         """Return the values under the pointer, or a hint if the pointer is not over the picture."""
+        return self._words_at(hovered) or self._hint()
+
+    def _hint(self) -> str:
+        """Return what mouse and keys do."""
+        session = self._session
+        is_start = session.start_choices.is_wanted
+        hint = "Arrows and Enter, a digit or a click" if is_start else ""
+        return f"{hint or mouse_words(session.has_camera)}.  ? shows the keys."
+
+    def _words_at(self, hovered: tuple[int, int] | None) -> str:
+        """Return the values under the pointer; "" beside the picture, as on its margin."""
         session, plate, shown = self._session, self._session.source.plate, self._session.seen
         is_other = session.pull.is_alone  # kept frames are playing, not the loaded plate
         if plate is None or shown is None or hovered is None or is_other:
-            start_hint = (
-                "Arrows and Enter, a digit or a click" if session.start_choices.is_wanted else ""
-            )
-            return f"{start_hint or mouse_words(session.has_camera)}.  ? shows the keys."
+            return ""
         if session.view.compare is Compare.GRID:
             return "Click a picture to take its look.  Escape leaves the grid."
         self._kept.uploaded(shown)

@@ -293,10 +293,10 @@ class Loop:
             fill_screen(self._window, not is_full, *self._before)
 
     def _tell_title(self) -> None:
-        """Set the window title to the name of the picture, once that is shown."""
+        """Set the window title to the name of what is open, once it is shown."""
         session = self._session
         if session.live.shown is not None and session.source.plate is not None:
-            name = session.documents.title or session.source.plate.path.name
+            name = session.documents.window_title
             title = f"{export_title(session.exports.run.state)}{name} - heatlens"
             if title != self._title:
                 self._title = title

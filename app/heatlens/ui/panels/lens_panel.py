@@ -159,6 +159,7 @@ def _aperture(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     )
     if f_stop != lens.f_stop:
         lens = replace(lens, f_stop=f_stop)
+    _doubts(facts, "aperture")
     return _t_stop(lens, say)
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
+from heatlens.model.settings import Quality
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
 from heatlens.session.speed import Speed
@@ -24,7 +25,8 @@ def speed_panel(speed: Speed, shown: Shown | None, renderer: FrameRenderer) -> N
     ]
     if shown is not None:
         settings, (width, height) = shown.settings, shown.texture.size
-        whole = "whole" if shown.is_whole else f"preview, {settings.quality}"
+        quality = "" if settings.quality is Quality.PREVIEW else f", {settings.quality}"
+        whole = "whole" if shown.is_whole else f"preview{quality}"
         rows.insert(0, ("picture", f"{1e3 * shown.seconds:.0f} ms, {width}x{height}, {whole}"))
     _rows(rows)
     changed, on = imgui.checkbox("time each pass", renderer.stopwatch.on)

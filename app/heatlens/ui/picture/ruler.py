@@ -59,8 +59,9 @@ def _draw_hint(session: Session) -> None:
 
 
 def _ends(ruler: Ruler, hovered: Pixel | None) -> tuple[Pixel, ...]:
-    is_reaching = len(ruler.points) == 1 and hovered is not None
-    return (*ruler.points, hovered) if is_reaching and hovered is not None else ruler.points
+    if len(ruler.points) != 1 or hovered is None or not ruler.is_inside(hovered):
+        return ruler.points  # a line to a place beside the picture would have no length
+    return (*ruler.points, hovered)
 
 
 def _draw_label(at: ImVec2, words: str, color: int, below_em: float) -> None:

@@ -39,6 +39,8 @@ class StartScreen:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._pictures = CardPictures(ctx)
         self._row = 0
+        self._taken: str | None = None  # the card that was chosen, until it is open
+        self._was_opening = False
 
     def draw(
         self, cards: Sequence[Card], opening: str | None, hears: bool, most_recent: int = 0
@@ -54,6 +56,9 @@ class StartScreen:
         room, em = imgui.get_content_region_avail(), imgui.get_font_size()
         rows = max(recent, most_recent)
         layout = lay_out(len(cards) - recent, rows, (room.x, room.y), em)
+        if self._was_opening and not opening:
+            self._taken = None
+        self._was_opening = bool(opening)
         answer = self._draw_inside(cards[: len(layout.cards)], layout, opening, hears)
         imgui.end_child()
         imgui.pop_style_color()
@@ -73,13 +78,16 @@ class StartScreen:
             low = ImVec2(corner.x, corner.y + band.y)
             high = ImVec2(low.x + layout.width, low.y + band.height)
             taken = card if self._button(card, row, low, high) else taken
-            is_chosen, is_coming = row == self._row, card.text is not None and card.text == opening
+            # A shot opens its source, which may have a card of its own.
+            is_coming = opening is not None and card.text == (self._taken or opening)
+            is_chosen = row == self._row
             place = Place(low, high, column)
             draw_card(card, row + 1, place, self._pictures, is_chosen, is_coming)
             if is_chosen and row != before:
                 imgui.set_scroll_here_y()
         imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + layout.hint.y))
         imgui.dummy(ImVec2(1.0, layout.hint.height))  # makes them scrollable in a small window
+        self._taken = self._taken if taken is None else taken.text
         return Answer(taken, hears and imgui.is_key_pressed(_K.escape, False))
 
     def _by_keys(self, cards: Sequence[Card]) -> Card | None:
