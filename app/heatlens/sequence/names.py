@@ -15,6 +15,7 @@ from heatlens.errors import InputError
 
 # Share of the frames from first to last that must exist if the name alone does not decide.
 _LEAST_PART = 0.1
+_DIGITS_MOST = 20  # of a frame number; an absurd padding, as in %4000000000d, would fill the memory
 MAX_FRAMES = 1_000_000  # about twelve hours; more comes from a date or a hash in the name
 
 # The first number that only words, versions and the extension follow: sh010.comp1001.left.v2.exr.
@@ -70,10 +71,11 @@ class NameForm:
 def form_of(name: str) -> tuple[NameForm, int | None]:
     """Return the form of `name`, and its frame number or None.
 
-    A version (`shot_v02.exr`) is no frame number, and a minus after a letter or digit is a hyphen.
+    A version (`shot_v02.exr`) is no frame number, nor is one of more than 20 digits, and a minus
+    after a letter or digit is a hyphen.
     """
     match = _NUMBERED.fullmatch(name)
-    if not match or _VERSION.fullmatch(match[1]):
+    if not match or _VERSION.fullmatch(match[1]) or len(match[2].lstrip("-")) > _DIGITS_MOST:
         return NameForm(name, 0, ""), None
     prefix, digits, suffix = match.groups()
     if digits[0] == "-" and not _takes_sign(prefix):
@@ -85,7 +87,7 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
     """Parse a notation such as `shot.1001-1100x2####.exr` into its form and its frames, if any.
 
     A single number after a letter belongs to the name, so `take2####.exr` is take 2. Returns None
-    if `name` is no notation.
+    if `name` is no notation. Raises InputError for more than 20 digits.
     """
     try:
         # In the default style of fileseq, one # stands for four digits.
@@ -95,6 +97,11 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
     tail = parsed.padding() + parsed.extension()
     if not parsed.padding() or not name.endswith(tail) or _is_foreign(parsed.padding()):
         return None
+    if parsed.zfill() > _DIGITS_MOST:
+        raise InputError(
+            f"{name} asks for frame numbers of {parsed.zfill():,} digits: write at most "
+            f"{_DIGITS_MOST}, as in #### or %04d."
+        )
     head, prefix = name.removesuffix(tail), parsed.basename()
     frames = head.removeprefix(prefix)
     if frames.startswith("-") and not _takes_sign(prefix):
