@@ -9,8 +9,8 @@ from heatlens.documents.shot_file import read_shot
 from heatlens.errors import InputError
 from heatlens.sequence.names import NameForm, form_of, parse_pattern
 from support.command_line import CAMERA, channels
-from support.exr_files import write_file
 from support.exports import write_shot_file
+from support.exr_files import write_file
 
 LONG = "p.%21d.exr"  # some zeros more than a number can need; a file may ask for any number of them
 LENS = ("--f-stop", "2", "--focus-distance", "3")

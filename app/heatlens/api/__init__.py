@@ -8,6 +8,9 @@
 
     heatlens.open(color, depth_m).render(f_stop=2, focus_distance_m=3, focal_length_mm=50)
     heatlens.open("shot.heatlens.json").render(frame=1012)
+    for frame in heatlens.open("shot.####.exr"):
+        print(frame.number, frame.size, frame.depth_range_m, frame.lens, frame.behind)
+        picture = frame.render(f_stop=2, focus_distance_m=3)
     heatlens.open("scene.glb", size=(960, 540)).render(f_stop=2, focus_distance_m=3, views=256,
                                                        method="accumulation")
 
@@ -18,7 +21,8 @@ lens. OpenGL is started with the first picture and kept, for one thread. `render
 current; code that draws with OpenGL in the same thread must make its own context current again.
 """
 
+from heatlens.api.frame import Frame
 from heatlens.api.opening import open
 from heatlens.api.source import Source
 
-__all__ = ["Source", "open"]
+__all__ = ["Frame", "Source", "open"]

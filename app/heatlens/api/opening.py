@@ -17,8 +17,10 @@ from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.plate import Plate
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.placing import placed
+from heatlens.sequence.sequence import find_sequence
 from heatlens.source.kinds import kind_of
 from heatlens.source.named import plates_again
+from heatlens.source.plate_source import PlateSource
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ def open(
 ) -> Source:
     """Open what `source` names: a plate (EXR), shot.####.exr, a scene, "demo" or a shot file.
 
+    A file is that picture alone, also as one of a sequence, which is called shot.####.exr.
     Or an array: colour (H, W, 3 or 4), scene-linear and premultiplied, with `depth_m` (H, W) in
     planar metres, infinite where nothing was hit, or with `coc_px` (H, W), the signed diameter of
     the circle of confusion in pixels. `camera` and `size` (width, height) are for scenes. `reading`
@@ -107,8 +110,10 @@ def scene_named(name: str, asked: Asked) -> Source:
 def plates_named(name: str, asked: Asked) -> Source:
     """Return plates, read as the options or the shot say. See `SourceKind.python`."""
     _refuse("plates", camera=asked.camera, size=asked.size)
-    reading = PlateOptions(**asked.options) if asked.shot is None else asked.shot.plate_options
-    return Plates(plates_again(name, reading), asked.shot)
+    if asked.shot is not None:
+        return Plates(plates_again(name, asked.shot.plate_options), asked.shot)
+    alone = find_sequence(name, whole=False)
+    return Plates(PlateSource(name, alone, PlateOptions(**asked.options)), None)
 
 
 def _refuse(what: str, **given: Any) -> None:

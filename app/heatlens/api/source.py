@@ -1,7 +1,7 @@
 """Plates and scenes that can be rendered through a lens to arrays."""
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -18,6 +18,7 @@ from heatlens.api.arguments import (
     whole,
 )
 from heatlens.api.engine import ENGINE
+from heatlens.api.frame import Asked, Facts, Frame, check_frame, facts_of
 from heatlens.api.notes import Notes
 from heatlens.api.python_words import python_words
 from heatlens.closing import Closing
@@ -41,8 +42,12 @@ from heatlens.scene.first_shot import FirstShot
 from heatlens.source.plate_source import PlateSource
 
 
-class Source(Closing):
-    """The source in front of the lens: a plate, a sequence of plates, or a 3D scene."""
+class Source(Asked, Closing):
+    """The source in front of the lens: a plate, a sequence of plates, or a 3D scene.
+
+    `source[1012]` is a frame, `for frame in source` goes through them, and `len(source)` counts
+    them. What `Asked` tells of the source is that of its first frame.
+    """
 
     def __init__(self) -> None:
         """Begin without notes."""
@@ -56,6 +61,44 @@ class Source(Closing):
         focus, lens and depth that can hardly belong together.
         """
         return self._notes.sentences
+
+    @property
+    @abstractmethod
+    def frames(self) -> tuple[int, ...]:
+        """The numbers of the frames that can be rendered; (1,) for a single picture."""
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """The names of the cameras of a scene, one of which `open` takes; () for plates."""
+        return ()
+
+    @abstractmethod
+    def _facts_at(self, frame: int) -> Facts:
+        """Return what is told of a frame. Raises InputError if it cannot be read."""
+
+    @abstractmethod
+    def _check(self, frame: int) -> None:
+        """Raise InputError if there is no such frame."""
+
+    def _facts(self) -> Facts:
+        if not self.frames:
+            raise InputError("The shot has no frame of its plates.")
+        return self._facts_at(self.frames[0])
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.frames)
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Go through the frames."""
+        return (self[number] for number in self.frames)
+
+    def __getitem__(self, frame: int) -> Frame:
+        """Return the frame of this number. Raises HeatlensError if there is none."""
+        with python_words():
+            number = whole("frame", frame)
+            self._check(number)
+        return Frame(number, self._facts_at, self.render)
 
     def render(
         self,
@@ -189,9 +232,20 @@ class OnePlate(Source):
         self._plate = plate
         self._is_strict = is_strict
 
+    @property
+    def frames(self) -> tuple[int, ...]:
+        """See `Source.frames`."""
+        return (1,)
+
+    def _check(self, frame: int) -> None:
+        check_frame("An array", frame, self.frames)
+
+    def _facts_at(self, frame: int) -> Facts:
+        return facts_of(self._plate)
+
     def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
         if request.frame is not None:
-            raise InputError("An array is one picture: leave frame out.")
+            self._check(request.frame)
         lens = request.lens(self._plate)
         doubts = lens_notes(self._plate, lens, 1.0, self._is_strict)
         self._note_plate(self._plate, request, doubts)
@@ -223,12 +277,31 @@ class Plates(Source):
         self._read = None
         super().close()
 
+    @property
+    def frames(self) -> tuple[int, ...]:
+        """See `Source.frames`; those that have a file."""
+        frames = self._sequence.frames
+        if self._shot is not None:
+            frames = self._source.frames_of(self._shot)
+        is_still = not self._sequence.form.padding
+        return tuple(frame for frame in frames if is_still or self._sequence.has(frame))
+
+    def _check(self, frame: int) -> None:
+        form = self._sequence.form
+        is_one = self._shot is None and self._source.frames is None
+        of_sequence = form.text if is_one and form.padding else ""
+        check_frame(self._source.text, frame, self.frames, of_sequence)
+
+    def _facts_at(self, frame: int) -> Facts:
+        told = None if self._shot is None else _values_of(self._shot.lens_at(frame))
+        return facts_of(self._plate(self._sequence.path_at(frame)), told)
+
     def _frame(self, frame: int | None) -> int:
-        """Return the frame to render. Raises InputError for one frame of a single picture."""
+        """Return the frame to render. Raises InputError for one that the plates do not have."""
         if frame is None:
             return self._sequence.present[0]
-        if self._shot is None and self._source.frames is None:
-            raise InputError(f"{self._source.text} is one picture: leave frame out.")
+        if self._shot is None:
+            self._check(frame)
         return frame
 
     def _through_lens(
@@ -259,10 +332,30 @@ class Scene(Source):
         self._first = first
         self._text = text
 
+    @property
+    def frames(self) -> tuple[int, ...]:
+        """See `Source.frames`."""
+        return tuple(self._first.shot.frames or (self._first.frame,))
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """See `Source.cameras`."""
+        return tuple(camera.name for camera in self._first.scene.cameras)
+
+    def _check(self, frame: int) -> None:
+        check_within(self._first.shot.frames, self._text, (frame,))
+
+    def _facts_at(self, frame: int) -> Facts:
+        told = _values_of(self._first.shot.lens_at(frame)).items()
+        lens = {name: value for name, value in told if name not in self._first.assumed}
+        shot, renderer = self._first.shot, ENGINE.renderer()
+        ENGINE.load(self, self._first.scene, renderer.load_scene)
+        return facts_of(renderer.look(shot, frame).plate, lens)
+
     def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
         first = self._first
         at = first.frame if request.frame is None else request.frame
-        check_within(first.shot.frames, self._text, (at,))
+        self._check(at)
         self._check_lens(request)
         ENGINE.load(self, first.scene, renderer.load_scene)
         shot = _with_values(_seen(first.shot, request), at, request.given)

@@ -1,0 +1,101 @@
+"""What can be asked of a source, and of one of its frames."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from heatlens.api.python_words import python_words
+from heatlens.errors import InputError
+from heatlens.gpu.textures import FloatArray
+from heatlens.model.lens import Lens
+from heatlens.plate.header_lens import NEEDED
+from heatlens.plate.plate import Plate
+from heatlens.sequence.names import frames_text
+
+DepthRange = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a source tells of one frame; see the properties of `Asked`."""
+
+    size: tuple[int, int]
+    lens: Mapping[str, Any]
+    depth_range_m: DepthRange | None
+    behind: tuple[str, ...] = ()
+
+
+class Asked(ABC):
+    """What can be asked of a frame; of a source, it is told of its first frame.
+
+    Files are read for it, and a scene is drawn for its depths. Raises HeatlensError where that
+    fails.
+    """
+
+    @abstractmethod
+    def _facts(self) -> Facts:
+        """Return the facts. Raises InputError if a file cannot be read."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the array that `render` returns, with any overscan, at proxy 1."""
+        return self._told().size
+
+    @property
+    def lens(self) -> Mapping[str, Any]:
+        """What the shot file, the header or the scene's camera tells of the lens.
+
+        Fields of `Lens` with their values; those that are missing have to be given to `render`.
+        """
+        return self._told().lens
+
+    @property
+    def depth_range_m(self) -> DepthRange | None:
+        """The nearest and the farthest distance of a surface; None if there are no distances."""
+        return self._told().depth_range_m
+
+    @property
+    def behind(self) -> tuple[str, ...]:
+        """What is known to lie behind the picture, a sentence for each source of it."""
+        return self._told().behind
+
+    def _told(self) -> Facts:
+        with python_words():
+            return self._facts()
+
+
+@dataclass(frozen=True)
+class Frame(Asked):
+    """One frame of a source; `number` is its frame number."""
+
+    number: int
+    _ask: Callable[[int], Facts]
+    _render: Callable[..., FloatArray]
+
+    def _facts(self) -> Facts:
+        return self._ask(self.number)
+
+    def render(self, lens: Lens | None = None, **given: Any) -> FloatArray:
+        """Return the picture with the lens; `given` as in `Source.render`, without `frame`."""
+        return self._render(lens, frame=self.number, **given)
+
+
+def facts_of(plate: Plate, lens: Mapping[str, Any] | None = None) -> Facts:
+    """Return what a plate tells; `lens` are the values of its shot file, if it has one."""
+    if lens is None:
+        header = {name: getattr(plate.camera, name) for name in NEEDED}
+        lens = {name: value for name, value in header.items() if value is not None}
+    height, width = plate.color.shape[:2]
+    span = (plate.depth.near_m, plate.depth.far_m) if plate.has_distances else None
+    return Facts((width, height), lens, span, tuple(it.sentence for it in plate.behind))
+
+
+def check_frame(text: str, frame: int, frames: tuple[int, ...], whole: str = "") -> None:
+    """Raise InputError if a source has no such frame; `whole` names the sequence of its file."""
+    if frame in frames:
+        return
+    if frames == (1,) or whole:
+        more = f", or open {whole} for its sequence" if whole else ""
+        raise InputError(f"{text} is one picture: leave frame out{more}.")
+    raise InputError(f"{text} has no frame {frame}: there are {frames_text(frames) or 'none'}.")
