@@ -5,10 +5,15 @@ import re
 import struct
 
 _NUMBER = re.compile(rb"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+_MOST_DIGITS = 4300  # of the numbers that Python reads or writes
+_DEEP = 20_000  # more brackets than a parser can follow, in less than a datagram
+_PADDING = re.compile(rb"#+|%0?\d*d")
+_TYPE = re.compile(rb"(?<=\0)(?:float|string|v2f|v2i|v3f|m44f|rational|timecode|chlist)(?=\0)")
 _EXTREMES = (
     *(b"0", b"-1", b"1", b"2", b"1e-30", b"1e30", b"3.4e38", b"1e308", b"1e999", b"-1e30", b"nan"),
     *(b"inf", b"65535", b"2147483647", b"4294967295", b"9007199254740993", b"", b"1.5", b"null"),
-    *(b"[]", b"{}", b'"x"', b"true", b"9" * 40),
+    *(b"[]", b"{}", b'"x"', b"true", b"9" * 40, b"9" * (_MOST_DIGITS + 1)),
+    *(b"[" * _DEEP, b"[" * _DEEP + b"]" * _DEEP, b'{"a":' * 1000),
 )
 _WORDS = tuple(
     struct.pack("<i", value)
@@ -62,6 +67,24 @@ def _number(data: bytes, chance: random.Random) -> bytes:
     return data[: one.start()] + chance.choice(_EXTREMES) + data[one.end() :]
 
 
+def _width(data: bytes, chance: random.Random) -> bytes:
+    """Give the number of a frame in a name another width, up to one of billions of digits."""
+    found = list(_PADDING.finditer(data))
+    if not found:
+        return _number(data, chance)
+    one, digits = chance.choice(found), chance.choice((0, 1, 9, 20, 21, 2**31, 4 * 10**9, 10**30))
+    return data[: one.start()] + b"%%%dd" % digits + data[one.end() :]
+
+
+def _type(data: bytes, chance: random.Random) -> bytes:
+    """Give an attribute of an EXR header a type that no program knows, nor UTF-8."""
+    found = list(_TYPE.finditer(data))
+    if not found:
+        return _byte(data, chance)
+    one = chance.choice(found)
+    return data[: one.start()] + chance.randbytes(len(one[0])) + data[one.end() :]
+
+
 def _line(data: bytes, chance: random.Random) -> bytes:
     """Remove a line, cut it, or put it in the place of another."""
     lines = data.split(b"\n")
@@ -77,4 +100,18 @@ def _place(data: bytes, chance: random.Random) -> int:
     return chance.randint(0, min(most, 600) if chance.random() < 0.6 else most)
 
 
-_KINDS = (_bit, _byte, _byte, _word, _word, _cut, _gone, _twice, _number, _number, _line)
+_KINDS = (
+    _bit,
+    _byte,
+    _byte,
+    _word,
+    _word,
+    _cut,
+    _gone,
+    _twice,
+    _number,
+    _number,
+    _line,
+    _width,
+    _type,
+)

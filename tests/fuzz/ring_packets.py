@@ -28,19 +28,22 @@ from heatlens.ring.otrk_packet import (
 from support.opentrackio_samples import COMPLETE, READ_AS, RECOMMENDED, written
 
 _LONG = RECOMMENDED | {"tracker": {"notes": "x" * 3000}}
+_HUGE = 1 << 16_000  # more digits than Python writes; only CBOR can hold it
+_NUMBERED = RECOMMENDED | {"sourceId": _HUGE, "sourceNumber": -_HUGE, "lens": {"fStop": _HUGE}}
 _BEFORE = READ_AS["complete"]  # what was heard before the damaged file
 
 
 def packets(folder: Path) -> list[Path]:
-    """Write a small, a complete and a long sample in both encodings, and all of them in a row."""
+    """Write a small, a complete and a long sample in both encodings, a huge number, and a row."""
     files = {
         f"{name}-{encoding.name.lower()}": _datagrams(sample, encoding, 7)
         for name, sample in (("small", RECOMMENDED), ("complete", COMPLETE), ("long", _LONG))
         for encoding in Encoding
     }
+    files["huge"] = _datagrams(_NUMBERED, Encoding.CBOR, 7)
     files["stream"] = b"".join(
-        _datagrams(RECOMMENDED, encoding, sequence)
-        for sequence, encoding in enumerate([*Encoding, *Encoding])
+        _datagrams(_LONG, encoding, 3 * number)
+        for number, encoding in enumerate([*Encoding, *Encoding])
     )
     for name, data in files.items():
         (folder / name).write_bytes(data)
