@@ -107,6 +107,27 @@ def test_an_option_in_the_wrong_place_is_answered_with_the_right_one(capsys, wor
     assert said in told and "--scene-camera" not in told and "--frames" not in told
 
 
+@pytest.mark.parametrize(
+    ("words", "near"),
+    [
+        (("info", "PLATE", "--depth-convention", "disparty"), "disparity"),
+        (("render", "PLATE", "-o", "o.exr", "--method", "gahter"), "gather"),
+        (("render", "PLATE", "-o", "o.exr", "--depth-channel", "depht.Z"), "depth.Z"),
+        (("render", "PLATE", "-o", "o.exr", "--lens-kit", "vintage-prime:50"), "vintage-primes"),
+        (("render", "demo", "-o", "o.exr", "--scene-camera", "dolyl"), "dolly"),
+        (("shot", "new", "PLATE", "-o", "s.heatlens.json", "--key", "focsu@1=2"), "focus"),
+    ],
+)
+def test_a_name_like_one_there_is_is_answered_with_it(capsys, tmp_path, words, near):
+    layers = {f"depth.{name}" if name == "Z" else name: v for name, v in channels().items()}
+    path = write_file(tmp_path / "p.exr", layers, **CAMERA)
+    try:
+        code = main([str(path) if word == "PLATE" else word for word in words])
+    except SystemExit as stopped:
+        code = stopped.code
+    assert code == 2 and capsys.readouterr().err.count(f"Did you mean {near}?") == 1
+
+
 def test_an_option_like_none_is_only_called_unknown(capsys):
     assert "Did you mean" not in words_of(capsys, "info", "p.exr", "--xyzzy")
 

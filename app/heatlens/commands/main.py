@@ -21,6 +21,7 @@ from heatlens.commands.say import say_nothing
 from heatlens.commands.words import is_name_elsewhere, meant, with_command
 from heatlens.errors import FAULT_CODE, FaultError, HeatlensError, InputError
 from heatlens.faults import told_error
+from heatlens.model.other_names import or_meant
 from heatlens.printable import printable
 from heatlens.stopping import stop_was_said
 
@@ -77,6 +78,14 @@ class _Parser(argparse.ArgumentParser):
         if unknown:
             self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, self)}")
         return parsed, unknown
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Refuse a value that is none of the choices, with the one that is like it."""
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            error.message += or_meant(str(value), map(str, action.choices or ()))
+            raise
 
     def _get_option_tuples(self, option_string: str) -> list[Any]:
         """Return the options that begin like this, except where other programs mean another one."""

@@ -6,6 +6,7 @@ from heatlens.errors import InputError
 from heatlens.model.curve import Key
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.marks import DistanceMark, Mark, PointMark
+from heatlens.model.other_names import or_meant
 from heatlens.model.shot import LensParameter
 from heatlens.model.units import parse_distance_m
 
@@ -28,7 +29,7 @@ def keys_of(texts: list[str]) -> Keys:
     for text in texts:
         match = _KEY.fullmatch(text)
         if match is None or match[1] not in KEYED:
-            raise _no_key(text)
+            raise _no_key(text, or_meant(text.partition("@")[0], KEYED))
         parameter = KEYED[match[1]][0]
         keys.setdefault(parameter, []).append(_key(text, parameter, match))
     return {name: sorted(found, key=lambda key: key.frame) for name, found in keys.items()}
@@ -47,10 +48,10 @@ def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
         raise _no_key(text) from None
 
 
-def _no_key(text: str) -> InputError:
+def _no_key(text: str, hint: str = "") -> InputError:
     return InputError(
         f"--key takes PARAMETER@FRAME=VALUE, as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
-        f"parameters are {', '.join(KEYED)}, paths {', '.join(Interpolation)}; got {text!r}."
+        f"parameters are {', '.join(KEYED)}, paths {', '.join(Interpolation)}; got {text!r}.{hint}"
     )
 
 

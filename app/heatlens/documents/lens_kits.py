@@ -13,6 +13,7 @@ from heatlens.errors import InputError
 from heatlens.files.json_record import read_json, record_to_json
 from heatlens.folders import kits_dir
 from heatlens.model.lens_kit import KitLens, LensKit
+from heatlens.model.other_names import or_meant
 
 KIT_VERSION = 1
 _VERSION = "heatlens_lens_kit"
@@ -49,6 +50,7 @@ class KitShelf:
         kit = self.kits.get(name.strip())
         if kit is None:
             damaged = f" {self.problems[0]}" if self.problems else ""
+            damaged += or_meant(name.strip(), self.kits)
             raise InputError(
                 f"There is no lens kit {name.strip()!r}, only {', '.join(self.kits)}; put your own "
                 f"kits into {self.folder}.{damaged}"

@@ -1,4 +1,7 @@
-"""What options are called in other programs, for hints on names that there are not."""
+"""What options are called in other programs, and other hints on names that there are not."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
 
 OTHER_NAMES = {
     "aperture": "f-stop",
@@ -16,3 +19,10 @@ OTHER_NAMES = {
     "samples": "views",
     "sensor": "sensor-width",
 }
+
+
+def or_meant(name: str, known: Iterable[str]) -> str:
+    """Return " Did you mean X?" where a known name is like this one in any case, else ""."""
+    by_small = {one.lower(): one for one in known}
+    near = get_close_matches(name.lower(), by_small, 1)
+    return f" Did you mean {by_small[near[0]]}?" if near else ""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.errors import InputError
+from heatlens.model.other_names import or_meant
 from heatlens.plate.channels import (
     ChannelRef,
     Header,
@@ -86,6 +87,7 @@ def choose_color(
         if wanted is None:
             raise InputError(
                 f"{path} has no RGB layer {layer!r} for --color-layer; it has: {listed(layers)}."
+                f"{or_meant(layer, layers)}"
             )
         return _without_chroma(path, headers, layers[wanted])
     if not layers:
@@ -145,7 +147,7 @@ def _view_called(path: Path, views: Sequence[str], eye: str | None) -> str | Non
     wanted = next((view for view in views if view.lower() == eye.lower()), None)
     if wanted is None:
         has = f"it has: {', '.join(views)}" if views else "it has one view, without a name"
-        raise InputError(f"{path} has no view {eye!r} for --eye; {has}.")
+        raise InputError(f"{path} has no view {eye!r} for --eye; {has}.{or_meant(eye, views)}")
     return wanted
 
 
@@ -231,6 +233,7 @@ def _named(path: Path, usable: Sequence[ChannelRef], name: str) -> ChannelRef:
     raise InputError(
         f"{path} has no channel {name!r} for --depth-channel; it has: "
         f"{listed(ref.full_name for ref in usable)}."
+        f"{or_meant(name, (ref.full_name for ref in usable))}"
     )
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from heatlens.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.framing import CameraTrack, WorldAxis
+from heatlens.model.other_names import or_meant
 
 Array = NDArray[np.float64]
 Color = tuple[float, float, float]
@@ -311,8 +312,11 @@ class Scene:
         for camera in self.cameras:
             if camera.name == name:
                 return camera
-        known = ", ".join(camera.name for camera in self.cameras) or "none"
-        raise InputError(f"{self.path} has no camera called {name!r}; there are: {known}.")
+        names = [camera.name for camera in self.cameras]
+        known = ", ".join(names) or "none"
+        raise InputError(
+            f"{self.path} has no camera called {name!r}; there are: {known}.{or_meant(name, names)}"
+        )
 
 
 def check_instances(path: Path, count: int) -> None:
