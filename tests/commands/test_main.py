@@ -71,6 +71,26 @@ def test_every_command_explains_itself(capsys, command):
     assert said.out.startswith(f"usage: heatlens {command}")
 
 
+@pytest.mark.parametrize(
+    "words",
+    [("render",), ("export",), ("view",), ("study",), ("bench",), ("shot", "new")],
+    ids=" ".join,
+)
+def test_the_usage_of_many_options_leaves_room_for_the_sentence(capsys, words):
+    with pytest.raises(SystemExit):
+        main([*words, "--help"])
+    usage, empty, sentence = capsys.readouterr().out.splitlines()[:3]
+    assert usage.startswith(f"usage: heatlens {' '.join(words)} [options]")
+    assert not empty and sentence[0].isupper()
+
+
+def test_the_usage_names_what_is_needed(capsys):
+    with pytest.raises(SystemExit):
+        main(["render", "--help"])
+    usage = "usage: heatlens render [options] -o OUTPUT plate"
+    assert capsys.readouterr().out.splitlines()[0] == usage
+
+
 def test_the_help_names_every_command(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])

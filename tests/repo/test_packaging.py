@@ -17,6 +17,7 @@ def check_metadata(said: Message) -> None:
     """Check the metadata for package indexes: real facts and no address."""
     assert said["License-Expression"] == "MIT" and "depth of field" in said["Keywords"]
     assert not said.get_all("Project-URL") and not said["Home-page"]
+    assert said["Author"] == "heatlens developers"
     classifiers = said.get_all("Classifier") or []
     known = {"Typing :: Typed", "Operating System :: POSIX :: Linux"}
     assert known <= set(classifiers) <= set(trove_classifiers.classifiers)

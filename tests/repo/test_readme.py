@@ -3,12 +3,14 @@
 import argparse
 import re
 import shlex
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from heatlens import __version__
 from heatlens.commands.main import _with_command, build_parser, main
 from heatlens.ui import window
 
@@ -118,3 +120,12 @@ def test_the_exit_codes_are_all_told():
     text = MANUAL.read_text().partition("- Exit codes: ")[2]
     line = text.partition("\n\n")[0]
     assert {int(code) for code in re.findall(r"\b\d+\b", line)} == {0, 1, 2, 70, 130, 141, 143}
+
+
+def test_the_citation_is_of_this_version_and_names_the_authors_of_the_package():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    readme = (ROOT / "README.md").read_text()
+    (entry,) = re.findall(r"@software\{heatlens,\n(.*?)\n\}", readme, re.S)
+    told = dict(re.findall(r"(\w+) *= \{+(.*?)\}+,?$", entry, re.M))
+    assert told["version"] == __version__
+    assert [told["author"]] == [author["name"] for author in project["authors"]]

@@ -42,6 +42,7 @@ examples:
 `heatlens COMMAND --help` explains each command.
 """
 
+_OPTIONS_LISTED = 16  # in the usage; with more of them it says [options]
 _COMMANDS = (
     *("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench"),
     *("kits", "doctor"),
@@ -61,6 +62,16 @@ class _Parser(argparse.ArgumentParser):
             default=argparse.SUPPRESS,
             help="print only results and errors",
         )
+
+    def format_help(self) -> str:
+        """Return the help; a usage of many options would fill the first screen, so is cut short."""
+        if self.usage is None and len(self._option_string_actions) > _OPTIONS_LISTED:
+            formatter = self._get_formatter()
+            needed = [it for it in self._actions if it.required or not it.option_strings]
+            formatter.add_usage(None, needed, [], "")
+            words = formatter.format_help().strip().removeprefix(self.prog)
+            self.usage = f"%(prog)s [options]{words.replace('%', '%%')}"
+        return super().format_help()
 
     def error(self, message: str) -> NoReturn:
         """Exit with code 2. Subcommands use this class too, because argparse inherits it."""
