@@ -29,9 +29,11 @@ from heatlens.files.usd_library import usd_module
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
+from heatlens.plate import picture_open
 from heatlens.plate.camera_header import lens_attributes
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
+from heatlens.scene.gltf import compressed
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import read_scene
 from heatlens.scene.usd.read import usd_scene
@@ -274,6 +276,11 @@ def without_slow_guesses() -> None:
     }
 
 
+def without_own_processes() -> None:
+    """Have libraries that the program runs apart damaged in this process, which is the fuzzer's."""
+    compressed.is_bounded = picture_open.is_bounded = lambda: True
+
+
 FORMATS = {
     "exr": Format(_exr, _plate),
     "deep": Format(_deep, _plate),
@@ -289,7 +296,8 @@ FORMATS = {
     "depth-inside": Format(photo_formats.with_depth_inside, _plate),
     "gltf": Format(_gltf, lambda path: _meshes(read_scene(path))),
     "gltf-packed": Format(
-        packed_formats.written, lambda path: _meshes(read_scene(packed_formats.as_gltf(path)))
+        packed_formats.written,
+        lambda path: _meshes(read_scene(packed_formats.as_gltf(path))),
     ),
     "obj": Format(_beside("a.obj", OBJ.encode()), lambda path: _meshes(read_scene(path))),
     "mtl": Format(_materials, lambda path: _meshes(read_scene(path.with_name("a.obj")))),

@@ -274,10 +274,11 @@ def _work() -> None:
     import warnings
 
     import OpenEXR
-    from formats import without_slow_guesses
+    from formats import without_own_processes, without_slow_guesses
 
     warnings.simplefilter("ignore")
     without_slow_guesses()
+    without_own_processes()
     OpenEXR.set_global_thread_count(0)  # a forked process would miss them
     asked, starter = threading.Event(), os.getppid()
     signal.signal(signal.SIGTERM, lambda *_: asked.set())

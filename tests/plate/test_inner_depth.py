@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from heatlens.errors import InputError
 from heatlens.plate.inner_depth import inner_depth
+from heatlens.plate.picture_open import picture_info
 from heatlens.plate.read import read_plate
+from support.crashing import crashing
 from support.picture_files import (
     HEIGHT,
     WIDTH,
@@ -55,17 +56,6 @@ def test_damaged_maps_are_sentences(tmp_path):
         read_plate(path)
 
 
-class DepthOfHeic:
-    """What pillow-heif hands out for a depth image; it cannot write one."""
-
-    def __init__(self, values, metadata):
-        self.info = {"metadata": metadata}
-        self._values = values
-
-    def to_pillow(self):
-        return Image.fromarray(self._values)
-
-
 @pytest.mark.parametrize(
     ("metadata", "convention"),
     [
@@ -77,7 +67,7 @@ class DepthOfHeic:
 )
 def test_the_depth_inside_a_heic(metadata, convention):
     values = whole(disparity(metres(), 1, 10), "u1")
-    found = inner_depth("p.heic", {"depth_images": [DepthOfHeic(values, metadata)]})
+    found = inner_depth("p.heic", {"depth_images": [(values, metadata)]})
     assert found.convention == convention
     if convention == "inverse":
         np.testing.assert_allclose(found.values, 1 / metres(), atol=0.9 / 255)
@@ -92,6 +82,15 @@ def test_a_heic_file_with_depth_inside(tmp_path):
     plate = read_plate(heic_with_depth(tmp_path / "p.heic", 1, 8, depths, quality=100))
     assert "disparity from 0.125 to 1 dioptres" in plate.depth.why
     np.testing.assert_allclose(1 / plate.depth_m, 0.125 + depths * 0.875, atol=0.02)
+
+
+def test_a_crash_of_the_library_of_heic_is_a_sentence(tmp_path, monkeypatch):
+    pytest.importorskip("pillow_heif").register_heif_opener()
+    path = heic_with_depth(tmp_path / "p.heic", 1, 8, disparity(metres(64, 64), 1, 8))
+    monkeypatch.setenv("PYTHONPATH", str(crashing(tmp_path, "pillow_heif")))
+    for read in (read_plate, picture_info):
+        with pytest.raises(InputError, match=r"p\.heic .* crashes the library that reads it"):
+            read(path)
 
 
 @pytest.mark.parametrize("letter", ["\u00e9", "=", "A"])

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from heatlens.errors import InputError
+from heatlens.model.framing import SceneTiming
 from heatlens.scene.scene_read import read_scene
 from support.compressed_files import RED_KTX2, UP, draco, packed, with_picture
+from support.crashing import crashing
 from support.gltf_files import SQUARE, SQUARE_CORNERS, SQUARE_UVS
 
 
@@ -78,3 +80,25 @@ def test_a_picture_in_ktx2_tells_which_command_is_needed(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "opengl_basisu", None)
     with pytest.raises(InputError, match=r"a\.glb.*opengl_basisu.*pip install"):
         read_scene(with_picture(RED_KTX2).write(tmp_path / "a.glb"))
+
+
+@pytest.mark.parametrize(
+    ("name", "writer"),
+    [
+        ("DracoPy", draco),
+        ("meshopt", packed),
+        ("opengl_basisu", lambda: with_picture(RED_KTX2)),
+    ],
+)
+def test_a_crash_of_a_library_is_a_sentence(tmp_path, monkeypatch, name, writer):
+    monkeypatch.setenv("PYTHONPATH", str(crashing(tmp_path, name)))
+    with pytest.raises(InputError, match=r"a\.glb .* crashes the library that reads it"):
+        read_scene(writer().write(tmp_path / "a.glb"))
+
+
+def test_frames_and_clips_are_those_that_were_chosen(tmp_path):
+    """They cross over to the process that unpacks, as moving scenes come back from it."""
+    path = draco().write(tmp_path / "a.glb")
+    timing = SceneTiming(frames_per_second=48.0, first_frame=1001)
+    assert read_scene(path, timing).frames_per_second == 48.0
+    assert read_scene(path).frames_per_second != 48.0

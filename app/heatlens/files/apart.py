@@ -1,8 +1,9 @@
 """Call a function in a separate process, for libraries that crash on damaged files.
 
-Run as a module, this calls the function that its arguments name, and writes the pickled result to
-standard output for the calling process. `limits` bounds its time and memory, because a few
-thousand bytes can describe a scene of a billion objects. It never outlives the calling process.
+Run as a module, this calls the function that its arguments name with the pickled value of standard
+input, and writes the pickled result to standard output for the calling process. `limits` bounds its
+time and memory, because a few thousand bytes can describe a scene of a billion objects. It never
+outlives the calling process.
 """
 
 import atexit
@@ -23,6 +24,7 @@ from heatlens.faults import told_error
 from heatlens.files import limits
 from heatlens.stopping import end_with
 
+Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 
 _FAILED = 1  # exit code of Python for an uncaught error
@@ -61,18 +63,18 @@ class Stop:
             process.kill()
 
 
-def called_apart(read: Callable[[str], Result], text: str, what: str) -> Result:
-    """Return `read(text)`, computed in another process.
+def called_apart(read: Callable[[Argument], Result], argument: Argument, what: str) -> Result:
+    """Return `read(argument)`, computed in another process.
 
     `read` must be a function of a module in this package, with a picklable result. Raises the
     HeatlensError that it raises, and an InputError that begins with `what`, the name of the file,
     if the process crashes or exceeds its limits on time or memory.
     """
-    names = (__spec__.name, str(os.getpid()), read.__module__, read.__name__, text)
+    names = (__spec__.name, str(os.getpid()), read.__module__, read.__name__, what)
     # -P: a file in the working folder that has the name of a Python module must not be run.
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", *names],
-        stdin=subprocess.DEVNULL,
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         env=_environment(),
@@ -81,7 +83,7 @@ def called_apart(read: Callable[[str], Result], text: str, what: str) -> Result:
     if hasattr(_of_thread, "stop"):
         _of_thread.stop.add(process)
     try:
-        written, said = process.communicate()
+        written, said = process.communicate(pickle.dumps(argument))
     finally:
         _running.discard(process)
         process.kill()
@@ -117,8 +119,8 @@ def _check_end(code: int, said: bytes, what: str) -> None:
         )
     if code:
         raise InputError(
-            f"{what} cannot be read: it is damaged in a way that crashes OpenUSD, or needs more "
-            f"than {gigabytes} (the variable {limits.GIGABYTES} allows more)."
+            f"{what} cannot be read: it is damaged in a way that crashes the library that reads "
+            f"it, or needs more than {gigabytes} (the variable {limits.GIGABYTES} allows more)."
         )
 
 
@@ -132,16 +134,16 @@ def _environment() -> dict[str, str]:
     return threads | os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
 
 
-def _outcome(module: str, name: str, text: str) -> object:
+def _outcome(module: str, name: str, what: str) -> object:
     """Return the result of the function, or the HeatlensError that it raises or that reports it."""
     try:
-        return getattr(importlib.import_module(module), name)(text)
+        return getattr(importlib.import_module(module), name)(pickle.load(sys.stdin.buffer))
     except MemoryError:
         raise SystemExit(_NO_MEMORY) from None
     except HeatlensError as error:
         return error
     except Exception as error:
-        return told_error(error, f"{text} could not be read")
+        return told_error(error, f"{what} could not be read")
 
 
 def _written(outcome: object) -> bytes:

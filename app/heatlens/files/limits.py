@@ -35,15 +35,20 @@ def gigabytes_most() -> float:
     return _from_environment(GIGABYTES, GIGABYTES_MOST)
 
 
+def is_bounded() -> bool:
+    """Return True in a process that reads for another one, which it may not bring down."""
+    return bool(_allowed)
+
+
 def bound_this_process() -> None:
     """Let the system end this process if it exceeds the limits; Windows has no such limits."""
+    _allowed[""] = seconds_most()
     if os.name != "posix":
         return
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _lower(resource.RLIMIT_AS, int(gigabytes_most() * 1e9))
-    _allowed[""] = seconds_most()
     _bound_time()
 
 
@@ -58,6 +63,8 @@ def allow_for(path: str | os.PathLike[str]) -> None:
 
 
 def _bound_time() -> None:
+    if os.name != "posix":
+        return
     import resource
 
     seconds = math.ceil(sum(_allowed.values()))

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from heatlens.errors import InputError
@@ -53,7 +54,7 @@ def inner_depth(path: Path, info: dict[str, Any]) -> InnerDepth | None:
     `info` is the metadata of the picture. Raises InputError if the map is damaged.
     """
     if info.get("depth_images"):
-        return _of_heic(path, info["depth_images"][0])
+        return _of_heic(*info["depth_images"][0])
     xmp = _xmp_of(info.get("segments", ()))
     if not xmp or ("GDepth:" not in xmp and "DepthMap:" not in xmp):
         return None
@@ -128,13 +129,12 @@ def _refusing_damaged_map(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: its depth map is damaged ({one_line(error)}).") from error
 
 
-def _of_heic(path: Path, found: Any) -> InnerDepth:
+def _of_heic(stored: NDArray[Any], metadata: dict[str, Any]) -> InnerDepth:
     """Return disparity as Apple writes it, converted to dioptres if its ends are given."""
-    with _refusing_damaged_map(path):
-        values = np.asarray(found.to_pillow()).astype(np.float32)
+    values = stored.astype(np.float32)
     values = values[:, :, 0] if values.ndim == 3 else values
     full_scale = 255.0 if values.max(initial=0) <= 255 else 65535.0
-    low, high = _ends_in_dioptres(found.info.get("metadata") or {})
+    low, high = _ends_in_dioptres(metadata)
     if low is not None and high is not None and 0 <= low < high:
         dioptres = (low + values / full_scale * (high - low)).astype(np.float32)
         why = f"The photo holds it, as disparity from {low:g} to {high:g} dioptres."

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError, features
 
 from heatlens.errors import InputError
+from heatlens.files.apart import called_apart
+from heatlens.files.limits import allow_for, is_bounded
 from heatlens.files.quiet import quiet_library
 from heatlens.paths import unreadable
 from heatlens.plate.exr_limits import MAX_SIDE_PX
@@ -47,6 +49,8 @@ class RawPicture:
 
 def open_picture(path: Path) -> RawPicture:
     """Read a whole picture. Raises InputError that names the file if it cannot be read."""
+    if _is_for_own_process(path):
+        return called_apart(open_picture, path, str(path))
     if path.suffix.lower() == ".npy":
         return RawPicture(_array(path))
     with refusals(path), _opened(path) as image:
@@ -61,6 +65,8 @@ def open_picture(path: Path) -> RawPicture:
 
 def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
     """Read (width, height) and the metadata without decoding the pixels, where possible."""
+    if _is_for_own_process(path):
+        return called_apart(picture_info, path, str(path))
     if path.suffix.lower() == ".npy":
         height, width = _array(path).shape[:2]
         return (width, height), {}
@@ -69,6 +75,14 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
             height, width = _by_openimageio(path).shape[:2]
             return (width, height), {"is_light": True}
         return image.size, _info(image) | {"is_light": image.mode == "F"}
+
+
+def _is_for_own_process(path: Path) -> bool:
+    """Return True for HEIC, whose library is large and may crash, unless this is that process."""
+    if path.suffix.lower() not in _HEIC or importlib.util.find_spec("pillow_heif") is None:
+        return False
+    allow_for(path)
+    return not is_bounded()
 
 
 @contextlib.contextmanager
@@ -187,10 +201,14 @@ def _with_heic(path: Path) -> None:
 
 
 def _info(image: Image.Image | None) -> dict[str, Any]:
-    """Return the metadata of a picture."""
+    """Return the metadata of a picture; a depth image as its values and its metadata."""
     if image is None:
         return {}
     info: dict[str, Any] = {str(name): value for name, value in image.info.items()}
+    info["depth_images"] = [
+        (np.asarray(found.to_pillow()), found.info.get("metadata") or {})
+        for found in info.get("depth_images", ())
+    ]
     info["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
     info["segments"] = list(getattr(image, "applist", ()))
     return info

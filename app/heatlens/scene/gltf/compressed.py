@@ -4,12 +4,14 @@ Sources: Khronos, KHR_draco_mesh_compression, KHR_texture_basisu; EXT_meshopt_co
 """
 
 import importlib
+import importlib.util
 from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
+from heatlens.files.limits import is_bounded
 from heatlens.scene.gltf.json_values import Record
 
 _BYTES_MOST = 1 << 30  # that a compressed part of a file may claim to be
@@ -21,7 +23,13 @@ class LibraryMissingError(InputError):
     """A file needs a library that is not installed."""
 
 
+class OwnProcessNeededError(Exception):
+    """A file is compressed; its bytes, which may crash a library, are not unpacked here."""
+
+
 def _library(name: str, what: str) -> ModuleType:
+    if importlib.util.find_spec(name) is not None and not is_bounded():
+        raise OwnProcessNeededError
     try:
         return importlib.import_module(name)
     except ImportError as error:

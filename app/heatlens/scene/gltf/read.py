@@ -9,11 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.errors import InputError
+from heatlens.files.apart import called_apart
+from heatlens.files.limits import allow_for
 from heatlens.model.framing import SceneTiming
 from heatlens.scene.gltf.accessor import read_floats
 from heatlens.scene.gltf.animation import Animation, read_animation
 from heatlens.scene.gltf.cameras import GltfCameras
-from heatlens.scene.gltf.file import GltfFile, open_gltf
+from heatlens.scene.gltf.compressed import OwnProcessNeededError
+from heatlens.scene.gltf.file import GltfFile, named_files, open_gltf
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.lights import GltfLights
 from heatlens.scene.gltf.material import GltfMaterials
@@ -46,13 +49,30 @@ class _Hanging:
         return np.clip(np.nan_to_num(places), -_FAR_MOST_M, _FAR_MOST_M)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # places are checked once they are known
 def read_gltf(path: Path, timing: SceneTiming | None = None) -> Scene:
     """Read the default scene of a file; `timing` chooses the clip, frame rate and first frame.
 
+    A compressed one is read in a separate process, because the libraries that unpack it may crash.
     Raises InputError that names the file and the place in it if it is damaged, refers to missing
     objects, or has nothing visible.
     """
+    try:
+        return gltf_scene((path, timing))
+    except OwnProcessNeededError:
+        return called_apart(_bounded_scene, (path, timing), str(path))
+
+
+def _bounded_scene(chosen: tuple[Path, SceneTiming | None]) -> Scene:
+    """Read a scene with the time that its files may take."""
+    for name in (chosen[0], *named_files(chosen[0])):
+        allow_for(name)
+    return gltf_scene(chosen)
+
+
+@np.errstate(over="ignore", invalid="ignore")  # places are checked once they are known
+def gltf_scene(chosen: tuple[Path, SceneTiming | None]) -> Scene:
+    """Read the scene of a file with this timing; raise OwnProcessNeededError if compressed."""
+    path, timing = chosen
     gltf = open_gltf(path)
     animation = read_animation(gltf, read_tree(gltf), timing or SceneTiming())
     materials = GltfMaterials(gltf)

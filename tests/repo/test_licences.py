@@ -1,0 +1,48 @@
+"""README's section on licences names whatever heatlens installs that is not permissive."""
+
+import importlib.metadata
+import re
+import tomllib
+from itertools import chain
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+_, _, TOLD = (ROOT / "README.md").read_text().partition("\n## Licence\n")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+USED = [extra for name, extra in PROJECT["optional-dependencies"].items() if name != "test"]
+NEEDED = sorted(
+    {
+        re.split(r"[<>=\[]", requirement)[0]
+        for requirement in (*PROJECT["dependencies"], *chain(*USED))
+    }
+    - {"heatlens"}
+)
+PERMISSIVE = re.compile(
+    "MIT|BSD|Apache|Zlib|CC0|PSF|Python Software Foundation|Matplotlib|unencumbered|OpenColorIO|"
+    "Redistribution and use"
+)
+# Libraries in wheels that are GPL or LGPL themselves, whatever the metadata of the wheel say.
+COPYLEFT = re.compile(r"lib(x264|x265|heif|de265)\b")
+
+
+def licence_of(name: str) -> str:
+    """Return what a package says of its licence: an expression, classifiers, or the text."""
+    found = importlib.metadata.metadata(name)
+    classifiers = [c for c in found.get_all("Classifier") or [] if c.startswith("License")]
+    said = found.get("License-Expression") or " ".join([*classifiers, found.get("License") or ""])
+    texts = [f for f in importlib.metadata.files(name) or () if "licen" in str(f).lower()]
+    return said.strip() or " ".join(text.read_text() for text in texts)
+
+
+@pytest.mark.parametrize("name", NEEDED)
+def test_a_package_is_permissive_or_named(name):
+    try:
+        licence = licence_of(name)
+    except importlib.metadata.PackageNotFoundError:
+        pytest.skip(f"{name} is not installed")
+    assert PERMISSIVE.search(licence) or f"`{name}`" in TOLD, licence
+    files = map(str, importlib.metadata.files(name) or ())
+    for library in {match[1] for match in map(COPYLEFT.search, files) if match}:
+        assert f"`{name}`" in TOLD and library in TOLD
