@@ -9,6 +9,7 @@ import pytest
 
 from heatlens.errors import InputError
 from heatlens.plate import exr_limits
+from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.exr_limits import check_exr
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_scan import channels_of, scanned_headers
@@ -128,6 +129,16 @@ def test_a_name_that_is_no_utf_8_is_told(tmp_path, letter):
     for read in (read_plate, read_headers):
         with pytest.raises(InputError, match="holds a name that is not UTF-8"):
             read(path)
+
+
+def test_a_value_of_a_type_that_is_no_utf_8_is_refused_where_the_scan_lets_it_pass(tmp_path):
+    path = write_file(tmp_path / "a.exr", rgb(), pinholeFocalLength=50.0)
+    name = b"pinholeFocalLength\0"
+    good, bad = name + b"float\0", name + b"fl\xde\xc2\xe8\0"
+    path.write_bytes(path.read_bytes().replace(good, bad))
+    header = OpenEXR.File(str(path), header_only=True).parts[0].header
+    told = camera_at_header([header]).refused
+    assert list(told.values()) == ["pinholeFocalLength is of an unknown type"]
 
 
 def test_a_type_of_an_attribute_that_is_no_utf_8_is_told(tmp_path):

@@ -76,7 +76,10 @@ def _short(value: Any) -> str:
         return f"{value:g}"
     if isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.size <= _FEW:
         return " x ".join(f"{one:g}" for one in value.flat)
-    return textwrap.shorten(repr(value), 40)
+    try:
+        return textwrap.shorten(repr(value), 40)
+    except UnicodeDecodeError:  # the library shows the name of a type as it is in the file
+        return "of an unknown type"
 
 
 def _add_lens_of_shoot(
