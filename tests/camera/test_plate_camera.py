@@ -157,10 +157,19 @@ def test_a_still_stands_at_every_frame(tmp_path):
     attribute = exr_attribute(EYE, TARGET)
     path = write_file(tmp_path / "still.exr", rgb(9, 16), worldToCamera=attribute)
     shot = Shot(LENS, source=str(path))
-    with pytest.raises(InputError, match=r"The shot has no frames.*Give them with --frames"):
-        camera_of_shot(shot, "s")
+    assert camera_of_shot(shot, "s").frames == (1,)
     camera = camera_of_shot(shot, "s", FrameRange(1, 3))
     assert len(camera.world_to_camera) == 3 and len(set(camera.world_to_camera)) == 1
+
+
+def test_a_single_frame_of_a_renderer_is_that_frame(tmp_path):
+    path = write_file(tmp_path / "plate.0007.exr", rgb(9, 16))
+    assert camera_of_shot(Shot(LENS, source=str(path)), "s").frames == (7,)
+
+
+def test_a_plate_without_files_needs_frames(tmp_path):
+    with pytest.raises(InputError, match=r"The shot has no frames.*Give them with --frames"):
+        camera_of_shot(Shot(LENS, source=str(tmp_path / "none.exr")), "s")
 
 
 def test_a_place_that_some_frames_do_not_tell_is_left_out(plate, tmp_path):

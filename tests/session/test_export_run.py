@@ -11,7 +11,7 @@ from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.session import export_process
-from heatlens.session.export_process import ExportRun
+from heatlens.session.export_process import ExportRun, ExportState
 
 # Prints a first line, ignores every polite signal, and would go on for a minute.
 DEAF = (
@@ -142,3 +142,9 @@ def test_an_export_that_cannot_begin_says_so_and_the_next_one_can(monkeypatch, t
     assert run.state is not None and run._follower is not None
     run._follower.join(60)
     assert run.state.code == 0
+
+
+def test_what_stays_of_a_stopped_export_is_told_of_frames_and_of_movies():
+    frames, movie = (ExportState("t", output=name) for name in ("o.####.exr", "o.MOV"))
+    assert frames.when_stopped == "Finished frames stay; exporting again goes on with the rest."
+    assert movie.when_stopped == "A movie is whole or not there; exporting again begins it anew."

@@ -183,10 +183,8 @@ def _plate(shot: Shot) -> tuple[Sequence | None, tuple[str, ...]]:
 
 
 def _frames_of(sequence: Sequence | None) -> FrameRange | None:
-    """Return the frames of a sequence; a still has none."""
-    if sequence is None or sequence.is_single:
-        return None
-    return FrameRange(sequence.first, sequence.last)
+    """Return the frames of a sequence, of which a still is one; None without files."""
+    return None if sequence is None else FrameRange(sequence.first, sequence.last)
 
 
 def _height_mm(shot: Shot, sequence: Sequence | None, given_mm: float | None) -> tuple[float, str]:

@@ -16,6 +16,7 @@ from threading import Thread, current_thread, main_thread
 
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.errors import FAULT_CODE
+from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.faults import faults_reported, told_error
 from heatlens.model.shot import Shot
 
@@ -43,6 +44,13 @@ class ExportState:
     def is_stopped(self) -> bool:
         """Return True where it was stopped by hand."""
         return self.code in _STOPPED
+
+    @property
+    def when_stopped(self) -> str:
+        """What stays of an export that is stopped, in a sentence."""
+        if Path(self.output).suffix.lower() in MOVIE_SUFFIXES:
+            return "A movie is whole or not there; exporting again begins it anew."
+        return "Finished frames stay; exporting again goes on with the rest."
 
 
 class ExportRun:
@@ -187,7 +195,7 @@ def _closing_sentence(code: int, state: ExportState) -> str:
     if code == 0:
         return f"Done: {state.title}. {state.told}".strip()
     if code in _STOPPED:
-        return f"Stopped: {state.title}. Finished frames stay; export again to go on."
+        return f"Stopped: {state.title}. {state.when_stopped}"
     return state.said
 
 

@@ -127,7 +127,8 @@ class Screen:
         pull_popup(session, ui)
         rendered_popup(session, ui.timeline)
         shot_question(session.documents)
-        quit_question(ui, export_words(session.exports.run.state))
+        export = session.exports.run.state
+        quit_question(ui, export_words(export), "" if export is None else export.when_stopped)
         ui.dialogs.draw()
 
     def _palette(self) -> Action | None:

@@ -10,18 +10,21 @@ _TITLE = "An export is under way###quit"
 _WIDTH_EM = 28.0
 
 
-def quit_question(ui: UiState, words: str) -> None:
-    """Draw the question while it is open; `words` tell the progress of the export."""
+def quit_question(ui: UiState, words: str, stays: str) -> None:
+    """Draw the question while it is open.
+
+    `words` tell the progress of the export, `stays` is a sentence on what stays of it.
+    """
     if not ui.asks_to_quit:
         return
     with question(_TITLE, _WIDTH_EM) as shown:
         if shown:
-            _answer(ui, words)
+            _answer(ui, words, stays)
 
 
-def _answer(ui: UiState, words: str) -> None:
+def _answer(ui: UiState, words: str, stays: str) -> None:
     topmost.answers_keys_itself()
-    imgui.text_wrapped(f"{words}. Finished frames stay; exporting again goes on with the rest.")
+    imgui.text_wrapped(f"{words}. {stays}")
     widgets.spacer()
     entered = imgui.is_key_pressed(imgui.Key.enter, False)
     is_closing = _button("Stop it and close") or entered
