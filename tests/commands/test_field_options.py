@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from heatlens.commands.field_options import (
-    _type_of,
     add_fields,
     attributes_of,
     flag_of,
@@ -20,7 +19,7 @@ from heatlens.errors import HeatlensError, InputError
 from heatlens.model.lens import Lens
 from heatlens.model.look_options import LookOptions
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.option import options_of, words_of
+from heatlens.model.option import options_of, type_of, words_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import LensParameter
@@ -74,7 +73,7 @@ def test_what_is_typed_is_the_value(record):
         value = getattr(other, name)
         flag = flag_of(kind, name)
         values = value if isinstance(value, tuple) else (value,)
-        is_flag = _type_of(kind, name) is bool
+        is_flag = type_of(kind, name) is bool
         words = [flag] if is_flag else [f"{flag}={typed(one)}" for one in values]
         assert parsed(kind, *words) == {name: value}
         assert replace(record, **parsed(kind, *words)) == other
@@ -103,7 +102,7 @@ def test_a_choice_is_typed_as_its_member():
 @pytest.mark.parametrize(("record", "name"), RANGES, ids=lambda it: it if str(it) == it else "")
 def test_the_ends_of_a_range_are_allowed_and_what_lies_beyond_is_not(record, name):
     told = options_of(type(record))[name]
-    whole = _type_of(type(record), name) is int
+    whole = type_of(type(record), name) is int
     far = replace(record, focus_distance_m=1e9) if isinstance(record, Lens) else record
     for end, beyond in ((told.least, told.least - 0.1), (told.most, told.most * 1.01 + 1)):
         kind = int if whole else float

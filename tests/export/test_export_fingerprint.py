@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.export.fingerprint import fingerprint_of
-from heatlens.export.job import ExportJob, ExrOptions, Look
+from heatlens.export.job import ExportJob, Look
+from heatlens.export.options import ExportOptions
 from heatlens.export.output import parse_output
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
@@ -42,18 +43,18 @@ def fingerprint(job=JOB, frame=1001, lens=LENS, stamp=(5, 6), is_black=False) ->
         {"lens": replace(LENS, focal_length_mm=49.0)},
         {"lens": replace(LENS, sensor_width_mm=24.0)},
         {"lens": replace(LENS, focus_distance_m=float("inf"))},
-        {"job": replace(JOB, exr=ExrOptions(half=False))},
-        {"job": replace(JOB, exr=ExrOptions(compression="piz"))},
-        {"job": replace(JOB, exr=ExrOptions(with_depth=True))},
-        {"job": replace(JOB, exr=ExrOptions(with_coc=True))},
+        {"job": replace(JOB, options=ExportOptions(is_float=True))},
+        {"job": replace(JOB, options=ExportOptions(compression="piz"))},
+        {"job": replace(JOB, options=ExportOptions(with_depth=True))},
+        {"job": replace(JOB, options=ExportOptions(with_coc=True))},
         {"job": replace(JOB, shot=replace(JOB.shot, defocus=replace(QUICK, layers=3)))},
         {"job": replace(JOB, shot=replace(JOB.shot, defocus=replace(QUICK, proxy=0.5)))},
         {"job": replace(JOB, shot=replace(JOB.shot, defocus=replace(QUICK, quality=Quality.FILM)))},
         {"job": replace(JOB, shot=replace(JOB.shot, plate_options=PlateOptions(near_m=1.0)))},
         {"job": PICTURES},
         {"job": replace(PICTURES, look=Look(exposure_stops=1.0))},
-        {"job": replace(PICTURES, look=Look(burn_in=True))},
-        {"job": replace(PICTURES, look=Look(burn_in=True, unit="ft"))},
+        {"job": replace(PICTURES, options=ExportOptions(burn_in=True))},
+        {"job": replace(PICTURES, options=ExportOptions(burn_in=True, unit="ft"))},
         {"job": replace(PICTURES, output=parse_output("n.####.jpg"))},
     ],
 )
@@ -65,7 +66,11 @@ def test_each_thing_that_decides_a_pixel_is_in_the_fingerprint(other):
 @settings(deadline=None)
 def test_what_decides_no_pixel_is_not(missing, force, rate):
     shot = replace(JOB.shot, frames_per_second=rate, source="/elsewhere/plate.####.exr")
-    other = replace(JOB, shot=shot, frames=(1001,), missing=missing, force=force)
+    other = replace(
+        JOB, shot=shot, frames=(1001,), options=ExportOptions(missing=missing, force=force)
+    )
     assert fingerprint(other) == fingerprint()
     assert fingerprint(replace(JOB, look=Look(exposure_stops=2.0))) == fingerprint()
-    assert fingerprint(replace(PICTURES, exr=ExrOptions(half=False))) == fingerprint(PICTURES)
+    assert fingerprint(replace(PICTURES, options=ExportOptions(is_float=True))) == fingerprint(
+        PICTURES
+    )

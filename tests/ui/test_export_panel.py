@@ -12,13 +12,16 @@ import pytest
 from PIL import Image
 
 from heatlens.commands.main import main
+from heatlens.export.job_file import read_job
+from heatlens.export.options import ExportOptions
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.model.frames import FrameRange
-from heatlens.model.guides import Guides
+from heatlens.model.guides import NO_GUIDES, Guides
+from heatlens.model.lens import Lens
 from heatlens.model.look_options import LookOptions
 from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import LensParameter
+from heatlens.model.shot import LensParameter, Shot
 from heatlens.paths import data_dir, folder_to_write_in
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_write import write_exr
@@ -189,37 +192,39 @@ def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, loo
     assert np.abs(file - 255 * np.clip(seen, 0, 1)).max() <= 1.0
 
 
-def test_a_wish_is_words_for_the_command(tmp_path) -> None:
+def test_a_wish_is_a_job_for_the_command(tmp_path) -> None:
+    def told(wish: ExportSettings, guides: Guides = NO_GUIDES) -> tuple:
+        (tmp_path / "job.json").write_text(wish.job(seen, guides))
+        return read_job(tmp_path / "job.json")
+
     wish = proposed_settings(tmp_path / "bar.v2.1001.exr")
     seen = LookOptions(display="sRGB", view="ACES", exposure_stops=0.5)
     assert wish.output == str(tmp_path / "bar_dof" / "bar.####.exr")
-    assert wish.words(seen) == []
+    assert told(wish) == (ExportOptions(),)
     single = replace(proposed_settings(tmp_path / "still.exr"), is_single=True)
     assert single.output == str(tmp_path / "still_dof" / "still.exr")
     several = replace(single, frames="1-3")
     assert several.output == str(tmp_path / "still_dof" / "still.####.exr")
     for kind, suffix in FRAME_KINDS.items():
         assert ExportSettings("/a", "b", kind).output.endswith(suffix)
-    assert "--view" not in ExportSettings("/a", "b", "ProRes movie").words(LookOptions())
-    look = ExportSettings("/a", "b", "ProRes movie", "1-5", "film", burn_in=True)
+    look = ExportSettings("/a", "b", "ProRes movie", "film", frames="1-5", burn_in=True)
     assert look.output == "/a/b.mov"
-    assert look.words(seen) == [
-        *("--frames", "1-5", "--quality", "film", "--display=sRGB", "--view=ACES"),
-        *("--exposure=0.5", "--burn-in"),
-    ]
+    options = ExportOptions(frames="1-5", burn_in=True)
+    assert told(look) == (options, seen, Guides())
     guides = Guides(aspect=2.39, thirds=True, desqueeze=2.0)
-    assert replace(look, with_guides=True).words(seen, guides) == [
-        *look.words(seen)[:-1],
-        *("--matte=2.39", "--thirds", "--desqueeze=2.0", "--burn-in"),
-    ]
-    assert look.words(seen, guides) == look.words(seen)
+    assert told(replace(look, with_guides=True), guides) == (options, seen, guides)
+    assert told(look, guides) == (options, seen, Guides())
     faint = Guides(opacity=0.5, centre=True)  # without a matte there is nothing faint
-    assert replace(look, with_guides=True).words(seen, faint)[-2:] == [
-        "--centre-cross",
-        "--burn-in",
-    ]
-    linear = ExportSettings("/a", "b", with_guides=True)
-    assert linear.words(seen, guides) == []
+    drawn = told(replace(look, with_guides=True), faint)[2]
+    assert drawn == Guides(centre=True)
+    linear = ExportSettings("/a", "b", with_guides=True, with_depth=True, burn_in=True)
+    assert told(linear, guides) == (ExportOptions(with_depth=True),)
+
+
+def test_the_quality_is_that_of_the_panel_or_of_the_shot() -> None:
+    shot = Shot(Lens(50.0, 2.0, 2.0, 36.0))
+    assert ExportSettings().shot_of(shot) == shot
+    assert ExportSettings(quality="film").shot_of(shot).defocus.quality == "film"
 
 
 def test_news_of_the_process_are_taken_and_other_lines_left() -> None:

@@ -2,17 +2,20 @@
 
 import argparse
 from contextlib import closing
+from pathlib import Path
 
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.commands.export_progress import failure_reported, progress_of
 from heatlens.commands.export_send import add_send_option, sending
 from heatlens.commands.export_submit import submit
+from heatlens.commands.field_options import fill_fields
 from heatlens.commands.look_options import say_seen_through
 from heatlens.commands.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
 from heatlens.commands.say import say
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import InputError
+from heatlens.export.job_file import read_job
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import export_frames
 from heatlens.gpu.context import headless_context
@@ -61,12 +64,20 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     )
     add_export_options(parser)
     add_send_option(parser)
+    parser.add_argument(
+        "--job",
+        type=Path,
+        metavar="FILE",
+        help="options as JSON, as the window hands them over; those that are typed go first",
+    )
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Export the frames; print progress, and a summary or the reason of a failure at the end."""
     with failure_reported(args.progress):
+        for record in () if args.job is None else read_job(args.job):
+            fill_fields(args, record)
         _export(args)
     return 0
 

@@ -8,7 +8,7 @@ from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.field_options import add_fields, typed_fields
 from heatlens.commands.given_options import given, refuse_given, refuse_unused
-from heatlens.commands.kept_option import add_keep_option, kept_names
+from heatlens.commands.kept_option import kept_names
 from heatlens.commands.lens_options import add_lens_options
 from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
 from heatlens.commands.pinhole_output import (
@@ -22,10 +22,11 @@ from heatlens.commands.scene_options import (
     with_framing,
 )
 from heatlens.commands.source_commands import commands_for
-from heatlens.commands.value_types import number, whole
+from heatlens.commands.value_types import whole
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError
-from heatlens.export.job import ExportJob, ExrOptions, Look
+from heatlens.export.job import ExportJob, Look
+from heatlens.export.options import EXR, FRAMES, LOOK, USUAL_COMPRESSION, ExportOptions, of_group
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
 from heatlens.model.frames import check_within
@@ -33,10 +34,7 @@ from heatlens.model.guides import Guides
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.channels import Header
-from heatlens.plate.exr_write import COMPRESSIONS
 from heatlens.source.named import source_of
-
-_USUAL_COMPRESSION = "zip"
 
 
 def add_export_options(parser: argparse.ArgumentParser) -> None:
@@ -53,32 +51,8 @@ def add_export_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_frame_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("frames")
-    group.add_argument(
-        "--frames", metavar="RANGE", help="1001-1100, 1001-1100x2, 1001,1005; default: in to out"
-    )
+    add_fields(group, ExportOptions, of_group(FRAMES))
     group.add_argument("--plate", metavar="FILES", help="use instead of the plate in the shot")
-    group.add_argument(
-        "--missing",
-        choices=("hold", "black", "stop"),
-        help="for a frame without a plate: hold the previous one, black, or stop before anything "
-        "is rendered (default)",
-    )
-    group.add_argument("--force", action="store_true", help="render finished frames again")
-    group.add_argument(
-        "--overwrite",
-        action="store_true",
-        help="replace files too that no export of heatlens wrote; they are refused otherwise",
-    )
-    group.add_argument(
-        "--fps", type=number, metavar="N", help="of a movie, and of a glTF; default: the shot's"
-    )
-    group.add_argument(
-        "--start-timecode",
-        metavar="HH:MM:SS:FF",
-        help="of the first frame of the shot, plates or scene, in EXR headers, movies and the "
-        "burn-in; HH:MM:SS;FF drops frame numbers at 29.97 and 59.94 (default: the shot's, else "
-        "what the headers of the plates tell)",
-    )
     group.add_argument(
         "--progress",
         choices=("terminal", "json", "openjd"),
@@ -108,25 +82,13 @@ def _add_farm_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_exr_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("EXR")
-    group.add_argument("--float", action="store_true", help="32 bits a channel (default: half)")
-    group.add_argument(
-        "--compression", choices=COMPRESSIONS, default=_USUAL_COMPRESSION, help="default zip"
-    )
-    group.add_argument("--with-depth", action="store_true", help="Z in metres beside the colour")
-    group.add_argument(
-        "--with-coc", action="store_true", help="circle of confusion in pixels beside the colour"
-    )
-    add_keep_option(group)
+    add_fields(parser.add_argument_group("EXR"), ExportOptions, of_group(EXR))
 
 
 def _add_look_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of all pictures, and those that only frames of a shot have."""
     group = add_look_options(parser)
-    group.add_argument(
-        "--burn-in", action="store_true", help="write frame, focus and f-stop into the picture"
-    )
-    group.add_argument("--unit", choices=("m", "ft"), help="of the distance in that (default m)")
+    add_fields(group, ExportOptions, of_group(LOOK))
     add_fields(group, Guides)
 
 
@@ -138,30 +100,17 @@ def job_of(args: argparse.Namespace) -> ExportJob:
     output = parse_output(args.output)
     _check_kind(args, output)
     read = _shot_in_file(args) if is_shot_file(args.shot) else None
-    check_pinhole_options(args, output.is_exr, read is not None, usual=_USUAL_COMPRESSION)
+    check_pinhole_options(args, output.is_exr, read is not None, usual=USUAL_COMPRESSION)
     _refuse_unused(args, read)
     shot = _with_overrides(args, read or _shot_of_options(args))
     frames = _frames(args, shot)
     shot = _started(args, shot)
-    exr = ExrOptions(
-        not args.float,
-        args.compression,
-        args.with_depth or args.pinhole,
-        args.with_coc,
-        _kept_names(args, shot),
-    )
-    return ExportJob(
-        shot,
-        frames,
-        output,
-        args.missing or "stop",
-        exr,
-        _look(args, shot),
-        args.force,
-        args.pinhole,
-        pinhole_options(args),
-        args.overwrite,
-    )
+    options = ExportOptions(**typed_fields(args, ExportOptions))
+    if args.pinhole:
+        options = replace(options, with_depth=True)
+    look, keep = _look(args, shot), _kept_names(args, shot)
+    beside = pinhole_options(args)
+    return ExportJob(shot, frames, output, options, look, keep, args.pinhole, beside)
 
 
 def _kept_names(args: argparse.Namespace, shot: Shot) -> tuple[str, ...]:
@@ -268,10 +217,9 @@ def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
 
 
 def _look(args: argparse.Namespace, shot: Shot) -> Look:
-    asked, unit = look_of(args), args.unit or "m"
-    transform = _transform(args, shot)
+    asked, transform = look_of(args), _transform(args, shot)
     guides = Guides(**typed_fields(args, Guides))
-    return Look(transform, asked.exposure_stops, asked.gamma, args.burn_in, unit, guides)
+    return Look(transform, asked.exposure_stops, asked.gamma, guides)
 
 
 def _color_header(shot: Shot) -> Header:

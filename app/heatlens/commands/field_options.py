@@ -6,7 +6,7 @@ The range, unit and help of an option are defined on its field, see `heatlens.mo
 import argparse
 from collections.abc import Callable, Iterable
 from enum import StrEnum
-from typing import Any, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 from heatlens.commands.value_types import f_number, finite, millimetres, number, whole, with_point
 from heatlens.errors import InputError
@@ -49,6 +49,15 @@ def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()
     return found
 
 
+def fill_fields(args: argparse.Namespace, record: Any) -> None:
+    """Take the fields of `record` that are not at their default where no option was typed."""
+    kind: Any = type(record)
+    for name, told in options_of(kind).items():
+        typed, value = getattr(args, _attribute(told)), getattr(record, name)
+        if (typed is None or typed is False) and value != getattr(kind(), name):
+            setattr(args, _attribute(told), value)
+
+
 def attributes_of(kind: type, names: Iterable[str] = ()) -> tuple[str, ...]:
     """Return the attributes of parsed arguments that hold the options of fields."""
     told = options_of(kind)
@@ -74,6 +83,8 @@ def _keywords(kind: Any, told: Option) -> dict[str, Any]:
         return {"action": "store_true", "help": told.help}
     if get_origin(kind) is tuple:
         return {"action": "append", "metavar": told.metavar, "help": told.help}
+    if get_origin(kind) is Literal:
+        return {"choices": get_args(kind), "help": told.help}
     if issubclass(kind, StrEnum):
         return {"choices": [str(member) for member in kind], "help": told.help}
     keywords: dict[str, Any] = {"metavar": told.metavar, "help": told.help}
@@ -87,7 +98,9 @@ def _value(typed: Any, kind: Any, told: Option) -> Any:
         return tuple(_value(one, get_args(kind)[0], told) for one in typed)
     if kind is OpeningImage:
         return typed if isinstance(typed, OpeningImage) else read_opening_image(typed)
-    if told.parse is not None:
+    if get_origin(kind) is Literal:
+        return typed
+    if told.parse is not None and isinstance(typed, str):
         return told.parse(with_point(typed) if kind is float else typed)
     if issubclass(kind, StrEnum):
         return kind(typed)

@@ -2,7 +2,9 @@
 
 import argparse
 
+from heatlens.commands.field_options import add_fields
 from heatlens.errors import InputError
+from heatlens.export.options import ExportOptions
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.kept_channels import check_kept
 from heatlens.source.source import Source
@@ -10,12 +12,7 @@ from heatlens.source.source import Source
 
 def add_keep_option(parser: "argparse.ArgumentParser | argparse._ArgumentGroup") -> None:
     """Add it to the options of a command that writes EXR files."""
-    parser.add_argument(
-        "--keep-channels",
-        metavar="NAMES",
-        help="other layers and channels of the plate that are copied unchanged to an EXR: names "
-        "separated by commas, or all",
-    )
+    add_fields(parser, ExportOptions, ["keep_channels"])
 
 
 def kept_names(

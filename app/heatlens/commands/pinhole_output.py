@@ -60,7 +60,7 @@ def check_pinhole_options(
         )
     if wrong and not is_exr:
         raise InputError(f"{' and '.join(wrong)}: {args.output} is not an EXR file.")
-    if args.deep and args.compression != usual:
+    if args.deep and args.compression not in (None, usual):
         raise InputError("--deep: a deep file is always compressed as zips; leave --compression.")
     is_known = has_lens or None not in (args.f_stop, args.focus_distance)
     if args.overscan == AUTO and not is_known:

@@ -11,6 +11,7 @@ from typing import Any
 
 from heatlens import __version__
 from heatlens.export.job import ExportJob
+from heatlens.export.options import EXR, LOOK, ExportOptions, of_group
 from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.files.json_record import plain
 from heatlens.model.framing import Framing
@@ -20,6 +21,8 @@ from heatlens.plate.picture_digest import digest, without_advice
 from heatlens.source.origin import Origin
 
 _MOVIE_ENCODING = 2  # raised when movies of the same frames become others; 1 had wrong pixels
+
+_TOLD = {"is_float", "compression", "with_depth", "with_coc", "keep_channels", "burn_in", "unit"}
 
 
 def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> str:
@@ -57,16 +60,24 @@ def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str
 
 def _output_facts(job: ExportJob) -> dict[str, Any]:
     """Return the options that have an effect on this kind of file."""
+    options, look = job.options, job.look
     if job.output.is_exr:
-        told = plain(job.exr)
-        kept = {} if job.exr.keep else {"keep"}  # files of earlier versions have no such entry
-        return {"kind": ".exr", **{name: told[name] for name in told.keys() - kept}}
-    look = job.look
+        told = {name: getattr(options, name) for name in ("compression", "with_depth", "with_coc")}
+        told |= {"keep": plain(job.keep)} if job.keep else {}
+        return {"kind": ".exr", "half": not options.is_float, **told, **_newer(job, EXR)}
     return {
         "kind": job.output.suffix,
         "view": [look.transform.key, look.transform.input_space],
         "exposure_stops": look.exposure_stops,
         "gamma": look.gamma,
-        "burn_in": look.unit if look.burn_in else None,
+        "burn_in": options.unit if options.burn_in else None,
         **({"guides": plain(look.guides)} if look.guides != NO_GUIDES else {}),
+        **_newer(job, LOOK),
     }
+
+
+def _newer(job: ExportJob, group: str) -> dict[str, Any]:
+    """Return the chosen options of a group that files of earlier versions do not tell."""
+    usual, names = ExportOptions(), [name for name in of_group(group) if name not in _TOLD]
+    told = {name: getattr(job.options, name) for name in names}
+    return {name: plain(value) for name, value in told.items() if value != getattr(usual, name)}

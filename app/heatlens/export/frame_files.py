@@ -9,7 +9,8 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from heatlens.errors import InputError
-from heatlens.export.job import ExportJob, ExrOptions
+from heatlens.export.job import ExportJob
+from heatlens.export.options import ExportOptions
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
@@ -61,9 +62,9 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
         frame.plate,
         frame.planned.lens,
         proxy,
-        half=job.exr.half,
-        compression=job.exr.compression,
-        more_channels=measures_of(frame, proxy, job.exr),
+        half=not job.options.is_float,
+        compression=job.options.compression,
+        more_channels=measures_of(frame, proxy, job.options),
         more_attributes={
             **told,
             JOB_ATTRIBUTE: frame.planned.fingerprint,
@@ -80,12 +81,12 @@ def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
         **lens_header(plate, planned.lens),
         JOB_ATTRIBUTE: planned.fingerprint,
     }
-    write_deep(planned.path, plate, attributes, half=job.exr.half)
+    write_deep(planned.path, plate, attributes, half=not job.options.is_float)
 
 
 def _kept(job: ExportJob, frame: RenderedFrame) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Return the result of `kept_channels`; a black frame keeps no channels of the plate."""
-    wanted = () if frame.planned.origin.is_black else job.exr.keep
+    wanted = () if frame.planned.origin.is_black else job.keep
     return kept_channels(frame.plate, job.shot.plate_options, wanted)
 
 
@@ -108,7 +109,7 @@ def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, Any]:
     return {} if value is None else {"timeCode": value}
 
 
-def measures_of(frame: RenderedFrame, proxy: float, wanted: ExrOptions) -> dict[str, FloatImage]:
+def measures_of(frame: RenderedFrame, proxy: float, wanted: ExportOptions) -> dict[str, FloatImage]:
     """Return Z in metres and coc in pixels of each pixel before the blur, as requested."""
     plate, channels = frame.plate, {}
     if wanted.with_depth:

@@ -4,26 +4,15 @@ from dataclasses import dataclass, field
 
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.errors import InputError
+from heatlens.export.options import ExportOptions
 from heatlens.export.output import Output
 from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.shot import Shot
-from heatlens.sequence.sequence import MissingPolicy
 from heatlens.source.named import checked_source
 
 _STOPS_MOST = 30.0  # beyond this, everything is white or black
 _GAMMA_MOST = 10.0
-
-
-@dataclass(frozen=True)
-class ExrOptions:
-    """The format of scene-linear frames, and the channels beside the colour."""
-
-    half: bool = True
-    compression: str = "zip"
-    with_depth: bool = False  # Z, metres
-    with_coc: bool = False  # coc, signed diameter in pixels of this picture
-    keep: tuple[str, ...] = ()  # layers and channels of the plate to copy, see `kept_channels`
 
 
 @dataclass(frozen=True)
@@ -36,8 +25,6 @@ class Look:
     transform: ViewTransform = field(default_factory=srgb_transform)
     exposure_stops: float = 0.0
     gamma: float = 1.0  # display values to the power of one over it
-    burn_in: bool = False  # frame, focus and f-stop written into the picture
-    unit: str = "m"  # unit of the distance in the burn-in
     guides: Guides = NO_GUIDES  # drawn into the picture
 
     def __post_init__(self) -> None:
@@ -54,13 +41,11 @@ class Look:
 
 @dataclass(frozen=True)
 class ExportJob:
-    """Export `frames` of a shot to `output`; `look` is for pictures and movies, `exr` for EXR.
+    """Export `frames` of a shot to `output`; `look` is for pictures and movies.
 
-    missing  what to use for a frame without a plate
-    force    render finished frames again
+    keep     layers and channels of the plate to copy, see `kept_channels`
     pinhole  write the frames without a lens, as plates for other programs
     beside   overscan and depth format of these plates
-    overwrite  replace files too that no export of heatlens wrote
 
     Raises InputError for no frame, and a shot of no plate.
     """
@@ -68,13 +53,11 @@ class ExportJob:
     shot: Shot
     frames: tuple[int, ...]
     output: Output
-    missing: MissingPolicy = "stop"
-    exr: ExrOptions = field(default_factory=ExrOptions)
+    options: ExportOptions = field(default_factory=ExportOptions)
     look: Look = field(default_factory=Look)
-    force: bool = False
+    keep: tuple[str, ...] = ()
     pinhole: bool = False
     beside: PinholeOptions = field(default_factory=PinholeOptions)
-    overwrite: bool = False
 
     def __post_init__(self) -> None:
         checked_source(self.shot)

@@ -60,7 +60,7 @@ def planned(job: ExportJob) -> ExportPlan:
     replace it, if an output would overwrite an input, or if the lens is impossible.
     """
     source = source_of(job.shot)
-    source.check(job.shot, job.frames, job.missing)
+    source.check(job.shot, job.frames, job.options.missing)
     check_names(job.output, job.frames)
     plan = ExportPlan(job, source, tuple(_planned(job, source, frame) for frame in job.frames))
     _check_sources_stay(plan)
@@ -69,7 +69,7 @@ def planned(job: ExportJob) -> ExportPlan:
 
 def _planned(job: ExportJob, source: Source, frame: int) -> PlannedFrame:
     lens = job.shot.lens_at(frame)
-    origin = source.origin(job.shot, frame, job.missing)
+    origin = source.origin(job.shot, frame, job.options.missing)
     mark = fingerprint_of(job, frame, lens, origin)
     return PlannedFrame(frame, origin, lens, job.output.path_at(frame), mark)
 

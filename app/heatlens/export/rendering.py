@@ -78,20 +78,20 @@ class FrameRendering:
 
     def _plate(self) -> Plate:
         """Return the plate, in memory if another thread will write its depth."""
-        plate, exr = self._renderer.loaded.plate, self._job.exr
-        return plate.in_memory() if exr.with_depth or exr.with_coc else plate
+        plate, wanted = self._renderer.loaded.plate, self._job.options
+        return plate.in_memory() if wanted.with_depth or wanted.with_coc else plate
 
     def _pixels(self, frame: PlannedFrame) -> FloatImage:
         picture = self._picture(frame.frame)
         if self._shown is None:
             return download(picture)
-        plate, look = self._renderer.loaded.plate, self._job.look
+        plate, options = self._renderer.loaded.plate, self._job.options
         display = self._shown.of(picture, plate, self._job.shot.defocus.proxy)
-        display = with_guides(display, look.guides, plate.pixel_aspect_ratio)
-        if not look.burn_in:
+        display = with_guides(display, self._job.look.guides, plate.pixel_aspect_ratio)
+        if not options.burn_in:
             return display
         told = frame_timecode(self._job, frame, plate)
-        return burned_in(display, burn_in_text(frame.frame, frame.lens, plate, look.unit, told))
+        return burned_in(display, burn_in_text(frame.frame, frame.lens, plate, options.unit, told))
 
     def _picture(self, frame: int) -> moderngl.Texture:
         """Return the picture with the lens, or the pinhole picture if that is requested."""

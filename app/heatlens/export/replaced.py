@@ -14,7 +14,7 @@ def check_replaced(plan: ExportPlan) -> None:
     Files of an earlier export are replaced without a question, whatever it was an export of. Of
     an empty file, or one whose header cannot be read, nothing can be lost.
     """
-    if plan.job.overwrite:
+    if plan.job.options.overwrite:
         return
     paths = dict.fromkeys(frame.path for frame in plan.frames)
     others = [path for path in paths if _is_of_others(path)]

@@ -72,7 +72,7 @@ def _with_room(plan: ExportPlan, steps: Generator[FrameDone], count: int) -> Gen
 
 def _are_there(plan: ExportPlan) -> Iterator[bool]:
     """Return for each frame whether it is finished; all frames of a movie share one answer."""
-    if plan.job.force:
+    if plan.job.options.force:
         return repeat(False, len(plan.frames))
     if plan.job.output.is_movie:
         path = plan.frames[0].path
@@ -83,7 +83,7 @@ def _are_there(plan: ExportPlan) -> Iterator[bool]:
 def _exported(
     plan: ExportPlan, frames: tuple[PlannedFrame, ...], make_renderer: Callable[[], FrameRenderer]
 ) -> Generator[FrameDone]:
-    may_be_there = not (plan.job.force or plan.job.output.is_movie)
+    may_be_there = not (plan.job.options.force or plan.job.output.is_movie)
     with (
         _files(plan) as write,
         closing(FrameRendering(plan, frames, make_renderer())) as rendering,

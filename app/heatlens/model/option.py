@@ -29,10 +29,11 @@ class Option:
     parse     converts the typed text and raises InputError; None to decide by type and unit
     asked_by  tells whether a `Method` uses the field; None if every method does
     why_not   end of a sentence about a method that does not use the field
-    label     words beside the control in a panel; `words` if none are given
-    tip       tooltip of the control; `help` if none is given
+    label     words beside the control in a panel (default: `words`); "" if it is in none
+    tip       tooltip of the control (default: `help`)
     slider    ends of a slider, if they are nearer than the range
     shown     how a slider shows the number
+    group     the group in `--help`
     """
 
     words: str
@@ -49,6 +50,7 @@ class Option:
     tip: str = ""
     slider: tuple[float, float] | None = None
     shown: str = "%.2f"
+    group: str = ""
 
     def allows(self, value: float) -> bool:
         """Return whether a number lies in the range; NaN never does."""

@@ -61,8 +61,9 @@ class ExportCommands:
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""
-        words = self.settings.words(self._look.options(), self._look.guides)
-        self._begin(lambda: self.run.export(self._timeline.timed_shot, self.settings.output, words))
+        job = self.settings.job(self._look.options(), self._look.guides)
+        shot = self.settings.shot_of(self._timeline.timed_shot)
+        self._begin(lambda: self.run.export(shot, self.settings.output, job))
 
     def write_camera(self) -> None:
         """Start to write the lens as a camera file."""

@@ -68,9 +68,9 @@ class ExportRun:
         """Return True while a process goes on."""
         return self.state is not None and self.state.code is None
 
-    def export(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
-        """Begin to write the frames of `shot` to `output`; `words` are options of the command."""
-        self._start("export", shot, output, ("--progress", "json", *words))
+    def export(self, shot: Shot, output: str, job: str = "") -> None:
+        """Begin to write the frames of `shot` to `output`; `job` is the text of a job file."""
+        self._start("export", shot, output, ("--progress", "json"), job)
 
     def camera(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
         """Begin to write the lens of `shot` as a camera file."""
@@ -94,7 +94,9 @@ class ExportRun:
         if self._follower is not None:
             self._follower.join(_PATIENCE_S + _KILLED_S)
 
-    def _start(self, command: str, shot: Shot, output: str, words: Sequence[str]) -> None:
+    def _start(
+        self, command: str, shot: Shot, output: str, words: Sequence[str], job: str = ""
+    ) -> None:
         """Start the process and follow it. If that fails, nothing is left of it."""
         title = f"{_TITLES.get(command, command)} to {output}"
         with faults_reported(f"The {title} could not begin"), ExitStack() as undone:
@@ -102,6 +104,10 @@ class ExportRun:
             undone.enter_context(folder)
             path = Path(folder.name) / f"window{SHOT_SUFFIX}"
             write_shot(path, shot)
+            if job:
+                job_path = Path(folder.name) / "job.json"
+                job_path.write_text(job, encoding="utf-8")
+                words = (*words, "--job", str(job_path))
             process = _started([*command.split(), str(path), "-o", output, *words])
             undone.enter_context(process)  # closes its pipes
             undone.callback(process.kill)

@@ -1,11 +1,14 @@
-"""What the user wants to export, as the panel shows it and as the command line takes it."""
+"""What the user wants to export, as the panel shows it and as the exporting process takes it."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from heatlens.export.job_file import job_text
+from heatlens.export.options import ExportOptions, in_panel
 from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.look_options import LookOptions
-from heatlens.model.option import words_of
+from heatlens.model.settings import Quality
+from heatlens.model.shot import Shot
 from heatlens.paths import folder_to_write_in
 
 FRAME_KINDS = {
@@ -27,26 +30,20 @@ _MOVIES = (".mov", ".mp4")
 
 
 @dataclass(frozen=True)
-class ExportSettings:
-    """What is to be exported, as the panel shows it.
+class ExportSettings(ExportOptions):
+    """What is to be exported, as the panel shows it, with the options of every export.
 
     folder, name    where to, and the name before the number of the frame
-    frames          range as text, "" for all from in to out
     quality         "" for that of the shot
     with_guides     the guides of the window are drawn into the pictures
-    overwrite       replace files too that no export wrote
     is_single       the shot has one frame, whose file needs no number unless frames are named
     """
 
     folder: str = ""
     name: str = ""
     kind: str = "EXR, scene-linear"
-    frames: str = ""
     quality: str = ""
-    with_depth: bool = False
-    burn_in: bool = False
     with_guides: bool = False
-    overwrite: bool = False
     camera_kind: str = "USD"
     is_single: bool = False
 
@@ -68,16 +65,19 @@ class ExportSettings:
         """Return True if the output is scene-linear and not made for a display."""
         return FRAME_KINDS[self.kind] == ".exr"
 
-    def words(self, look: LookOptions, guides: Guides = NO_GUIDES) -> list[str]:
-        """Return the options of `heatlens export`. EXR output ignores the look and the guides."""
-        words = ["--frames", self.frames] if self.frames else []
-        words += ["--quality", self.quality] if self.quality else []
-        words += ["--overwrite"] if self.overwrite else []
+    def shot_of(self, shot: Shot) -> Shot:
+        """Return the shot at the quality that is to be exported."""
+        if not self.quality:
+            return shot
+        return replace(shot, defocus=replace(shot.defocus, quality=Quality(self.quality)))
+
+    def job(self, look: LookOptions, guides: Guides = NO_GUIDES) -> str:
+        """Return the options as `heatlens export --job` reads them; EXR has no look, no guides."""
+        options = ExportOptions(**{n: getattr(self, n) for n in in_panel(self.is_linear)})
         if self.is_linear:
-            return [*words, "--with-depth"] if self.with_depth else words
-        words += words_of(look)
-        words += words_of(replace(guides, opacity=_opacity(guides))) if self.with_guides else []
-        return [*words, "--burn-in"] if self.burn_in else words
+            return job_text(options)
+        drawn = replace(guides, opacity=_opacity(guides)) if self.with_guides else NO_GUIDES
+        return job_text(options, look, drawn)
 
 
 def _opacity(guides: Guides) -> float:

@@ -5,6 +5,7 @@ A test draws the panels and checks that the labels here are those that are drawn
 
 from functools import partial
 
+from heatlens.export.options import ExportOptions
 from heatlens.model.aperture import Aperture
 from heatlens.model.option import options_of
 from heatlens.session.session import Session
@@ -29,9 +30,8 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     ),
     "Scene": ("camera", "clip", "size", "up axis", "unit"),
     "Export": (
-        *("folder", "name", "as", "frames", "at quality", "depth beside the colour", "for"),
-        *("frame, focus and f-stop in the picture", "guides and desqueeze of the window"),
-        "overwrite files of other programs",
+        *(told.label for told in options_of(ExportOptions).values() if told.label),
+        *("folder", "name", "as", "at quality", "for", "guides and desqueeze of the window"),
     ),
     "Marks": ("close focus",),
     "Guides": (

@@ -8,6 +8,7 @@ from itertools import zip_longest
 from heatlens.errors import HeatlensError
 from heatlens.export.frame_files import RenderedFrame, frame_timecode
 from heatlens.export.job import ExportJob, Look
+from heatlens.export.options import ExportOptions
 from heatlens.export.output import parse_output
 from heatlens.export.plan import planned
 from heatlens.export.rendering import FrameRendering
@@ -36,7 +37,7 @@ def sheet_entries(
     small = replace(shot.defocus, method=Method.DIFFUSION, proxy=min(_PROXY, shot.defocus.proxy))
     whole = tuple(sorted({round(frame) for frame in wanted}))
     shown = parse_output("sheet.####.jpg")  # nothing is written there: it is a picture for the eye
-    job = ExportJob(replace(shot, defocus=small), whole, shown, missing="hold", look=look)
+    job = ExportJob(replace(shot, defocus=small), whole, shown, ExportOptions(missing="hold"), look)
     plan = planned(job)
     renderer = make_renderer()
     with closing(FrameRendering(plan, plan.frames, renderer)) as rendering:

@@ -3,16 +3,20 @@
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.export.options import ExportOptions, in_panel
 from heatlens.model.frames import FrameRange
+from heatlens.model.option import options_of
 from heatlens.model.settings import Quality
 from heatlens.printable import printable
 from heatlens.session.export_commands import ExportCommands
 from heatlens.session.export_process import ExportState
 from heatlens.session.export_settings import CAMERA_KINDS, FRAME_KINDS, ExportSettings
 from heatlens.ui import probe, theme, widgets
+from heatlens.ui.field_row import field_row
 
 
 class Pressed(StrEnum):
@@ -43,7 +47,7 @@ def export_panel(
     imgui.separator_text("Frames")
     settings = _where(settings)
     settings = replace(settings, kind=widgets.choice("as", settings.kind, list(FRAME_KINDS)))
-    settings = _overwrite(_options(settings, played))
+    settings = _options(settings, played)
     is_busy = state is not None and state.code is None
     pressed = Pressed.NOTHING
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
@@ -74,29 +78,26 @@ def _where(settings: ExportSettings) -> ExportSettings:
 
 def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSettings:
     span = "one frame" if played is None or played.count == 1 else f"{played}, from in to out"
-    widgets.label("frames", "1001-1100, 1001-1100x2 or 1001,1005; empty: from in to out.")
+    told = options_of(ExportOptions)["frames"]
+    widgets.label(told.label, told.tip)
     _, frames = imgui.input_text_with_hint("##export frames", span, settings.frames)
     probe.note("export frames")
     as_shot = "as the shot"
     shown = settings.quality or as_shot
     picked = widgets.choice("at quality", shown, [as_shot, *(str(q) for q in Quality)])
     settings = replace(settings, frames=frames.strip(), quality="" if picked == as_shot else picked)
+    for name in in_panel(settings.is_linear):
+        if name != "frames":
+            changed: dict[str, Any] = {
+                name: field_row(ExportOptions, name, getattr(settings, name))
+            }
+            settings = replace(settings, **changed)
     if settings.is_linear:
-        return replace(settings, with_depth=_check("depth beside the colour", settings.with_depth))
-    settings = replace(
-        settings, burn_in=_check("frame, focus and f-stop in the picture", settings.burn_in)
-    )
+        return settings
     with_guides = _check("guides and desqueeze of the window", settings.with_guides)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Draws what the Guides tab draws over the picture into the files.")
     return replace(settings, with_guides=with_guides)
-
-
-def _overwrite(settings: ExportSettings) -> ExportSettings:
-    overwrite = _check("overwrite files of other programs", settings.overwrite)
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("What an export of heatlens wrote is replaced without this.")
-    return replace(settings, overwrite=overwrite)
 
 
 def _text(name: str, value: str) -> str:

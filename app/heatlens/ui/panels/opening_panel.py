@@ -18,11 +18,12 @@ from heatlens.model.aperture import APERTURE_FIELDS, Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.lens import Lens
 from heatlens.model.opening_fields import BLADES_LEAST, BLADES_MOST
-from heatlens.model.option import options_of, type_of
+from heatlens.model.option import options_of
 from heatlens.model.picture_field import PictureField
 from heatlens.printable import printable
 from heatlens.session.messages import Problem
 from heatlens.ui import probe, theme, widgets
+from heatlens.ui.field_row import field_row
 
 _SIDE_EM, _ROUNDING_EM = 5.5, 0.2  # size of a drawing
 _CORNERS = 96  # corners of the drawn outline
@@ -101,16 +102,9 @@ def _blades(lens: Lens) -> Lens:
 
 
 def _slid(lens: Lens, name: str) -> Lens:
-    """Draw a slider for a field, or its value where that is no number."""
-    told, value = _TOLD[name], getattr(lens, name)
-    low, high = told.slider or (told.least, told.most)
-    if type_of(Lens, name) not in (float, int) or low is None or high is None:
-        widgets.label(told.label, f"{told.tip}\nSet it with --{told.flag}.")
-        imgui.text_disabled(printable(str(value)))
-        return lens
-    new = type_of(Lens, name)(widgets.slider(told.label, value, low, high, told.shown, told.tip))
-    changed: dict[str, Any] = {name: new}
-    return lens if new == value else replace(lens, **changed)
+    value = getattr(lens, name)
+    changed: dict[str, Any] = {name: field_row(Lens, name, value)}
+    return lens if changed[name] == value else replace(lens, **changed)
 
 
 def _widest(lens: Lens, say: Say) -> Lens:

@@ -1,0 +1,39 @@
+"""Draw a control for a field of a dataclass, as its type and its option ask for."""
+
+from enum import StrEnum
+from typing import Any, Literal, get_args, get_origin
+
+from imgui_bundle import imgui
+
+from heatlens.model.option import options_of, type_of
+from heatlens.printable import printable
+from heatlens.ui import probe, widgets
+
+
+def field_row(kind: type, name: str, value: Any) -> Any:
+    """Draw the row of a field of `kind`; return its value as the user left it.
+
+    A value for which there is no control is shown, and its tooltip tells where to set it.
+    """
+    told, of_type = options_of(kind)[name], type_of(kind, name)
+    low, high = told.slider or (told.least, told.most)
+    if of_type is bool:
+        _, value = imgui.checkbox(told.label, value)
+        probe.note(told.label)
+        if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+            imgui.set_tooltip(told.tip)
+        return value
+    if get_origin(of_type) is Literal:
+        return widgets.choice(told.label, value, get_args(of_type), told.tip)
+    if issubclass(of_type, StrEnum):
+        return of_type(widgets.choice(told.label, value, list(of_type), told.tip))
+    if of_type in (float, int) and low is not None and high is not None:
+        return of_type(widgets.slider(told.label, value, low, high, told.shown, told.tip))
+    if of_type is str:
+        widgets.label(told.label, told.tip)
+        _, value = imgui.input_text(f"##{told.label}", value)
+        probe.note(told.label)
+        return value
+    widgets.label(told.label, f"{told.tip}\nSet it with --{told.flag}.")
+    imgui.text_disabled(printable(str(value)))
+    return value
