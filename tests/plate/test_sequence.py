@@ -258,3 +258,9 @@ def test_a_growing_sequence_grows_and_does_not_shrink(shot):
     shot.rmdir()
     with pytest.raises(InputError, match="cannot be listed"):
         rescanned(grown)
+
+
+@pytest.mark.parametrize("name", ["p.{}.exr", "p.{}#.exr", "p.1-{}####.exr", "p.1-9x{}####.exr"])
+def test_frame_numbers_of_hundreds_of_digits_are_no_fault(tmp_path, name):
+    with pytest.raises(InputError):
+        find_sequence(tmp_path / name.format("9" * 400)).require()

@@ -7,6 +7,7 @@ that waited for such a read would never get to the line that does.
 import os
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from threading import Event, current_thread
@@ -203,7 +204,9 @@ def test_damaged_preferences_are_told_until_something_else_is_said(renderer, tmp
     start = Start(source and str(plate_file(tmp_path / source)))
     session = Session(renderer, start, preferences=Preferences.load(tmp_path))
     session.messages._clock = iter(range(0, 10**6, 20)).__next__  # each look is 20 s later
+    end = time.monotonic() + PATIENCE_S
     while "settings are reset" not in session.messages.text:
+        assert time.monotonic() < end
         session.poll()
     assert "preferences.damaged.json" in session.messages.text and session.messages.is_problem
     for _ in range(5):

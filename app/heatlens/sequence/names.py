@@ -92,7 +92,7 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
     try:
         # In the default style of fileseq, one # stands for four digits.
         parsed = FileSequence(name, pad_style=PAD_STYLE_HASH1)
-    except ValueError:
+    except (ValueError, ArithmeticError):  # the latter for numbers of dozens of digits
         return None
     tail = parsed.padding() + parsed.extension()
     if not parsed.padding() or not name.endswith(tail) or _is_foreign(parsed.padding()):
