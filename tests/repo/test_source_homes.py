@@ -18,6 +18,7 @@ MAY_ASK_THE_KIND = {
     "commands.study": "an option is for sources with many views alone",
     "session.open_source": "tells what the record says of the open source",
     "session.picture_feed": "pictures of each kind come to the GPU in another way",
+    "session.sent_lens": "a renderer may send its lens after its picture",
     "session.start_choices": "the start screen names the kind of a recent file",
 }
 # Modules that may ask whether there is a 3D scene: they draw or do what only scenes have.

@@ -24,6 +24,7 @@ from support.fake_renderer import FakeRenderer
 def session() -> Iterator[Session]:
     renderer: Any = FakeRenderer()
     session = Session(renderer, Start(""))
+    session.begin()
     yield session
     session.close()
 

@@ -139,8 +139,13 @@ def test_the_time_to_the_picture_is_from_the_first_turn_to_the_picture_of_the_la
     receiver, editing, said
 ):
     now, turned = [10.0], []
-    hand = RingHand(receiver, editing, said.append, clock=lambda: now[0])
-    hand.on_turn = lambda: turned.append(now[0])
+    hand = RingHand(
+        receiver,
+        editing,
+        said.append,
+        clock=lambda: now[0],
+        on_turn=lambda: turned.append(now[0]),
+    )
     before = editing.lens
     assert hand.to_picture_s is None
     receiver.hears(focus_distance_m=1.4, age_s=0.003)

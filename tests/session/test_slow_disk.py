@@ -173,6 +173,7 @@ def test_preferences_are_written_in_order_while_the_loop_goes_on(renderer, monke
 
     monkeypatch.setattr(preferences, "write_whole", hangs)
     session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path))
+    session.begin()
     for name in ("/a.exr", "/b.exr"):
         session.preferences.opened(name)
         session.remember()
@@ -186,6 +187,7 @@ def test_preferences_are_written_in_order_while_the_loop_goes_on(renderer, monke
 def test_preferences_that_cannot_be_written_are_said_once(renderer, tmp_path):
     (tmp_path / "file").touch()
     session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path / "file" / "in"))
+    session.begin()
     said: list[str] = []
     session.documents._say = lambda sentence: said.append(str(sentence))
     for name in ("/a.exr", "/b.exr"):
@@ -203,6 +205,7 @@ def test_damaged_preferences_are_told_until_something_else_is_said(renderer, tmp
     (tmp_path / "preferences.json").write_text("{")
     start = Start(source and str(plate_file(tmp_path / source)))
     session = Session(renderer, start, preferences=Preferences.load(tmp_path))
+    session.begin()
     session.messages._clock = iter(range(0, 10**6, 20)).__next__  # each look is 20 s later
     end = time.monotonic() + PATIENCE_S
     while "settings are reset" not in session.messages.text:

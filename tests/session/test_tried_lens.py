@@ -20,8 +20,7 @@ def said() -> list[str]:
 @pytest.fixture
 def editing(said) -> Editing:
     shot = Shot(LENS).with_key(1, FOCUS, 2.0).with_key(11, FOCUS, 4.0)
-    editing = Editing(shot, said.append)
-    editing.has_time = lambda: True
+    editing = Editing(shot, said.append, is_sequence=lambda: True)
     editing.auto_key = False
     editing.frame = 5
     return editing
@@ -66,10 +65,11 @@ def test_undo_drops_it(editing):
 
 
 def test_the_first_change_in_a_shot_of_several_frames_says_what_it_does(said):
-    editing = Editing(Shot(LENS), said.append)
+    frames = [1]
+    editing = Editing(Shot(LENS), said.append, is_sequence=lambda: len(frames) > 1)
     editing.edit_lens(replace(LENS, focus_distance_m=4.0))
-    assert said == []  # one frame
-    editing.has_time = lambda: True
+    assert said == []
+    frames.append(2)
     editing.edit_lens(replace(LENS, focus_distance_m=5.0))
     editing.edit_lens(replace(LENS, focus_distance_m=6.0))
     assert len(said) == 1 and "same at all frames" in said[0] and "K" in said[0]

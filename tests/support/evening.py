@@ -43,7 +43,9 @@ def write_plates(folder: Path) -> str:
 def begun(preferences: Path, source: str = "") -> Session:
     """Return the session as it begins."""
     renderer: Any = FakeRenderer()
-    return Session(renderer, Start(source), preferences=Preferences.load(preferences))
+    session = Session(renderer, Start(source), preferences=Preferences.load(preferences))
+    session.begin()
+    return session
 
 
 def until(session: Session, condition: Callable[[], bool], what: str) -> None:

@@ -58,6 +58,7 @@ class Gui:
             is_software=is_software(ctx),
         )
         self.screen = Screen(self.session)
+        self.session.begin()
         self.ui = self.screen.ui
         self._listening = probe.listening()
         self.drawn = self._listening.__enter__()  # where each control was drawn last

@@ -5,11 +5,12 @@ from dataclasses import replace
 from heatlens.model.framing import Framing, SceneTiming
 from heatlens.session.editing import Editing
 from heatlens.session.open_source import OpenSource
+from heatlens.session.worker import Worker
 
 ALL_CLIPS = "all at once"
 
 
-class ClipChoice:
+class ClipChoice(Worker):
     """Chooses a clip, and reads the scene again if the shot needs another clip.
 
     The choice is part of the shot, so undo, redo and opening a shot file can all change it.

@@ -34,11 +34,16 @@ class Editing:
     """The undo history of the shot, and the frame that is edited."""
 
     def __init__(
-        self, shot: Shot, say: Callable[[str], None], clock: Callable[[], float] = time.perf_counter
+        self,
+        shot: Shot,
+        say: Callable[[str], None],
+        clock: Callable[[], float] = time.perf_counter,
+        is_sequence: Callable[[], bool] = lambda: False,
     ) -> None:
+        """Begin with `shot`; `is_sequence` tells whether the source has several frames."""
+        self._is_sequence = is_sequence
         self.history = History.of(shot)
         self.auto_key = True
-        self.has_time: Callable[[], bool] = lambda: False  # True if there are several frames
         self._frame = 0
         self._tried: Lens | None = None  # the lens changed at this frame only, without a key
         self.performance: Performance | None = None  # while a pull is recorded
@@ -176,13 +181,18 @@ class Editing:
         """Explain, once per shot of several frames, what a change of the focus does."""
         if self._tried is not None:
             self._say(passing(_ONLY_TRIED, lambda: bool(self.tried)))
-        elif not self._has_explained and self.has_time() and self.performance is None:
+        elif not self._has_explained and self.has_time and self.performance is None:
             if before.focus_distance_m != after.focus_distance_m:
                 self._has_explained = True
                 has_keys = self.shot.curves.focus_distance_m.keys
                 has_none = lambda: not self.shot.curves.focus_distance_m.keys  # noqa: E731
                 everywhere = passing(_ALL_FRAMES, has_none)
                 self._say(_KEYS_HERE.format(self.frame) if has_keys else everywhere)
+
+    @property
+    def has_time(self) -> bool:
+        """True if there are several frames, or keys."""
+        return self._is_sequence() or bool(self.shot.key_frames or self.shot.camera_key_frames)
 
     def keep_tried(self) -> None:
         """Set keys for the values that are only tried at the frame."""

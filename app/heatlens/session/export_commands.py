@@ -14,9 +14,10 @@ from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_look import PictureLook
 from heatlens.session.timeline import Timeline
+from heatlens.session.worker import Worker
 
 
-class ExportCommands:
+class ExportCommands(Worker):
     """Exports the open shot as it is at the start of the export, and reports how it ended."""
 
     def __init__(

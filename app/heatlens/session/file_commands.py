@@ -22,6 +22,7 @@ from heatlens.session.preferences import Preferences
 from heatlens.session.reference import ReferenceLoader
 from heatlens.session.shot_documents import ShotDocuments
 from heatlens.session.start import GivenOptions
+from heatlens.session.worker import Worker
 from heatlens.source.opened import Opened
 
 PURPOSES = {
@@ -85,7 +86,7 @@ PURPOSES = {
 }
 
 
-class FileCommands:
+class FileCommands(Worker):
     """The commands of the File menu; dialogs ask for the names."""
 
     def __init__(
@@ -97,6 +98,7 @@ class FileCommands:
         references: ReferenceLoader,
         preferences: Preferences,
         given: GivenOptions,
+        write_sheet: Callable[[Path, str], None],
         say: Callable[[str], None],
         wake: Callable[[], None],
     ) -> None:
@@ -111,8 +113,7 @@ class FileCommands:
         self.reading = PlateReading(source, editing, preferences)
         self.openings = OpeningImageImport(editing, say, wake)
         self.cameras = CameraImport(source, editing, say, wake)
-        # set by the session: called with path and title
-        self.write_sheet: Callable[[Path, str], None] = lambda _path, _title: None
+        self._write_sheet = write_sheet
 
     # Opening
 
@@ -231,7 +232,7 @@ class FileCommands:
             self._documents.save_as(chosen.path.absolute())
         elif key == "sheet":
             title = self._documents.title.removesuffix(" *") or chosen.path.name.split(".")[0]
-            self.write_sheet(chosen.path.absolute(), title)
+            self._write_sheet(chosen.path.absolute(), title)
         else:
             self._pictures.save(chosen.path)
 

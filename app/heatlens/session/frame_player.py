@@ -8,12 +8,13 @@ from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_feed import Playhead
 from heatlens.session.rendered_pull import RenderedPull
 from heatlens.session.timeline import Timeline
+from heatlens.session.worker import Worker
 
 # Frames read ahead: two seconds while it plays, a few for the next step by hand.
 _AHEAD_PLAYING, _AHEAD_STILL = 48, 8
 
 
-class FramePlayer:
+class FramePlayer(Worker):
     """Shows the frame at the playhead, and the next one when its time has come."""
 
     def __init__(

@@ -29,12 +29,13 @@ from heatlens.session.open_source import OpenSource
 from heatlens.session.point_following import Following
 from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.timeline import Timeline
+from heatlens.session.worker import Worker
 
 _Measured = tuple[PointMark, FrameRange, dict[int, float]]  # distances in m by frame
 PULL_FRAMES = 18  # first length of a pull: three quarters of a second at 24 fps
 
 
-class MarkCommands:
+class MarkCommands(Worker):
     """The commands on focus marks; each is one undo step."""
 
     def __init__(

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 
 from heatlens.printable import printable
+from heatlens.session.worker import Worker
 
 SHOWN_S = 12.0
 
@@ -35,7 +36,7 @@ def passing(sentence: str, is_true: Callable[[], bool]) -> Passing:
     return said
 
 
-class Messages:
+class Messages(Worker):
     """The latest message, until it has been shown for `SHOWN_S` seconds."""
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:

@@ -14,6 +14,7 @@ from heatlens.plate.breathing_window import picture_point, plate_pixel
 from heatlens.plate.plate import Plate
 from heatlens.plate.timecode import timecode_of
 from heatlens.render import FrameRenderer
+from heatlens.scene.placing import Placing
 from heatlens.scene.scene import Scene
 from heatlens.session.gpu_picture import GpuPicture
 from heatlens.session.picture_feed import PictureFeed, Playhead, feed_of
@@ -32,15 +33,19 @@ class OpenSource:
         renderer: FrameRenderer,
         wake: Callable[[], None],
         stream: StreamSource | None = None,
+        placing_of: Callable[[str], Placing] = lambda _text: Placing(),
     ) -> None:
         """Create it; `stream` is a renderer that may send frames, or None.
+
+        `placing_of` tells what the user said of a scene whose file does not say its unit and which
+        way is up.
 
         The stream is closed together with this object.
         """
         self.stream = stream
         if stream is not None:
             stream.wake = wake
-        self.opener = SourceOpener(wake, stream)
+        self.opener = SourceOpener(wake, stream, placing_of)
         self.opened: Opened | None = None
         self.picture = GpuPicture(renderer)
         self.feed = PictureFeed(self.picture)
@@ -101,6 +106,12 @@ class OpenSource:
         if opened is None or opened.again is not None:
             return ""
         return kind_of(opened.text).refusal
+
+    @property
+    def is_sequence(self) -> bool:
+        """True if it has more than one frame."""
+        frames = None if self.opened is None else self.opened.frames
+        return frames is not None and frames.count > 1
 
     @property
     def has_camera(self) -> bool:

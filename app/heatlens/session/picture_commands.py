@@ -10,9 +10,10 @@ from heatlens.session.live_picture import LivePicture
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_look import PictureLook
 from heatlens.session.picture_saver import PictureSaver, Snapshot, snapshot
+from heatlens.session.worker import Worker
 
 
-class PictureCommands:
+class PictureCommands(Worker):
     """Saves and copies the visible picture with the look that the screen gives it."""
 
     def __init__(
@@ -41,6 +42,10 @@ class PictureCommands:
             self._say("Nothing is open that could be copied.")
         else:
             self.saver.ask(self._editing.shot.source, self._editing.frame, None)
+
+    def close(self) -> None:
+        """Wait until a file that is being written is finished."""
+        self.saver.close()
 
     def poll(self) -> None:
         """Continue a requested save or copy; call this once a frame."""

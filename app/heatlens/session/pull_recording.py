@@ -21,6 +21,7 @@ from heatlens.session.key_rows import RowChoice
 from heatlens.session.messages import Problem
 from heatlens.session.ring_take import RingTake, Track
 from heatlens.session.timeline import Timeline
+from heatlens.session.worker import Worker
 
 TOLERANCE_LEAST, TOLERANCE_MOST = 1e-4, 1.0  # dioptres
 _SHARP_SHARE = 0.5  # first tolerance, as a share of the depth of field on one side: invisible
@@ -52,7 +53,7 @@ class Take:
     key_count: int
 
 
-class PullRecording:
+class PullRecording(Worker):
     """Arms and records a focus pull, and turns it into keys."""
 
     def __init__(

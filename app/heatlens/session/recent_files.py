@@ -5,10 +5,11 @@ from collections.abc import Callable
 from heatlens.background import Background
 from heatlens.errors import InputError
 from heatlens.session.preferences import Preferences
+from heatlens.session.worker import Worker
 from heatlens.source.named import source_named
 
 
-class RecentFiles:
+class RecentFiles(Worker):
     """Checks on a thread which of the remembered files can still be opened."""
 
     def __init__(

@@ -17,6 +17,7 @@ from heatlens.plate.channel_choice import choose_color
 from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.read import read_color
+from heatlens.session.worker import Worker
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +36,14 @@ def read_reference(path: Path) -> tuple[Path, FloatImage]:
     return path, read_color(path, parts, choice)[0]
 
 
-class ReferenceLoader:
+class ReferenceLoader(Worker):
     """Reads a reference on a thread and keeps the latest one on the GPU."""
 
-    def __init__(self, ctx: moderngl.Context, wake: Callable[[], None]) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, say: Callable[[str], None], wake: Callable[[], None]
+    ) -> None:
         """Create it; `wake` is called on a thread when `poll` has a result."""
+        self._say = say
         self.current: Reference | None = None
         self._ctx = ctx
         self._reader: Background[tuple[Path, FloatImage]] = Background(wake)
@@ -48,14 +52,14 @@ class ReferenceLoader:
         """Begin to read a reference."""
         self._reader.start(partial(read_reference, path))
 
-    def poll(self) -> bool:
-        """Return True once, when a new reference is on the GPU.
+    def poll(self) -> None:
+        """Put a new reference on the GPU and say so.
 
         Raise HeatlensError if it cannot be read; the previous one stays.
         """
         found = self._reader.poll()
         if found is None:
-            return False
+            return
         path, pixels = found
         size = (pixels.shape[1], pixels.shape[0])
         check_plate_fits(self._ctx, *size)
@@ -64,4 +68,4 @@ class ReferenceLoader:
         if self.current is not None:
             self.current.texture.release()
         self.current = Reference(path, texture)
-        return True
+        self._say(f"B is {path.name}.")

@@ -5,35 +5,30 @@ from collections.abc import Callable
 from heatlens.errors import HeatlensError
 from heatlens.faults import faults_reported
 from heatlens.preview.shown import Shown
-from heatlens.session.compare_sides import CompareSides, Side
+from heatlens.session.compare_sides import CompareSides
 from heatlens.session.editing import Editing
 from heatlens.session.live_picture import PlateVersion
-from heatlens.session.next_work import (
-    NextWork,
-    PlateState,
-    SideState,
-    Work,
-    WorkState,
-    is_rendering,
-    next_work,
-)
+from heatlens.session.next_work import NextWork, Work, WorkState, is_rendering, next_work
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_view import PictureView
 from heatlens.session.rendered_pull import RenderedPull
 from heatlens.session.speed import Speed
+from heatlens.session.visible_work import VisibleWork
+from heatlens.session.worker import Worker
 
 # Longest slice of rendering before the loop handles input again. A slice ends only after its
 # current step, so with steps of up to 18 ms, input is handled every 30 ms.
 _SLICE_S = 0.012
 
 
-class RenderScheduler:
+class RenderScheduler(Worker):
     """Answers changes at once as well as time allows, and continues with `next_work`."""
 
     def __init__(
         self,
         source: OpenSource,
         sides: CompareSides,
+        visible: VisibleWork,
         pull: RenderedPull,
         editing: Editing,
         view: PictureView,
@@ -42,6 +37,7 @@ class RenderScheduler:
     ) -> None:
         self._source = source
         self._sides = sides
+        self._visible = visible
         self._pull = pull
         self._editing = editing
         self._view = view
@@ -53,7 +49,7 @@ class RenderScheduler:
     @property
     def is_rendering(self) -> bool:
         """True while a visible picture is not complete."""
-        return is_rendering(self._plate_state, self._side_states)
+        return self._visible.is_rendering
 
     @property
     def is_working(self) -> bool:
@@ -119,31 +115,10 @@ class RenderScheduler:
         """Return the seconds that the loop may sleep; None: until something changes."""
         return self._next.wait_s
 
-    # The state for `next_work`
-
     @property
     def _next(self) -> NextWork:
-        plate, sides = self._plate_state, self._side_states
+        """The next piece of work, by the state of the visible pictures."""
+        plate, sides = self._visible.plate, self._visible.sides
         frames_wait_s = None if is_rendering(plate, sides) else self._pull.seconds_until_needed()
         turn = self._sides.turn
         return next_work(WorkState(self._pull.is_alone, plate, sides, turn, frames_wait_s))
-
-    @property
-    def _plate_state(self) -> PlateState:
-        source = self._source
-        is_asked = source.plate is None or self._sides.plate == source.version
-        return PlateState(
-            is_there=source.plate is not None,
-            is_good=source.is_good,
-            is_whole=source.is_whole,
-            is_asked=is_asked,
-            wait_s=source.seconds_until_needed(),
-        )
-
-    @property
-    def _side_states(self) -> tuple[SideState, ...]:
-        return tuple(self._state_of(side) for side in self._sides.rendered)
-
-    def _state_of(self, side: Side) -> SideState:
-        has_work = side.wants_work(self._source.is_whole)
-        return SideState(not side.is_working, has_work, side.seconds_to_rest())

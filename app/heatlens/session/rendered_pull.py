@@ -23,6 +23,7 @@ from heatlens.session.picture_view import PictureView
 from heatlens.session.preferences import Preferences, Remembered
 from heatlens.session.pull_jobs import PullJobs
 from heatlens.session.timeline import Timeline
+from heatlens.session.worker import Worker
 
 _SLICE_S = 0.02  # longest work before the loop handles input again
 _REST_S = 0.3  # pause after user input before frames are rendered
@@ -72,7 +73,7 @@ class NoScreen:
         """Do nothing."""
 
 
-class RenderedPull:
+class RenderedPull(Worker):
     """Renders and keeps the played frames, as many as the limits allow."""
 
     def __init__(

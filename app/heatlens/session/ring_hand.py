@@ -20,13 +20,14 @@ from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 from heatlens.session.preferences import Preferences
 from heatlens.session.ring_news import RingNews
+from heatlens.session.worker import Worker
 
 _LATENCIES = 50  # number of latest latencies for the median
 _TURNING_S = 0.3  # the ring counts as being turned for this long after a change
 _FOLLOWED = ("focus_distance_m", "f_stop", "t_stop", "focal_length_mm", "pupil_offset_mm")
 
 
-class RingHand:
+class RingHand(Worker):
     """Applies changes of the received lens to the shot, as if the user had made them.
 
     A value set in the window stays until the ring is turned again. When samples stop coming, the
@@ -41,13 +42,15 @@ class RingHand:
         preferences: Preferences | None = None,
         clock: Callable[[], float] = time.monotonic,
         wake: Callable[[], None] = lambda: None,
+        on_turn: Callable[[], None] = lambda: None,
     ) -> None:
         """Follow `receiver`, or nothing if None. Channel maps are kept in `preferences`.
 
-        `wake` is called on the receiver's thread to have the window drawn.
+        `wake` is called on the receiver's thread to have the window drawn, `on_turn` when the ring
+        has turned the lens.
         """
         self.news = RingNews(wake)
-        self.on_turn: Callable[[], None] = lambda: None  # called when the ring has turned the lens
+        self._on_turn = on_turn
         self._clock = clock
         self._turned_s = -math.inf  # time at which the ring last changed the lens
         self._heard_s: float | None = None  # time of a change not shown yet
@@ -160,7 +163,7 @@ class RingHand:
             if self._heard_s is None:
                 self._heard_s = self._turned_s - heard.age_s
             self._turn(changed)
-            self.on_turn()
+            self._on_turn()
 
     def seen(self, lens: Lens | None) -> None:
         """Note the lens of the picture that is on the screen from now on."""

@@ -10,12 +10,13 @@ from heatlens.ring.lens_output import SOURCE, LensOutput, Sender
 from heatlens.ring.lens_sample import LensSample
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
+from heatlens.session.worker import Worker
 
 _RESTING_S = 0.5  # between samples of a resting lens; after one second it would count as silent
 _SOON_S = 0.001  # not 0, with which the loop would neither sleep nor draw
 
 
-class RingOut:
+class RingOut(Worker):
     """Sends the lens when it changes, and at intervals while it rests."""
 
     def __init__(

@@ -13,14 +13,16 @@ from heatlens.session.focus_track import MarkTrack
 from heatlens.session.open_source import OpenSource
 from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.timeline import Timeline
+from heatlens.session.worker import Worker
 
 _SLICE_S = 0.02
+_PAUSE_S = 0.005  # between slices, in which the window handles input
 _FRAMES_MOST = 240  # largest number of measured frames per mark
 _Moving = PointMark | ObjectMark
 _Known = dict[int, float | None]  # dioptres by frame; None without a distance
 
 
-class SceneMarkTracks:
+class SceneMarkTracks(Worker):
     """The distances of a scene's marks, kept while scene and camera stay the same."""
 
     def __init__(
@@ -59,6 +61,10 @@ class SceneMarkTracks:
         while self.is_due and time.perf_counter() < end:
             self._measure()
         self._is_asked = False
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the pause before the next slice; None if there is nothing to measure."""
+        return _PAUSE_S if self.is_due else None
 
     @property
     def _marks(self) -> list[_Moving]:

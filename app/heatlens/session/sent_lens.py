@@ -15,12 +15,13 @@ from heatlens.session.lens_commands import LensCommands
 from heatlens.session.open_source import OpenSource
 from heatlens.session.start import GivenOptions
 from heatlens.session.start_shot import first_lens
+from heatlens.session.worker import Worker
 from heatlens.source.stream_source import OpenedStream
 
 _FOLLOWED = ("focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm")
 
 
-class SentLens:
+class SentLens(Worker):
     """Applies changes of the lens of a stream to the shot.
 
     A value set by the user stays until the renderer changes it; options of the command line always

@@ -58,10 +58,11 @@ from heatlens.session.start_choices import StartChoices
 from heatlens.session.start_shot import first_lens, with_given_camera
 from heatlens.session.timeline import Timeline
 from heatlens.session.view_commands import ViewCommands
+from heatlens.session.visible_work import VisibleWork
+from heatlens.session.worker import Worker
 from heatlens.source.opened import Opened
 
 _SETTLING_S = 0.1  # between checks whether a gesture has ended or an autosave is due
-_NEXT_SLICE_S = 0.005  # between slices of measuring marks, in which the window handles input
 
 
 class Session:
@@ -91,40 +92,48 @@ class Session:
         self.picture_view = PictureView(
             self.color.with_names(self.preferences.first_view(start.view))
         )
-        self.editing = Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus), say)
-        self.source = OpenSource(renderer, wake, start.stream)
-        self.source.opener.placing_of = self.given.placing_of
-        self.references = ReferenceLoader(renderer.ctx, wake)
+        self.source = OpenSource(renderer, wake, start.stream, self.given.placing_of)
+        self.editing = Editing(
+            Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus),
+            say,
+            is_sequence=lambda: self.source.is_sequence,
+        )
+        self.references = ReferenceLoader(renderer.ctx, say, wake)
         self.lens_commands = LensCommands(self.source, self.editing, say)
-        self.sent_lens = SentLens(self.source, self.editing, self.given, self.lens_commands, say)
-        self.ring_out = RingOut(start.lens_out, self.editing, say, self.source.timecode_at)
-        self.ring = RingHand(start.lens_in, self.editing, say, self.preferences, wake=wake)
         self.view_commands = ViewCommands(
             self.picture_view, self.source, self.editing, self.references, say
         )
         self.sides = CompareSides(renderer)
         self.looks = LookCommands(self.editing, self.picture_view, say)
-        self._add_time_commands(say, wake, frames_folder)
-        self._add_file_commands(say, wake)
+        timed = self._timed_workers(say, wake, frames_folder)
+        filed = self._file_workers(say, wake)
+        # Polled in this order in each frame of the window.
+        self._workers: tuple[Worker, ...] = (
+            self.references,
+            *filed,
+            *timed,
+            self.scheduler,
+            self.messages,
+        )
         self._shaders = shader_reload.ShaderReload() if shader_reload.is_on() else None
 
-    def _add_time_commands(
+    def _timed_workers(
         self, say: Callable[[str], None], wake: Callable[[], None], frames_folder: Path | None
-    ) -> None:
+    ) -> tuple[Worker, ...]:
         """Create timeline, keys, marks, the scene's camera, playback and rendering."""
         source, editing, view = self.source, self.editing, self.picture_view
         now = self.preferences.now
         self.timeline = timeline = Timeline(source, editing, say)
-        editing.has_time = lambda: timeline.has_time
         timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
         self.scenes = SceneCommands(source, editing, say)
         self.clips = ClipChoice(source, editing)
         rows = RowChoice(lambda: source.has_camera)
         self.keys = KeyCommands(editing, rows, self.scenes.set_key, say)
-        self.marks = MarkCommands(source, editing, timeline, self.scenes, say, wake)
+        self.marks = marks = MarkCommands(source, editing, timeline, self.scenes, say, wake)
+        visible = VisibleWork(source, self.sides)
         self._plate_tracks = MarkTracks()
         self.scene_tracks = SceneMarkTracks(
-            source, editing, timeline, self.scenes, lambda: self._is_measuring_late
+            source, editing, timeline, self.scenes, lambda: visible.is_rendering or marks.is_reading
         )
         self.pull = RenderedPull(
             PullJobs(source, editing, timeline, view, wake),
@@ -137,17 +146,32 @@ class Session:
             lambda: self.scene_tracks.is_due,
             wake,
         )
-        self.ring.on_turn = self.pull.touched  # do not render ahead while it turns
+        self.ring = RingHand(
+            self.given.start.lens_in,
+            editing,
+            say,
+            self.preferences,
+            wake=wake,
+            on_turn=self.pull.touched,  # do not render ahead while it turns
+        )
         self.player = FramePlayer(timeline, source, editing, self.pull, say)
         self.recording = PullRecording(
             editing, timeline, rows, RingTake(self.ring, source, editing), say
         )
         self.scheduler = RenderScheduler(
-            source, self.sides, self.pull, editing, view, self.speed, self.say_error
+            source, self.sides, visible, self.pull, editing, view, self.speed, self.say_error
+        )
+        sent_lens = SentLens(source, editing, self.given, self.lens_commands, say)
+        ring_out = RingOut(self.given.start.lens_out, editing, say, source.timecode_at)
+        return (
+            *(self.marks, self.scene_tracks, self.clips, self.player, sent_lens),
+            *(self.ring, self.recording, ring_out, self.pull),
         )
 
-    def _add_file_commands(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
-        """Create documents, files and exports; open the file that the command line named."""
+    def _file_workers(
+        self, say: Callable[[str], None], wake: Callable[[], None]
+    ) -> tuple[Worker, ...]:
+        """Create documents, files and exports."""
         source, editing, view = self.source, self.editing, self.picture_view
         preferences, stream = self.preferences, self.given.start.stream
         self.documents = ShotDocuments(
@@ -155,6 +179,7 @@ class Session:
         )
         look = PictureLook(editing, view, self.color)
         self.pictures = PictureCommands(source, editing, look, self.live, say, wake)
+        self.exports = ExportCommands(source, editing, self.timeline, look, say, wake)
         self.files = FileCommands(
             source,
             editing,
@@ -163,15 +188,18 @@ class Session:
             self.references,
             preferences,
             self.given,
+            self.exports.write_sheet,
             say,
             wake,
         )
-        self.exports = ExportCommands(source, editing, self.timeline, look, say, wake)
-        self.files.write_sheet = self.exports.write_sheet
         self.recent = RecentFiles(preferences, stream.text if stream else None, wake)
         self.start_choices = StartChoices(
             source, self.timeline.playback, self.files, self.recent, self.given
         )
+        return (self.recent, self.files, self.exports, self.pictures, self.documents)
+
+    def begin(self) -> None:
+        """Open the file that the command line named, if it named one."""
         self.files.open_first()
 
     # State
@@ -260,11 +288,6 @@ class Session:
         timeline = self.timeline
         return self._plate_tracks.tracks(timeline.cache, timeline.runs(), self.shot.marks)
 
-    @property
-    def _is_measuring_late(self) -> bool:
-        """True while there is more urgent work than measuring marks."""
-        return self.scheduler.is_rendering or self.marks.is_reading
-
     # Messages
 
     def say(self, sentence: str) -> None:
@@ -314,16 +337,8 @@ class Session:
         opened = self.source.arrived()
         if opened is not None:
             self._begin(opened)
-        if self.references.poll():
-            self.say(f"B is {self.reference.path.name}." if self.reference else "")
-        for poll in (
-            *(self.recent.poll, self.files.poll, self.exports.poll, self.pictures.poll),
-            *(self.documents.poll, self.marks.poll, self.scene_tracks.poll, self.clips.poll),
-            *(self.player.poll, self.sent_lens.poll, self.ring.poll, self.recording.poll),
-            self.ring_out.poll,
-            self.pull.poll,
-        ):
-            poll()
+        for worker in self._workers:
+            worker.poll()
         if self.preferences.problem and not (self.messages.text or self.source.opener.opening):
             self.say(Lasting(self.preferences.problem))
             self.preferences.problem = ""
@@ -389,13 +404,8 @@ class Session:
         """Return how many seconds the loop may sleep; None to sleep until an event."""
         waits = (
             _SETTLING_S if self.wants_frames else None,
-            _NEXT_SLICE_S if self.scene_tracks.is_due else None,
-            self.messages.seconds_until_needed(),
-            self.scheduler.seconds_until_needed(),
-            self.player.seconds_until_needed(),
-            self.ring.seconds_until_needed(),
-            self.ring_out.seconds_until_needed(),
             shader_reload.EVERY_S if self._shaders is not None else None,
+            *(worker.seconds_until_needed() for worker in self._workers),
         )
         return min((wait for wait in waits if wait is not None), default=None)
 
@@ -416,8 +426,6 @@ class Session:
 
     def close(self) -> None:
         """Finish writing, stop an export, and end all threads."""
-        self.pictures.saver.close()
-        self.exports.close()
-        self.documents.close()
-        self.pull.close()
+        for worker in self._workers:
+            worker.close()
         self.source.close()

@@ -18,6 +18,7 @@ from heatlens.session.shot_store import Found, ShotStore, proposed_name, unnamed
 from heatlens.session.start import GivenOptions
 from heatlens.session.start_shot import shot_with_camera
 from heatlens.session.timeline import Timeline
+from heatlens.session.worker import Worker
 from heatlens.source.opened import Opened
 
 _DISK_S = 5.0  # longest wait for the disk in `keep_now`
@@ -32,7 +33,7 @@ class Document:
     saved: Shot | None = None  # the shot in the file
 
 
-class ShotDocuments:
+class ShotDocuments(Worker):
     """Opens, saves and autosaves the shot, and offers unsaved changes after a crash."""
 
     def __init__(

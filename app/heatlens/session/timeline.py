@@ -44,8 +44,7 @@ class Timeline:
     @property
     def is_sequence(self) -> bool:
         """True if the source has more than one frame."""
-        frames = self._opened_frames
-        return frames is not None and frames.count > 1
+        return self._source.is_sequence
 
     @property
     def _opened_frames(self) -> FrameRange | None:
@@ -56,7 +55,7 @@ class Timeline:
     @property
     def has_time(self) -> bool:
         """True if there are several frames, or keys."""
-        return self.is_sequence or bool(self._keyed)
+        return self._editing.has_time
 
     @property
     def _keyed(self) -> tuple[float, ...]:

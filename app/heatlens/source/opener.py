@@ -31,10 +31,16 @@ class SourceOpener:
     Each is opened on a thread of its own, so that a disk that does not answer holds up no other.
     """
 
-    def __init__(self, wake: Callable[[], None], stream: StreamSource | None = None) -> None:
+    def __init__(
+        self,
+        wake: Callable[[], None],
+        stream: StreamSource | None = None,
+        placing_of: Callable[[str], Placing] = lambda _text: Placing(),
+    ) -> None:
         """Set `wake`, which is called on a thread when a source has been opened.
 
-        `stream` is a running renderer that may send frames.
+        `stream` is a running renderer that may send frames. `placing_of` tells what the user said
+        of a scene whose file does not say its unit and which way is up.
         """
         self._wake = wake
         self._stream = stream
@@ -43,8 +49,7 @@ class SourceOpener:
         self.opening: str | None = None  # the name of the source that is being opened
         self.refused: Refused | None = None  # the last failure, until another source is opened
         self._options = PlateOptions()
-        # What the user said of a scene whose file does not say its unit and which way is up.
-        self.placing_of: Callable[[str], Placing] = lambda text: Placing()
+        self._placing_of = placing_of
 
     def open(
         self,
@@ -63,7 +68,7 @@ class SourceOpener:
             return
         self.opening, self._options, self.refused = text, options, None
         self._stop = Stop()
-        placing = self.placing_of(text)
+        placing = self._placing_of(text)
         opening = Opening(text, options, frame, timing, placing, self._wake, self._stop)
         self._coming.start(partial(_opened, opening))
 

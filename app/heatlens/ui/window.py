@@ -145,6 +145,7 @@ class Loop:
         self._before = glfw.get_window_size(window), glfw.get_window_pos(window)
         self._seen_key: object = None
         self._title = ""
+        self._session.begin()
 
     def _show_background(self) -> None:
         """Show an empty window at once: what follows compiles shaders and takes its time."""

@@ -1,0 +1,18 @@
+"""A part of the session that works beside the hand, called once in each frame of the window."""
+
+
+class Worker:
+    """The base of every worker, which has nothing to do.
+
+    A session holds its workers in one tuple, so that none can be polled and then overslept.
+    """
+
+    def poll(self) -> None:
+        """Take over what has arrived, and continue. Raise HeatlensError if that fails."""
+
+    def seconds_until_needed(self) -> float | None:
+        """Return how many seconds the loop may sleep; None to sleep until an event."""
+        return None
+
+    def close(self) -> None:
+        """Finish writing, and end all threads."""
