@@ -96,8 +96,9 @@ def test_bench_measures_one_method_or_all(capsys):
     assert "--bokeh" in said_of(capsys, "bench", "--method", "gather", "--bokeh", "disc")
 
 
-def test_a_unit_goes_with_the_burn_in(capsys, plate, tmp_path):
-    said = said_of(capsys, "export", plate, "-o", tmp_path / "o.png", "--unit", "ft")
+@pytest.mark.parametrize("words", [("--unit", "ft"), ("--burn-in-text", "{frame}")])
+def test_a_unit_and_a_text_go_with_the_burn_in(capsys, plate, tmp_path, words):
+    said = said_of(capsys, "export", plate, "-o", tmp_path / "o.png", *words)
     assert "--burn-in" in said
 
 

@@ -55,6 +55,8 @@ def fingerprint(job=JOB, frame=1001, lens=LENS, stamp=(5, 6), is_black=False) ->
         {"job": replace(PICTURES, look=Look(exposure_stops=1.0))},
         {"job": replace(PICTURES, options=ExportOptions(burn_in=True))},
         {"job": replace(PICTURES, options=ExportOptions(burn_in=True, unit="ft"))},
+        {"job": replace(PICTURES, options=ExportOptions(burn_in=True, burn_in_text="{frame}"))},
+        {"job": replace(PICTURES, options=ExportOptions(burn_in=True, shot_name="a"))},
         {"job": replace(PICTURES, output=parse_output("n.####.jpg"))},
     ],
 )

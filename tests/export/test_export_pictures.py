@@ -6,7 +6,8 @@ import pytest
 from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.documents.shot_file import write_shot
-from heatlens.export.burn_in import burn_in_text, burned_in
+from heatlens.errors import InputError
+from heatlens.export.burn_in import USUAL, _font, burn_in_text, burned_in, checked_template
 from heatlens.export.frame_files import quantised
 from heatlens.model.lens import Lens
 from heatlens.model.timecode import parse_timecode
@@ -164,25 +165,51 @@ def test_burn_in_changes_the_lower_edge_alone(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("lens", "unit", "expected"),
     [
-        (Lens(50.0, 1.4, 2.24, 36.0), "m", "1001   focus 2.24 m   f/1.4"),
-        (Lens(50.0, 2.0, 1.905, 36.0), "ft", "1001   focus 6'3\"   f/2"),
-        (Lens(50.0, 2.8284, float("inf"), 36.0), "m", "1001   focus inf   f/2.83"),
+        (Lens(50.0, 1.4, 2.24, 36.0), "m", "F 1001   2.24 m   f/1.4"),
+        (Lens(50.0, 2.0, 1.905, 36.0), "ft", "F 1001   6'3\"   f/2"),
+        (Lens(50.0, 2.8284, float("inf"), 36.0), "m", "F 1001   inf   f/2.83"),
     ],
 )
 def test_the_words_of_it(lens, unit, expected):
-    assert burn_in_text(1001, lens, plate_of(*room()), unit) == expected
+    assert burn_in_text(USUAL, 1001, lens, plate_of(*room()), unit) == expected
 
 
 def test_a_timecode_stands_beside_the_frame():
-    told = burn_in_text(
-        1001, Lens(50.0, 2.0, 2.24, 36.0), plate_of(*room()), "m", parse_timecode("10:00:00:05")
-    )
-    assert told == "1001   10:00:00:05   focus 2.24 m   f/2"
+    facts = Lens(50.0, 2.0, 2.24, 36.0), plate_of(*room()), "m", parse_timecode("10:00:00:05")
+    assert burn_in_text(USUAL, 1001, *facts) == "F 1001   10:00:00:05   2.24 m   f/2"
+    assert burn_in_text(USUAL, 1001, *facts, "pull").endswith("f/2   pull")
+    own = "{shot} {timecode}    at {focus}, f/{f_stop}  ({frame})"
+    assert burn_in_text(own, 7, *facts, "a") == "a 10:00:00:05    at 2.24 m, f/2  (7)"
+
+
+def test_a_field_that_does_not_exist_is_refused_with_those_that_do():
+    with pytest.raises(InputError, match=r"no \{focsu\}; it has .*\{focus\}"):
+        checked_template("{frame} {focsu}")
+
+
+@pytest.mark.parametrize("height", [20, 270, 1080])
+def test_every_character_is_as_wide_as_a_space(height):
+    """So spaces are seen, and numbers do not move from frame to frame."""
+    font = _font(height / 24)
+    widths = {font.getlength(character) for character in " 0123456789.:m/FfWil"}
+    assert len(widths) == 1 and widths.pop() > 0.4 * font.size
+    assert font.getlength("2.622 m") == font.getlength("2.622") + 2 * font.getlength("m")
+
+
+def test_the_shot_is_named_in_the_picture(capsys, tmp_path):
+    write_plate(tmp_path / "plate.1001.exr", size=(192, 108))
+    shot = shot_of(str(tmp_path / "plate.####.exr"), (1001,))
+    for name, words in (("a", ()), ("b", ()), ("a", ("--burn-in-text", "{frame}"))):
+        write_shot(tmp_path / f"{name}.heatlens.json", shot)
+        out = tmp_path / f"{name}{len(words)}.####.png"
+        exported(capsys, tmp_path / f"{name}.heatlens.json", out, "--burn-in", *words)
+    a, b, short = (pixels(tmp_path / f"{name}.1001.png") for name in ("a0", "b0", "a2"))
+    assert (a != b).any() and (a != short).any()
 
 
 def test_a_plate_that_brings_its_blur_has_no_lens_to_tell():
     plate = coc_plate_of(room()[0], np.ones((54, 96), np.float32))
-    assert burn_in_text(1001, Lens(50.0, 2.0, 2.0, 36.0), plate, "m") == "1001"
+    assert burn_in_text(USUAL, 1001, Lens(50.0, 2.0, 2.0, 36.0), plate, "m") == "F 1001"
 
 
 @pytest.mark.parametrize("size", [(1, 1), (16, 10), (160, 400), (400, 40), (640, 360)])
@@ -190,7 +217,7 @@ def test_text_fits_into_any_picture(size):
     """Nothing is written over the right edge, nothing above the strip, and 0..1 stays."""
     width, height = size
     picture = np.full((height, width, 3), 0.5, np.float32)
-    burnt = burned_in(picture, "1001   focus 2.24 m   f/1.4")
+    burnt = burned_in(picture, "F 1001   2.24 m   f/1.4   pull")
     assert burnt.shape == picture.shape and (picture == 0.5).all()
     assert burnt.min() >= 0 and burnt.max() <= 1 and (burnt != 0.5).any()
     if min(size) >= 40:

@@ -3,6 +3,7 @@
 import argparse
 import os
 from dataclasses import replace
+from pathlib import Path
 
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.blur_options import add_blur_options, settings_of
@@ -25,6 +26,7 @@ from heatlens.commands.source_commands import commands_for
 from heatlens.commands.value_types import whole
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError
+from heatlens.export.burn_in import checked_template
 from heatlens.export.job import ExportJob, Look
 from heatlens.export.options import EXR, FRAMES, LOOK, USUAL_COMPRESSION, ExportOptions, of_group
 from heatlens.export.output import Output, parse_output
@@ -108,9 +110,17 @@ def job_of(args: argparse.Namespace) -> ExportJob:
     options = ExportOptions(**typed_fields(args, ExportOptions))
     if args.pinhole:
         options = replace(options, with_depth=True)
+    checked_template(options.burn_in_text)
+    if options.burn_in and not options.shot_name and _is_typed(args) and read is not None:
+        options = replace(options, shot_name=Path(args.shot).name.split(".")[0])
     look, keep = _look(args, shot), _kept_names(args, shot)
     beside = pinhole_options(args)
     return ExportJob(shot, frames, output, options, look, keep, args.pinhole, beside)
+
+
+def _is_typed(args: argparse.Namespace) -> bool:
+    """Return False if the options come from the window."""
+    return getattr(args, "job", None) is None
 
 
 def _kept_names(args: argparse.Namespace, shot: Shot) -> tuple[str, ...]:
@@ -140,6 +150,8 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
             f"--start-timecode: {output.suffix} has no place for a timecode but the picture. Give "
             "--burn-in beside it."
         )
+    if (args.burn_in_text or args.shot_name) and not args.burn_in and _is_typed(args):
+        raise InputError("--burn-in-text and --shot-name are for --burn-in: give both.")
     if args.unit is not None and not args.burn_in:
         raise InputError("--unit is the unit of the distance that --burn-in writes: give both.")
 

@@ -1,30 +1,60 @@
-"""Write frame, focus and f-stop into a picture, on a darkened strip at its lower edge."""
+"""Write frame, timecode and lens into a picture, on a darkened strip at its lower edge."""
+
+import re
+from functools import cache
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.timecode import Timecode
+from heatlens.paths import data_dir
 from heatlens.plate.plate import FloatImage, Plate
 
+FIELDS = ("frame", "timecode", "focus", "f_stop", "shot")
+USUAL = "F {frame}   {timecode}   {focus}   f/{f_stop}   {shot}"
 _TEXT_SHARE = 1 / 24  # text height, as a part of the picture's: legible on a phone
 _LEAST_SIZE = 1.0  # FreeType has no smaller one
 _STRIP_LIGHT = 0.35  # brightness of the picture behind the text, relative to its own
+_FIELD = re.compile(r"\{([^{}]*)\}")
+
+
+def checked_template(template: str) -> str:
+    """Return the template; raise InputError if it has fields that are unknown."""
+    unknown = [name for name in _FIELD.findall(template) if name not in FIELDS]
+    if unknown:
+        known = ", ".join(f"{{{name}}}" for name in FIELDS)
+        raise InputError(f"The burn-in has no {{{unknown[0]}}}; it has {known}.")
+    return template
 
 
 def burn_in_text(
-    frame: int, lens: Lens, plate: Plate, unit: str, timecode: Timecode | None = None
+    template: str,
+    frame: int,
+    lens: Lens,
+    plate: Plate,
+    unit: str,
+    timecode: Timecode | None = None,
+    shot: str = "",
 ) -> str:
-    """Return `1001   10:00:00:00   focus 2.24 m   f/2.8`, without the timecode if there is none.
+    """Return the template with its fields filled in, for example `F 1001   2.24 m   f/2.8`.
 
-    The lens is left out if the plate holds circles of confusion.
+    Parts of the template stand apart by two spaces or more; a part is left out if one of its fields
+    is empty. Plates that hold circles of confusion have no lens to tell.
     """
-    counted = str(frame) if timecode is None else f"{frame}   {timecode}"
-    if plate.coc_px is not None:
-        return counted
-    focus = measured_text(lens, lens.focus_distance_m, unit)
-    return f"{counted}   focus {focus}   f/{lens.f_stop:.3g}"
+    values = {"frame": str(frame), "timecode": str(timecode or ""), "shot": shot}
+    has_lens = plate.coc_px is None
+    values["focus"] = measured_text(lens, lens.focus_distance_m, unit) if has_lens else ""
+    values["f_stop"] = f"{lens.f_stop:.3g}" if has_lens else ""
+    parts = re.split(r"(\s{2,})", template)  # and the gaps between them
+    told = ""
+    for gap, part in zip(["", *parts[1::2]], parts[::2], strict=True):
+        if all(values[name] for name in _FIELD.findall(part)):
+            filled = _FIELD.sub(lambda match: values[match[1]], part)
+            told += (gap if told else "") + filled
+    return told
 
 
 def burned_in(display: FloatImage, text: str) -> FloatImage:
@@ -51,8 +81,12 @@ def _mask(text: str, width: int, size: float) -> FloatImage:
     return np.asarray(image, np.float32) / np.float32(255)
 
 
+@cache
 def _font(size: float) -> ImageFont.FreeTypeFont:
-    """Return the font that comes with Pillow, so that the text is the same on every machine."""
-    font = ImageFont.load_default(max(_LEAST_SIZE, size))
-    assert isinstance(font, ImageFont.FreeTypeFont)  # always so if a size is given
-    return font
+    """Return a font that comes with heatlens, so that the text is the same on every machine.
+
+    All of its characters are as wide as a space, so that numbers stand still from frame to frame.
+    """
+    path = data_dir("assets") / "fonts" / "DejaVuSansMono.ttf"
+    basic = ImageFont.Layout.BASIC
+    return ImageFont.truetype(path, max(_LEAST_SIZE, size), layout_engine=basic)

@@ -22,7 +22,9 @@ from heatlens.source.origin import Origin
 
 _MOVIE_ENCODING = 2  # raised when movies of the same frames become others; 1 had wrong pixels
 
-_TOLD = {"is_float", "compression", "with_depth", "with_coc", "keep_channels", "burn_in", "unit"}
+_TOLD = {"is_float", "compression", "with_depth", "with_coc", "keep_channels"} | {
+    *("burn_in", "unit", "burn_in_text", "shot_name"),
+}
 
 
 def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> str:
@@ -70,10 +72,14 @@ def _output_facts(job: ExportJob) -> dict[str, Any]:
         "view": [look.transform.key, look.transform.input_space],
         "exposure_stops": look.exposure_stops,
         "gamma": look.gamma,
-        "burn_in": options.unit if options.burn_in else None,
+        "burn_in": _burned_in(options) if options.burn_in else None,
         **({"guides": plain(look.guides)} if look.guides != NO_GUIDES else {}),
         **_newer(job, LOOK),
     }
+
+
+def _burned_in(options: ExportOptions) -> list[str]:
+    return [options.burn_in_text, options.unit, options.shot_name]
 
 
 def _newer(job: ExportJob, group: str) -> dict[str, Any]:

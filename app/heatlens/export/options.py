@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
+from heatlens.export.burn_in import USUAL
 from heatlens.model.option import option_field, options_of
 
 FRAMES, EXR, LOOK = "frames", "EXR", "look"  # groups: of all files, of EXR, of all but EXR
@@ -71,8 +72,19 @@ class ExportOptions:
     burn_in: bool = _look(
         False,
         "burn in",
-        "write frame, focus and f-stop into the picture",
-        label="frame, focus and f-stop in the picture",
+        "write frame, timecode and lens into the picture",
+        label="frame, timecode and lens in the picture",
+    )
+    burn_in_text: str = _look(
+        USUAL,
+        "burn in text",
+        "what that writes, with {frame} {timecode} {focus} {f_stop} {shot}; parts that two spaces "
+        f"set apart are left out where they have nothing to tell (default '{USUAL}')",
+        metavar="TEXT",
+        label="burn-in text",
+    )
+    shot_name: str = _look(
+        "", "shot name", "{shot} in that; default: the name of the shot file", metavar="NAME"
     )
     unit: Literal["m", "ft"] = _look("m", "unit", "of the distance in that (default m)")
 

@@ -91,7 +91,8 @@ class FrameRendering:
         if not options.burn_in:
             return display
         told = frame_timecode(self._job, frame, plate)
-        return burned_in(display, burn_in_text(frame.frame, frame.lens, plate, options.unit, told))
+        facts = frame.frame, frame.lens, plate, options.unit, told, options.shot_name
+        return burned_in(display, burn_in_text(options.burn_in_text, *facts))
 
     def _picture(self, frame: int) -> moderngl.Texture:
         """Return the picture with the lens, or the pinhole picture if that is requested."""

@@ -36,6 +36,7 @@ class ExportCommands(Worker):
         self._say = say
         self.run = ExportRun(wake)
         self.settings = ExportSettings()
+        self.shot_name: Callable[[], str] = str  # of its file, for the burn-in
         self._of: str | None = None  # the source that folder and name were proposed for
         self._reported: ExportState | None = None  # the export whose end was reported
 
@@ -62,7 +63,7 @@ class ExportCommands(Worker):
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""
-        job = self.settings.job(self._look.options(), self._look.guides)
+        job = self.settings.job(self._look.options(), self._look.guides, self.shot_name())
         shot = self.settings.shot_of(self._timeline.timed_shot)
         self._begin(lambda: self.run.export(shot, self.settings.output, job))
 

@@ -71,13 +71,16 @@ class ExportSettings(ExportOptions):
             return shot
         return replace(shot, defocus=replace(shot.defocus, quality=Quality(self.quality)))
 
-    def job(self, look: LookOptions, guides: Guides = NO_GUIDES) -> str:
-        """Return the options as `heatlens export --job` reads them; EXR has no look, no guides."""
+    def job(self, look: LookOptions, guides: Guides = NO_GUIDES, shot: str = "") -> str:
+        """Return the options as `heatlens export --job` reads them; EXR has no look, no guides.
+
+        `shot` is the name of the shot in the burn-in.
+        """
         options = ExportOptions(**{n: getattr(self, n) for n in in_panel(self.is_linear)})
         if self.is_linear:
             return job_text(options)
         drawn = replace(guides, opacity=_opacity(guides)) if self.with_guides else NO_GUIDES
-        return job_text(options, look, drawn)
+        return job_text(replace(options, shot_name=shot), look, drawn)
 
 
 def _opacity(guides: Guides) -> float:

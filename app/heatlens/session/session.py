@@ -180,6 +180,7 @@ class Session:
         look = PictureLook(editing, view, self.color)
         self.pictures = PictureCommands(source, editing, look, self.live, say, wake)
         self.exports = ExportCommands(source, editing, self.timeline, look, say, wake)
+        self.exports.shot_name = lambda: self.documents.shot_name
         self.files = FileCommands(
             source,
             editing,

@@ -116,6 +116,11 @@ class ShotDocuments(Worker):
         return "" if self.path is None else f"{self.path.name}{'' if self.is_saved else ' *'}"
 
     @property
+    def shot_name(self) -> str:
+        """The name of the shot's file without its ending; "" without a file."""
+        return "" if self.path is None else self.path.name.split(".")[0]
+
+    @property
     def window_title(self) -> str:
         """The name of the shot's file, else of what is open, with a star for unsaved changes."""
         if self.path is not None:
