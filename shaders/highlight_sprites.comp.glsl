@@ -29,11 +29,17 @@ layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 // Pixels belong to one highlight whose coc differ by at most SAME_COC_PX, or SAME_COC_PART of the coc.
 #define SAME_COC_PX 0.5
 #define SAME_COC_PART 0.05
-#define RIM_OFFSET 0.35    // 1/2 for a straight rim; less suits the corners of small highlights as well
+#define RIM_OFFSET 0.3    // 1/2 for a straight rim; less suits the corners of small highlights as well
 // From this coc on a disc shows where in its pixel the light stands; fully from TOLD_PX on.
 #define TOLD_FROM_PX 1.0
 #define TOLD_PX 1.5
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
+// Discs between these are sized by their second moment, fully from SIZED_PX on up to LARGE_FROM_PX; those from
+// LARGE_PX on are within 1 % as they are.
+#define SIZED_FROM_PX 2.0
+#define SIZED_PX 3.0
+#define LARGE_FROM_PX 4.4
+#define LARGE_PX 5.0
 
 ivec2 size, corner;
 float energy[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
@@ -112,6 +118,43 @@ Cover pixels_covered(vec2 centre, float radius, float ramp) {
     return sum;
 }
 
+#ifndef SHAPED
+// The second moment of a disc about its middle, x and y together, as the pixels show it.
+float moment_2_of(vec2 centre, float radius, float ramp) {
+    vec2 reach = aperture_reach(radius, ramp);
+    float sum = 0.0, moment_2 = 0.0;
+    ivec2 first = ivec2(floor(centre - reach)), last = ivec2(floor(centre + reach));
+    for (int y = first.y; y <= last.y; ++y)
+        for (int x = first.x; x <= last.x; ++x) {
+            vec2 offset = vec2(x, y) + 0.5 - centre;
+            float cover = pixel_coverage(offset, radius, ramp, centre);
+            sum += cover;
+            moment_2 += cover * dot(offset, offset);
+        }
+    return moment_2 / max(sum, 1e-6);
+}
+#endif
+
+// The signed radius with which a small disc has the second moment of a lens's disc and a pixel. Drawn as it is,
+// a disc of 3 px is up to 5 % too narrow and one of 4 px too wide, by where pixels' middles fall on its rim.
+// Discs of other shapes stay as they are.
+float sized_radius(vec2 centre, float radius, float ramp) {
+    float sized = radius;
+#ifndef SHAPED
+    float coc_px = 2.0 * abs(radius);
+    if (coc_px >= LARGE_PX) return radius;
+    float wide = dot(aperture_axes, aperture_axes) / 4.0;
+    float wanted = radius * radius * wide + 2.0 / 3.0 * ramp * ramp;
+    float part = smoothstep(SIZED_FROM_PX, SIZED_PX, coc_px);
+    part *= 1.0 - smoothstep(LARGE_FROM_PX, LARGE_PX, coc_px);
+    for (int k = 0; k < 2; ++k) {
+        float change = part * (wanted - moment_2_of(centre, sized, ramp)) / wide;
+        sized = sign(radius) * sqrt(max(sized * sized + change, 0.5 * radius * radius));
+    }
+#endif
+    return sized;
+}
+
 // All free highlights of the block around `best` that share its coc, as one disc.
 Sprite merged(ivec2 from, int side, int best) {
     float limit = max(SAME_COC_PX, SAME_COC_PART * abs(coc[best]));
@@ -135,8 +178,9 @@ Sprite merged(ivec2 from, int side, int best) {
     float variance = max(0.5 * (moment_2 / weight - dot(centre, centre)), 0.0);
     float ramp = sqrt(3.0 * (1.0 / 12.0 + variance));
     centre += vec2(corner);
-    Cover covered = pixels_covered(centre, 0.5 * coc[best], ramp);
-    return Sprite(vec4(centre, coc[best], ramp), vec4(light / max(covered, 1e-6), 0.0));
+    float radius = sized_radius(centre, 0.5 * coc[best], ramp);
+    Cover covered = pixels_covered(centre, radius, ramp);
+    return Sprite(vec4(centre, 2.0 * radius, ramp), vec4(light / max(covered, 1e-6), 0.0));
 }
 
 // Pixels of the picture that drawing a sprite looks at.

@@ -3,6 +3,8 @@
 import moderngl
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets
 from heatlens.defocus.fragment_pass import Fragments
@@ -162,6 +164,26 @@ def through_a_lens(fine: FloatArray, coc_px: float) -> FloatArray:
     at = np.minimum(np.arange(side), side - np.arange(side)) / FINE
     disc = (np.hypot(at[:, None], at) < coc_px / 2).astype(np.float64)
     return np.fft.irfft2(np.fft.rfft2(fine) * np.fft.rfft2(disc / disc.sum()), fine.shape)
+
+
+def variance_of(light: FloatArray) -> float:
+    """Return the variance along an axis, mean of both, in pixels^2."""
+    at = np.stack(np.mgrid[: light.shape[0], : light.shape[1]]).astype(np.float64)
+    total = light.sum(dtype=np.float64)
+    middle = (light * at).sum(axis=(1, 2)) / total
+    return float((light * (at - middle[:, None, None]) ** 2).sum() / total / 2)
+
+
+@given(st.floats(3.0, 10.0))
+def test_a_small_disc_is_as_wide_as_its_coc(
+    session_context: moderngl.Context, coc_px: float
+) -> None:
+    """By its second moment, that of the disc and of the pixel's box; few pixels tell it roughly."""
+    for sign in (1.0, -1.0):
+        coc = np.full((40, 40), sign * coc_px, np.float32)
+        drawn = Lamps(session_context, night((40, 40), {(20, 20): 200.0}), coc).drawn[..., 0]
+        diameter = 4 * np.sqrt(variance_of(drawn) - 1 / 12)
+        assert diameter == pytest.approx(coc_px, rel=0.015 if coc_px >= 4 else 0.04)
 
 
 @pytest.mark.parametrize(("coc_px", "most"), [(2.0, 0.1), (4.0, 0.06)])
