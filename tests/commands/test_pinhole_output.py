@@ -48,6 +48,16 @@ def test_a_deep_file_flattens_to_the_picture_and_tells_what_is_behind(plates):
     assert apart.mean() < 0.02
 
 
+def test_a_small_deep_plate_says_that_the_scene_is_blurred_finer(tmp_path, capsys):
+    words = [word for word in SCENE if word != "--quiet"]
+    out = ("-o", str(tmp_path / "deep.exr"))
+    assert main([*words, *LENS, "--deep", *out]) == 0
+    assert "at 2 times its size" in (said := capsys.readouterr().err)
+    assert "--size 128x80 and reduce the picture" in said
+    assert main([*words, *LENS, "--pinhole", *out]) == 0
+    assert "its size" not in capsys.readouterr().err
+
+
 def test_auto_is_what_the_lens_needs(tmp_path):
     def margin(*lens: str) -> int:
         path = tmp_path / "auto.exr"

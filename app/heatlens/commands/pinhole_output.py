@@ -8,6 +8,7 @@ from heatlens.export.pinhole_plate import AUTO, PinholeOptions, pinhole_plate
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
+from heatlens.scene_gpu.overscan import fineness
 
 
 def add_pinhole_options(parser: argparse.ArgumentParser) -> None:
@@ -81,5 +82,18 @@ def rendered_plate(
     if args.deep:
         count = 0 if plate.fragments is None else plate.fragments.count
         pixels = plate.data_window.width * plate.data_window.height
-        say(f"deep: {1 + count / pixels:.2f} surfaces a pixel")
+        say(f"deep: {1 + count / pixels:.2f} surfaces a pixel{_smaller(renderer, plate)}")
     return plate
+
+
+def _smaller(renderer: FrameRenderer, plate: Plate) -> str:
+    """Return words on the size at which the scene itself is blurred, where that is larger."""
+    size = plate.display_window.width, plate.display_window.height
+    fine = fineness(renderer.ctx, size)
+    if fine == 1:
+        return ""
+    larger = "x".join(str(fine * side) for side in size)
+    return (
+        f"; the scene itself is blurred at {fine} times its size: for the same quality, write the "
+        f"plate with --size {larger} and reduce the picture"
+    )
