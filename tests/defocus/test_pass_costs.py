@@ -6,23 +6,18 @@ import pytest
 
 from heatlens.defocus.kernels import gaussian_kernel, named_kernel
 from heatlens.defocus.line_solver import SOLVERS, LineSystem, SolverName, SweepSolver
-from heatlens.defocus.scratch import PASSES
+from heatlens.defocus.pass_costs import AxisReads, Traffic, Work, solve_bytes
+from heatlens.defocus.pass_list import PASSES, pass_named
 from heatlens.measure.bench.frames import PassSeconds
 from heatlens.measure.bench.measure import pass_row
-from heatlens.measure.bench.pass_costs import (
-    PASS_COSTS,
-    AxisReads,
-    Work,
-    frame_traffic,
-    solve_bytes,
-)
 
 SIZE = (64, 48)
 HEAT, DISC_4 = named_kernel("heat"), named_kernel("disc_4")
 
 
-def test_every_pass_that_the_pipeline_times_has_a_cost():
-    assert set(PASSES) == set(PASS_COSTS)
+def frame_traffic(name: str, work: Work, runs: int) -> Traffic:
+    """Return what the pass `name` moves."""
+    return pass_named(name).traffic(work, runs)
 
 
 def test_line_costs_counted_by_hand():
@@ -73,7 +68,7 @@ def test_steps_cost_as_often_as_they_are_taken():
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("name", sorted(set(PASS_COSTS) - {"highlights drawn"}))
+@pytest.mark.parametrize("name", sorted({one.name for one in PASSES} - {"highlights drawn"}))
 def test_nothing_moves_less_than_the_least(name, solver):
     for kernel in (HEAT, gaussian_kernel(3), named_kernel("disc_2"), DISC_4):
         traffic = frame_traffic(name, Work(SIZE, kernel, solver), 3)

@@ -7,7 +7,8 @@ import moderngl
 import numpy as np
 import pytest
 
-from heatlens.defocus.scratch import LIFETIMES, PASSES, POISON_VARIABLE, Scratch
+from heatlens.defocus.pass_list import PASSES
+from heatlens.defocus.scratch import POISON_VARIABLE, Scratch, lifetimes
 from heatlens.gpu.textures import download
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
@@ -23,6 +24,7 @@ SETTINGS = {
     "scatter": DefocusSettings(method=Method.SCATTER),
     "pyramid": DefocusSettings(method=Method.PYRAMID),
 }
+LIFETIMES, ORDER = lifetimes(), [one.name for one in PASSES]
 LENS = Lens(85.0, 1.0, 1.6, 36.0)  # so much blur that some layers are worked on at half size
 
 
@@ -39,7 +41,7 @@ def test_lifetimes_that_meet_are_told_from_those_that_do_not() -> None:
 
 def test_a_life_begins_before_it_ends() -> None:
     for life in LIFETIMES.values():
-        assert not life.last or PASSES.index(life.first) <= PASSES.index(life.last)
+        assert not life.last or ORDER.index(life.first) <= ORDER.index(life.last)
 
 
 def test_memory_has_one_owner_at_a_time(ctx: moderngl.Context) -> None:

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+from heatlens.defocus.pass_costs import Traffic, Work
+from heatlens.defocus.pass_list import pass_named
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for
 from heatlens.errors import GpuError
@@ -10,7 +12,6 @@ from heatlens.gpu.context import is_software
 from heatlens.measure.bench.bandwidth import copy_bytes_per_second
 from heatlens.measure.bench.bare_sweep import BareSweeps
 from heatlens.measure.bench.frames import BenchFrames, PassSeconds, frame_seconds, median_seconds
-from heatlens.measure.bench.pass_costs import Traffic, Work, frame_traffic
 from heatlens.measure.bench.report import BareReport, CocRow, FrameReport, PassRow, SizeRow
 from heatlens.measure.bench.synthetic_plate import (
     LENS,
@@ -83,7 +84,7 @@ def measure_frame(
 def pass_row(name: str, entry: PassSeconds, work: Work, copy_bytes_per_s: float) -> PassRow:
     """Combine the measured time of a pass with the bytes of the cost table; '-' if it has none."""
     try:
-        traffic = frame_traffic(name, work, entry.runs)
+        traffic = pass_named(name).traffic(work, entry.runs)
     except KeyError:
         traffic = Traffic(None, None)
     pixels = work.size[0] * work.size[1]

@@ -13,7 +13,6 @@ Storage: picture rgba32f 16, coc r32f 4, kind r16f 2, fragments rgba16f 8 each, 
 its state rg32f 8, poles rgba32ui 16 each.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import assert_never
 
@@ -63,14 +62,6 @@ class AxisReads:
     written: int
 
 
-def frame_traffic(name: str, work: Work, runs: int) -> Traffic:
-    """Return the traffic of the pass `name` in a frame that runs it `runs` times.
-
-    Raises KeyError for an unknown pass.
-    """
-    return PASS_COSTS[name](work, runs)
-
-
 def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> float:
     """Return the bytes per pixel to solve `system` along one axis."""
     poles, value, link = system.poles, system.value_bytes, 3 * system.num_bytes
@@ -108,17 +99,18 @@ def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
     return kernel.steps * step
 
 
-def _proxy(work: Work, runs: int) -> Traffic:
+def proxy_bytes(work: Work, runs: int) -> Traffic:
     """Count the whole plate's colour and depth read, a smaller colour and depth written."""
     moved = runs * (_COLOR / work.proxy**2 + _COC + _COLOR + _COC)
     return Traffic(moved, moved)
 
 
-def _coc(work: Work, runs: int) -> Traffic:
+def coc_bytes(work: Work, runs: int) -> Traffic:
+    """Count depth read and coc written."""
     return Traffic(2 * _COC * runs, 2 * _COC * runs)
 
 
-def _highlights_found(work: Work, runs: int) -> Traffic:
+def highlights_found_bytes(work: Work, runs: int) -> Traffic:
     """Count luminance, its heat blur and the split by it.
 
     The least possible is colour and coc read and the two parts written.
@@ -129,7 +121,7 @@ def _highlights_found(work: Work, runs: int) -> Traffic:
     return Traffic(runs * moved, runs * (_COLOR + _COC + 2 * _COLOR))
 
 
-def _highlights_listed(work: Work, runs: int) -> Traffic:
+def highlights_listed_bytes(work: Work, runs: int) -> Traffic:
     """Count two reads of the highlights, and counts and offsets written and read again."""
     width, height = work.size
     blocks = block_count(work.size) / (width * height)
@@ -137,29 +129,32 @@ def _highlights_listed(work: Work, runs: int) -> Traffic:
     return Traffic(runs * moved, runs * _COLOR, at_least=True)
 
 
-def _fragments(work: Work, runs: int) -> Traffic:
+def fragments_bytes(work: Work, runs: int) -> Traffic:
+    """Count coc read and the kind of each pixel written; rims are extra."""
     return Traffic(runs * (_COC + _KIND), runs * (_COC + _KIND), at_least=True)
 
 
-def _tiles(work: Work, runs: int) -> Traffic:
+def tiles_bytes(work: Work, runs: int) -> Traffic:
     """Count one read of the picture for any number of layers; the few words of a tile are free."""
     return Traffic(_COC + _KIND, _COC + _KIND, at_least=True)
 
 
-def _layer_split(work: Work, runs: int) -> Traffic:
+def layer_split_bytes(work: Work, runs: int) -> Traffic:
+    """Count the picture and its fragments read, the layer and its state written."""
     picture = _COLOR + _COC + _KIND + 2 * _FRAGMENT
     moved = runs * (picture + _COLOR + _STATE)
     return Traffic(moved, moved, at_least=True)
 
 
-def _hidden_fill(work: Work, runs: int) -> Traffic:
+def hidden_fill_bytes(work: Work, runs: int) -> Traffic:
     """Count whole copies of the masks; all other work is per hidden pixel."""
     width, height = work.size
     masks = 2 * HiddenFillPass.bits_bytes(work.size) / (width * height)
     return Traffic(runs * masks, None, at_least=True)
 
 
-def _coc_fill(work: Work, runs: int) -> Traffic:
+def coc_fill_bytes(work: Work, runs: int) -> Traffic:
+    """Count rows and columns of the lines that carry the coc under nearer layers."""
     system = LineSystem("lib/fill_system.lib.glsl")
     rows = AxisReads(_STATE, 0, _STATE, _STATE)  # the state again when the answer is stored
     columns = AxisReads(_STATE, _STATE, _STATE, _COC)
@@ -167,62 +162,41 @@ def _coc_fill(work: Work, runs: int) -> Traffic:
     return Traffic(runs * moved, runs * (_STATE + _COC), at_most=True)
 
 
-def _blur(work: Work, runs: int) -> Traffic:
+def blur_pass_bytes(work: Work, runs: int) -> Traffic:
+    """Count all steps of the kernel."""
     moved = blur_bytes(work.solver, work.kernel)
     return Traffic(runs * moved, runs * (_COLOR + _COC + _COLOR), at_most=True)
 
 
-def _composite(work: Work, runs: int) -> Traffic:
+def composite_bytes(work: Work, runs: int) -> Traffic:
     """Count one write of the farthest layer; each nearer layer also reads what is behind it."""
     moved = runs * 2 * _COLOR + (runs - 1) * _COLOR
     return Traffic(moved, moved, at_most=True)
 
 
-def _limits(work: Work, runs: int) -> Traffic:
+def limits_bytes(work: Work, runs: int) -> Traffic:
     """Count one picture, changed in place."""
     return Traffic(runs * 2 * _COLOR, runs * 2 * _COLOR)
 
 
-def _alpha(work: Work, runs: int) -> Traffic:
+def alpha_bytes(work: Work, runs: int) -> Traffic:
     """Count alpha read from the plate, and written into the picture, which is read for that."""
     taken_out, joined = _COLOR + _COLOR, _COLOR + _COLOR + _COLOR
     moved = runs / 2 * (taken_out + joined)
     return Traffic(moved, moved)
 
 
-def _colours(work: Work, runs: int) -> Traffic:
+def colours_bytes(work: Work, runs: int) -> Traffic:
     """Count a picture read, and channels of it written into another, which is read for that."""
     return Traffic(runs * 3 * _COLOR, runs * 3 * _COLOR)
 
 
-def _highlights_drawn(work: Work, runs: int) -> Traffic:
+def highlights_drawn_bytes(work: Work, runs: int) -> Traffic:
     """Count the area of the highlights' discs, which decides the cost."""
     return Traffic(None, None)
 
 
-def _method(work: Work, runs: int) -> Traffic:
+def method_bytes(work: Work, runs: int) -> Traffic:
     """Count colour and coc read, the picture written, and reads of neighbours by the coc."""
     moved = runs * (_COLOR + _COC + _COLOR)
     return Traffic(moved, moved, at_least=True)
-
-
-PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
-    "proxy": _proxy,
-    "coc": _coc,
-    "highlights found": _highlights_found,
-    "highlights listed": _highlights_listed,
-    "fragments": _fragments,
-    "tiles": _tiles,
-    "layer split": _layer_split,
-    "hidden fill": _hidden_fill,
-    "coc fill": _coc_fill,
-    "blur": _blur,
-    "composite": _composite,
-    "limits": _limits,
-    "highlights drawn": _highlights_drawn,
-    "alpha": _alpha,
-    "colours": _colours,
-    "gather": _method,
-    "scatter": _method,
-    "pyramid": _method,
-}

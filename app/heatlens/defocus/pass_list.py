@@ -1,0 +1,198 @@
+"""Declare the passes of the pipeline: the one list of their shaders, memory and bytes.
+
+The lifetimes of scratch memory (`defocus/scratch.py`), the costs of `heatlens bench` and the
+builds that `heatlens doctor` tries derive from it.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from heatlens.defocus import pass_costs
+from heatlens.defocus.line_solver import LineSystem
+from heatlens.defocus.pass_costs import Traffic, Work
+from heatlens.gpu.variants import PLAIN, Variants, crossed, either
+
+# Where a name has its memory: a name, also with the only reduction that it is used for; "" if the
+# memory is called as it is.
+Places = Mapping[str, str | tuple[str, int]]
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A pass of the pipeline.
+
+    shaders     the builds of each shader, by its file; a file may belong to several passes
+    traffic     the bytes per pixel that it moves in a number of runs
+    writes      the names whose memory it is the first to write
+    reads_last  the names whose memory no later pass reads; others stay until the next picture
+    alone       the names whose memory only this pass uses
+    systems     the systems of lines that it solves
+    """
+
+    name: str
+    shaders: Mapping[str, Variants]
+    traffic: Callable[[Work, int], Traffic]
+    writes: Places = field(default_factory=dict)
+    reads_last: tuple[str, ...] = ()
+    alone: Places = field(default_factory=dict)
+    systems: tuple[LineSystem, ...] = ()
+
+
+# Shapes of the opening: an ellipse, or another one.
+SHAPES: Variants = ({}, *crossed(({"SHAPED": 1},), either("COLORED"), either("IMAGED")))
+_LISTS, _COUNT = either("LISTS"), either("COUNT")
+_MATCHED, _FINE = (({}, *crossed(({"LISTS": 1},), either(n))) for n in ("MATCHED", "FINE_RIMS"))
+_BLUR = "lib/blur_system.lib.glsl"
+
+
+def _comp(*names: str, variants: Variants = PLAIN) -> dict[str, Variants]:
+    """Return the variants of compute shaders, which all have the same ones."""
+    return dict.fromkeys((f"{name}.comp.glsl" for name in names), variants)
+
+
+def _draw(name: str, fragment: Variants) -> dict[str, Variants]:
+    """Return the variants of a vertex shader of discs and of its fragment shader."""
+    return {f"{name}.vert.glsl": SHAPES, f"{name}.frag.glsl": fragment}
+
+
+def _own(*names: str) -> dict[str, str]:
+    return dict.fromkeys(names, "")
+
+
+# In their order. "tiles" to "composite" run once for each layer, "colours" after all passes before
+# it for each colour, and each of the last three replaces "alpha" to "highlights drawn".
+PASSES: tuple[Pass, ...] = (
+    Pass(
+        "proxy",
+        _comp("proxy", "peel_starts") | _comp("proxy_lists", variants=_COUNT),
+        pass_costs.proxy_bytes,
+        _own("proxy colour", "proxy depth", "proxy starts", "proxy fragments")
+        | _own("proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide places"),
+    ),
+    Pass("coc", _comp("coc", "coc_shift"), pass_costs.coc_bytes, _own("coc", "colours kept")),
+    # Alpha as a picture of its own, which is layered before the colour.
+    Pass(
+        "alpha", _comp("alpha_as_color", "alpha_join"), pass_costs.alpha_bytes, _own("alpha plate")
+    ),
+    Pass(
+        "highlights found",  # a pixel is compared with its surroundings at half the size
+        _comp("highlight_luminance", "highlight_split", variants=_LISTS),
+        pass_costs.highlights_found_bytes,
+        _own("low", "low fragments", "around") | {"high": ("layer", 1)},
+        alone={
+            "surroundings": ("hidden cost", 1),
+            "surroundings coc": ("layer coc", 2),
+            "surroundings blurred": ("layer", 2),
+            "surroundings poles": "poles",
+        },
+    ),
+    Pass(
+        "highlights listed",
+        _comp("highlight_sprites", variants=crossed(SHAPES, _COUNT, either("FINE_RIMS")))
+        | _comp("highlight_plan")
+        | _comp("highlight_restore", variants=_LISTS),
+        pass_costs.highlights_listed_bytes,
+        _own("highlight plan", "highlight sprite"),
+        ("high",),
+        _own("highlight tally", "highlight offset"),
+    ),
+    Pass(
+        "fragments",  # the picture taken apart at its silhouettes
+        _comp("fragments_find", variants=_LISTS) | _comp("fragments_far", "fragments_near"),
+        pass_costs.fragments_bytes,
+        _own("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
+        alone={"rim list": "pixel list"},
+    ),
+    Pass(
+        "tiles",
+        _comp("tile_layers", variants=_LISTS) | _comp("tile_reach_rows", "tile_reach"),
+        pass_costs.tiles_bytes,
+        _own("tile mask", "tile list"),
+        alone=_own("tile distance", "tile hider"),
+    ),
+    Pass(
+        "layer split",
+        _comp("layer_split", variants=crossed(either("REDUCED"), _LISTS)),
+        pass_costs.layer_split_bytes,
+        _own("layer", "layer state", "told") | {"hidden list": "pixel list"},
+    ),
+    Pass(
+        "hidden fill",
+        _comp("seen_bits_all", "seen_bits_clear", "hidden_blocks")
+        | _comp("hidden_cost", variants=either("MATCHED"))
+        | _comp("hidden_fill", variants=_MATCHED),
+        pass_costs.hidden_fill_bytes,
+        reads_last=("told", "hidden list"),
+        alone=_own("hidden bits", "hidden blocks", "hidden cost", "hidden match"),
+    ),
+    Pass(
+        "coc fill",
+        {},
+        pass_costs.coc_fill_bytes,
+        _own("layer coc"),
+        ("layer state",),
+        _own("coc fill rows"),
+        (LineSystem("lib/fill_system.lib.glsl"),),
+    ),
+    Pass(
+        "blur",
+        {},
+        pass_costs.blur_pass_bytes,
+        _own("blurred"),
+        ("layer coc",),
+        _own("poles"),
+        (
+            *(LineSystem(_BLUR, n, n > 1, (("HALF_POLES", 1),)) for n in (1, 2, 3, 4, 5)),
+            LineSystem(_BLUR, 4, True, (("HALF_POLES", 1), ("SHAPED", 1))),
+        ),
+    ),
+    Pass(
+        "composite",
+        _comp("composite", variants=either("REDUCED")),
+        pass_costs.composite_bytes,
+        reads_last=("tile mask", "tile list", "layer"),
+    ),
+    Pass(
+        "highlights drawn",
+        _draw("highlight_draw", crossed(SHAPES, _FINE)),
+        pass_costs.highlights_drawn_bytes,
+        reads_last=(
+            *("alpha plate", "low", "low fragments", "around", "highlight plan"),
+            *("highlight sprite", "kind", "far", "near", "tile content", "tile nearest"),
+        ),
+    ),
+    Pass(
+        "limits",
+        _comp("limits"),
+        pass_costs.limits_bytes,
+        _own("frame", "in plate's light"),
+        ("alpha out",),
+    ),
+    Pass("colours", _comp("colors_take"), pass_costs.colours_bytes, reads_last=("colours kept",)),
+    Pass(
+        "gather",
+        _comp("gather", variants=SHAPES),
+        pass_costs.method_bytes,
+        alone={"gather weight": "cover", "gather weights": ("layer", 1)},
+    ),
+    Pass(
+        "scatter",
+        _comp("scatter_sort", variants=_COUNT)
+        | _draw("scatter_draw", SHAPES)
+        | _comp("scatter_over"),
+        pass_costs.method_bytes,
+        alone=_own("scatter cover", "scatter places")
+        | {"bin light": ("layer", 1), "bin cover": "cover", "scatter order": "pixel list"},
+    ),
+    Pass(
+        "pyramid",
+        _comp("pyramid_reduce", "pyramid_read"),
+        pass_costs.method_bytes,
+        alone=_own("pyramid"),
+    ),
+)
+
+
+def pass_named(name: str) -> Pass:
+    """Return the pass called `name`. Raises KeyError if there is none."""
+    return {one.name: one for one in PASSES}[name]
