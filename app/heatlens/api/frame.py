@@ -3,8 +3,9 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
+from heatlens.api.keywords import FrameOptions
 from heatlens.api.python_words import python_words
 from heatlens.errors import InputError
 from heatlens.gpu.textures import FloatArray
@@ -76,7 +77,7 @@ class Frame(Asked):
     def _facts(self) -> Facts:
         return self._ask(self.number)
 
-    def render(self, lens: Lens | None = None, **given: Any) -> FloatArray:
+    def render(self, lens: Lens | None = None, **given: Unpack[FrameOptions]) -> FloatArray:
         """Return the picture with the lens; `given` as in `Source.render`, without `frame`."""
         return self._render(lens, frame=self.number, **given)
 

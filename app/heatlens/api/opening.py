@@ -2,11 +2,12 @@
 
 import os
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Unpack
 
 from numpy.typing import ArrayLike
 
 from heatlens.api.arguments import check_names, is_single, pair, shown, text, values_of
+from heatlens.api.keywords import ReadingOptions
 from heatlens.api.python_words import python_words
 from heatlens.api.source import OnePlate, Plates, Scene, Source
 from heatlens.documents.shot_file import is_shot_file, read_shot
@@ -40,7 +41,7 @@ def open(
     coc_px: ArrayLike | None = None,
     camera: str | None = None,
     size: tuple[int, int] | None = None,
-    **reading: Any,
+    **reading: Unpack[ReadingOptions],
 ) -> Source:
     """Open what `source` names: a plate (EXR), shot.####.exr, a scene, "demo" or a shot file.
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Unpack
 
 from heatlens.api.arguments import (
     BLUR,
@@ -19,6 +19,7 @@ from heatlens.api.arguments import (
 )
 from heatlens.api.engine import ENGINE
 from heatlens.api.frame import Asked, Facts, Frame, check_frame, facts_of
+from heatlens.api.keywords import RenderOptions
 from heatlens.api.notes import Notes
 from heatlens.api.python_words import python_words
 from heatlens.closing import Closing
@@ -111,7 +112,7 @@ class Source(Asked, Closing):
         focus_distance_m: float | None = None,
         focus_at: tuple[int, int] | None = None,
         lens_model: str | None = None,
-        **more: Any,
+        **more: Unpack[RenderOptions],
     ) -> FloatArray:
         """Return the picture with the lens.
 
@@ -120,9 +121,7 @@ class Source(Asked, Closing):
         Give `lens`, or single values of it; values that are not given come from the shot file, the
         header or the scene's camera. `lens_model` is "photographic" or "renderer". `focus_at` is a
         pixel (x, y) of the picture to focus on. `frame` is that of a sequence, a shot or a scene
-        (default: the first). `more` takes the fields of `Aperture`: squeeze, blades,
-        blade_rotation_deg, blade_curvature, cat_eye, rim, axial_colour_mm, aperture_image (a
-        path); and those of `DefocusSettings`: quality="draft", bokeh, layers, proxy, method, views.
+        (default: the first). `more` is the opening of the lens and the blur: see `RenderOptions`.
 
         What is doubtful is a `HeatlensWarning`, once for each source and sentence, and in `notes`.
 

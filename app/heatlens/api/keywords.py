@@ -1,0 +1,80 @@
+"""The keywords of the functions with their types, so that editors and type checkers know them.
+
+A test holds them to the fields of `OpeningFields`, `DefocusSettings` and `PlateOptions`.
+"""
+
+import os
+from typing import Literal, TypedDict
+
+from heatlens.model.opening_image import OpeningImage
+from heatlens.model.plate_options import DepthConvention, DepthKind, PictureCurve
+from heatlens.model.settings import Bokeh, Method, Quality
+
+Path = str | os.PathLike[str]
+Convention = (
+    DepthConvention
+    | Literal[
+        "auto",
+        "distance",
+        "inverse",
+        "normalized",
+        "normalized-inverted",
+        "disparity",
+        "disparity-inverted",
+        "coc",
+    ]
+)
+
+
+class RenderOptions(TypedDict, total=False):
+    """The opening of the lens, and the blur."""
+
+    squeeze: float
+    blades: int
+    blade_rotation_deg: float
+    blade_curvature: float
+    cat_eye: float
+    rim: float
+    axial_colour_mm: float
+    aperture_image: Path | OpeningImage | None
+    bokeh: Bokeh | Literal["heat", "gaussian", "disc"]
+    quality: Quality | Literal["draft", "preview", "film"]
+    layers: int | None
+    proxy: float
+    method: (
+        Method
+        | Literal["diffusion", "heat", "gather", "scatter", "pyramid", "accumulation", "raytraced"]
+    )
+    views: int
+
+
+class FrameOptions(RenderOptions, total=False):
+    """All values of the lens too, for one frame."""
+
+    focal_length_mm: float | None
+    sensor_width_mm: float | None
+    f_stop: float | None
+    focus_distance_m: float | None
+    focus_at: tuple[int, int] | None
+    lens_model: str | None
+
+
+class ReadingOptions(TypedDict, total=False):
+    """How a plate is read."""
+
+    depth_channel: str | None
+    color_layer: str | None
+    depth_convention: Convention
+    depth_kind: DepthKind | Literal["auto", "planar", "radial"]
+    scene_unit_m: float
+    near_m: float | None
+    far_m: float | None
+    focal_length_mm: float | None
+    sensor_width_mm: float | None
+    depth_source: Path | None
+    behind: Path | list[Path] | tuple[Path, ...]
+    behind_conventions: Convention | list[Convention] | tuple[Convention, ...]
+    picture_curve: PictureCurve | Literal["auto", "srgb", "linear"]
+    eye: str | None
+    despike: bool
+    strict: bool
