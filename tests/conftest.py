@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from heatlens import faults
+from heatlens.base import faults
 from support.command_line import end_started
 
 if TYPE_CHECKING:

@@ -11,12 +11,12 @@
 TYPE_CHECKING = False  # type checkers know this name; importing `typing` would take milliseconds
 if TYPE_CHECKING:
     from heatlens.api import Source, open
-    from heatlens.errors import HeatlensError, HeatlensWarning
+    from heatlens.base.errors import HeatlensError, HeatlensWarning
     from heatlens.model.lens import Lens
     from heatlens.model.settings import DefocusSettings
     from heatlens.model.shot import Shot
+    from heatlens.version import __version__
 
-__version__ = "0.1.0"
 __all__ = [
     "DefocusSettings",
     "HeatlensError",
@@ -30,11 +30,12 @@ __all__ = [
 
 _HOMES = {
     "DefocusSettings": "heatlens.model.settings",
-    "HeatlensError": "heatlens.errors",
-    "HeatlensWarning": "heatlens.errors",
+    "HeatlensError": "heatlens.base.errors",
+    "HeatlensWarning": "heatlens.base.errors",
     "Lens": "heatlens.model.lens",
     "Shot": "heatlens.model.shot",
     "Source": "heatlens.api",
+    "__version__": "heatlens.version",
     "open": "heatlens.api",
 }
 

@@ -7,6 +7,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.base.errors import InputError
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.passes import DefocusPasses
@@ -15,7 +16,6 @@ from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.defocus.steps import Result, Steps
-from heatlens.errors import InputError
 from heatlens.gpu.context import (
     check_plate_fits,
     check_texture_fits,

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.paths import data_dir
-from heatlens.stream.lens_image import LENS_IMAGE
-from heatlens.stream.protocol import CreateImage, PacketStream, ReadFile, message_of
+from heatlens.base.paths import data_dir
+from heatlens.live.stream.lens_image import LENS_IMAGE
+from heatlens.live.stream.protocol import CreateImage, PacketStream, ReadFile, message_of
 
 
 def stand_in() -> dict[str, ModuleType]:

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.base.errors import InputError
 from heatlens.camera.camera_file import read_camera, write_camera
-from heatlens.errors import InputError
 from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import SHOTS, moving_camera
 

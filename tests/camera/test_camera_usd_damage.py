@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from heatlens.base.errors import FaultError, InputError
 from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.usd_read import read_usd_camera, usd_camera
-from heatlens.errors import FaultError, InputError
 from support.cameras import FRAMES, moving_camera
 from support.usd_cameras import SUFFIXES, bomb
 

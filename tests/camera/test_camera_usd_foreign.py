@@ -5,8 +5,8 @@ import math
 import pytest
 from pxr import Sdf, UsdGeom
 
+from heatlens.base.errors import InputError
 from heatlens.camera.usd_read import split_prim, usd_camera
-from heatlens.errors import InputError
 from support.usd_cameras import stage_with
 
 

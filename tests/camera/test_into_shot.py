@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.base.errors import InputError, LensError
 from heatlens.camera.into_shot import linear_keys, with_camera
-from heatlens.errors import InputError, LensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Interpolation, Scale
 from heatlens.model.lens import Lens

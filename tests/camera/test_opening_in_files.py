@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.from_shot import camera_before_plates
@@ -12,7 +13,6 @@ from heatlens.camera.into_shot import with_camera
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.opening_image import OpeningImage

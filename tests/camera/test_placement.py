@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.base.errors import InputError
 from heatlens.camera.placement import camera_to_world, check_rigid, euler_deg, from_exr, matrix_of
-from heatlens.errors import InputError
 from support.cameras import EYE, TARGET, exr_attribute, world_to_camera
 
 # A camera at (10, 1, 0) that looks along -x: right is -z, up is y. Rows, looking along +z.

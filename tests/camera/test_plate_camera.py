@@ -5,16 +5,16 @@ import numpy as np
 import OpenEXR
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.float32 import shortest
 from heatlens.camera.plate_camera import read_plate_camera
-from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
-from heatlens.plate.camera_header import lens_attributes
-from heatlens.plate.header_read import read_headers
+from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.plate.parts.header_read import read_headers
 from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import EYE, FRAMES, TARGET, dolly, exr_attribute, world_to_camera
 from support.exr_files import rgb, window, write_file, write_parts

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.base.errors import InputError
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.into_shot import with_camera
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.plausibility import DepthSpan, focus_unit_doubts
 from heatlens.model.shot import Shot
-from heatlens.plate.shoot_names import shoot_lens
+from heatlens.plate.header.shoot_names import shoot_lens
 from support.command_line import stderr_of_run
 from support.exr_files import rgb, write_file
 from support.shoot_tables import SHOOT_TABLES

@@ -10,7 +10,7 @@ from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
 from heatlens.model.frames import FrameRange
 from heatlens.model.timecode import Timecode
-from heatlens.plate.timecode import exr_timecode
+from heatlens.plate.header.timecode import exr_timecode
 from support.exr_files import write_file
 from support.plates import room
 from support.shoot_tables import SHOOT_TABLES

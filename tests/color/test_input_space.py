@@ -15,9 +15,9 @@ from heatlens.display.display_pass import DisplayPass
 from heatlens.gpu.textures import download, new_texture, upload
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.plate.display import srgb_decoded, srgb_encoded
-from heatlens.plate.primaries import AP1, KNOWN, REC709, XYZ
-from heatlens.session.preferences import Preferences
+from heatlens.plate.header.primaries import AP1, KNOWN, REC709, XYZ
+from heatlens.plate.picture.display import srgb_decoded, srgb_encoded
+from heatlens.session.settings.preferences import Preferences
 from support.command_line import picture
 from support.exr_files import write_file
 from support.gui import gui_of

@@ -5,10 +5,10 @@ import sys
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.color.color_config import BUILT_IN, ColorConfig, load_color_config
 from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
-from heatlens.errors import InputError
-from heatlens.plate.display import srgb_encoded
+from heatlens.plate.picture.display import srgb_encoded
 
 HALVING = "!<MatrixTransform> {matrix: [0.5,0,0,0, 0,0.5,0,0, 0,0,0.5,0, 0,0,0,1]}"
 STUDIO = f"""ocio_profile_version: 2

@@ -13,6 +13,10 @@ from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.usd_read import usd_camera
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.live.ring.address import parse_ring_address
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.receiver import LensReceiver
+from heatlens.live.ring.sources import RingSources
 from heatlens.model.curve import Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Interpolation, Scale
@@ -20,11 +24,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.timecode import Timecode
-from heatlens.plate.camera_header import lens_attributes
-from heatlens.ring.address import parse_ring_address
-from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.receiver import LensReceiver
-from heatlens.ring.sources import RingSources
+from heatlens.plate.header.camera_header import lens_attributes
 from support.cameras import FRAMES, SHOTS, moving_camera
 from support.command_line import folder_of
 from support.exr_files import rgb, write_file

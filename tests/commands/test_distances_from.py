@@ -4,17 +4,17 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.measure.sheet.rows import sheet_row
+from heatlens.export.sheet.rows import sheet_row
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import Heard, RingSources
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.shot import Shot
 from heatlens.model.units import format_distance
-from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.sources import Heard, RingSources
-from heatlens.session.editing import Editing
-from heatlens.session.ring_hand import RingHand
+from heatlens.session.live.ring_hand import RingHand
+from heatlens.session.shot.editing import Editing
 
 SHOT = ("shot", "new", "no.####.exr", "--focal-length", "50", "--sensor-width", "36")
 FILM = ("--distances-from", "film-plane", "--pupil-offset", "120")
@@ -55,7 +55,7 @@ def test_what_cannot_be_is_explained(made):
 
 
 def test_the_focus_is_said_from_where_it_is_measured(tmp_path, capsys, monkeypatch):
-    from heatlens.commands.lens_options import lens_words
+    from heatlens.commands.options.lens_options import lens_words
 
     lens = Lens(50.0, 2.0, 2.0, 36.0, measured_from=MeasuredFrom.FILM, pupil_offset_mm=120.0)
     names = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m", "model")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from heatlens.base.errors import GpuError
 from heatlens.commands import doctor as command
 from heatlens.commands.main import main
 from heatlens.defocus.kernels import named_kernel
@@ -16,9 +17,8 @@ from heatlens.doctor import gpu_check, machine_check, picture_check, start_check
 from heatlens.doctor.finding import Finding, made_sure
 from heatlens.doctor.gpu_check import Gpu
 from heatlens.doctor.solver_check import KERNELS, TOLERANCE, blurred_float64
-from heatlens.errors import GpuError
 from heatlens.model.boxes import Box
-from heatlens.plate.exr_write import write_exr
+from heatlens.plate.exr.exr_write import write_exr
 from support import oracle
 from support.command_line import ENVIRONMENT
 from support.x_server import Screen

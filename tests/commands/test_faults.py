@@ -11,21 +11,21 @@ import pytest
 from imgui_bundle import imgui
 
 import heatlens
-from heatlens import faults
-from heatlens.background import Background
-from heatlens.commands import info
-from heatlens.commands.main import main
-from heatlens.documents.shot_file import autosave_path, read_shot, write_shot
-from heatlens.errors import FaultError, InputError
-from heatlens.faults import (
+from heatlens.base import faults
+from heatlens.base.background import Background
+from heatlens.base.errors import FaultError, InputError
+from heatlens.base.faults import (
     faults_reported,
     report_from_threads,
     told_error,
     write_report,
 )
+from heatlens.commands import info
+from heatlens.commands.main import main
+from heatlens.documents.shot_file import autosave_path, read_shot, write_shot
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
-from heatlens.session.export_process import ExportRun
+from heatlens.session.exports.export_process import ExportRun
 from heatlens.ui import screen
 from support.command_line import ENVIRONMENT
 from support.gui import gui_of

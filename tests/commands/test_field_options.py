@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from heatlens.commands.field_options import (
+from heatlens.base.errors import HeatlensError, InputError
+from heatlens.commands.options.field_options import (
     add_fields,
     attributes_of,
     flag_of,
     typed_fields,
     unasked,
 )
-from heatlens.errors import HeatlensError, InputError
 from heatlens.model.lens import Lens
 from heatlens.model.look_options import LookOptions
 from heatlens.model.opening_image import OpeningImage

@@ -5,9 +5,9 @@ import shlex
 import numpy as np
 from PIL import Image
 
+from heatlens.base.errors import NoWindowError
 from heatlens.commands import first_pictures
 from heatlens.commands.main import _with_command, build_parser, main
-from heatlens.errors import NoWindowError
 from support.command_line import ENVIRONMENT, started
 
 NO_DISPLAY = {k: v for k, v in ENVIRONMENT.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}

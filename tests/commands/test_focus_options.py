@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from heatlens.commands.main import main
 from heatlens.model.units import FOOT_M, INCH_M
-from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.header.camera_header import camera_at_header
 from support.command_line import (
     CAMERA,
     HEIGHT,

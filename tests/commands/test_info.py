@@ -6,8 +6,8 @@ import json
 import numpy as np
 import pytest
 
+from heatlens.base.errors import HeatlensError
 from heatlens.commands import info
-from heatlens.errors import HeatlensError
 from support.command_line import stderr_of_run
 from support.exr_files import distances, rgb, window, write_file, write_parts
 

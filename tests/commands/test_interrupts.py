@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from fuzz.interrupts import COMMANDS, STILL, Bench
-from heatlens import stopping
+from heatlens.base import stopping
 from heatlens.commands import launch
 from support.command_line import ENVIRONMENT
 from support.x_server import Screen, Window
@@ -78,7 +78,7 @@ def test_a_stop_is_said_once_though_the_work_ends_too_slowly():
     code = (
         "import os, signal, sys, time\n"
         "import heatlens.commands.launch as launch\n"
-        "from heatlens import stopping\n"
+        "from heatlens.base import stopping\n"
         "from heatlens.commands import main\n"
         "launch._PATIENCE_S = 0.3\n"
         "def work():\n"

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.errors import InputError
 from heatlens.sequence.names import NameForm, form_of, parse_pattern
 from support.command_line import CAMERA, channels
 from support.exports import write_shot_file

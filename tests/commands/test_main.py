@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from heatlens import __version__
+from heatlens.base.errors import GpuError, InputError
 from heatlens.commands import info
 from heatlens.commands.main import main
-from heatlens.errors import GpuError, InputError
 from support.command_line import ENVIRONMENT, started
 from support.exr_files import distances, rgb, write_file
 

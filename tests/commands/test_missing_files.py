@@ -2,8 +2,8 @@
 
 import pytest
 
+from heatlens.base.paths import unreadable
 from heatlens.commands.main import main
-from heatlens.paths import unreadable
 from support.command_line import CAMERA, channels
 from support.exr_files import write_file
 

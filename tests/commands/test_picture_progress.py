@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from heatlens.commands import picture_progress as progress
+from heatlens.commands.output import picture_progress as progress
 from heatlens.gpu.textures import download
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot

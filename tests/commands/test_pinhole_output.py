@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import Shot
-from heatlens.plate.deep_write import check_deep_fits, deep_samples, write_deep
+from heatlens.plate.deep.deep_write import check_deep_fits, deep_samples, write_deep
 from heatlens.plate.fragments import packed_lists
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer

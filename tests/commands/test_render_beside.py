@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method, Quality

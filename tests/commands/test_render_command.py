@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 from heatlens.camera.plate_camera import read_plate_camera
-from heatlens.plate.camera_header import CameraHeader, camera_at_header
-from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.camera_header import CameraHeader, camera_at_header
 from support.command_line import (
     BEFORE,
     CAMERA,

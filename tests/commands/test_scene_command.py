@@ -10,7 +10,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import Shot
-from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.read import read_plate
 from heatlens.scene.scene_read import read_scene
 from support.command_line import BEFORE, picture, refused, render

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 from heatlens.commands.main import _with_command, main
-from heatlens.commands.value_types import f_number, millimetres, number
+from heatlens.commands.options.value_types import f_number, millimetres, number
 from heatlens.gpu.context import _help
 from support.command_line import CAMERA, channels, picture, refused, render
 from support.exr_files import write_file

@@ -2,8 +2,8 @@
 
 import pytest
 
+from heatlens.base.errors import GpuError
 from heatlens.defocus.line_solver import SOLVERS
-from heatlens.errors import GpuError
 from heatlens.gpu.context import check_texture_fits
 
 LEAST_TEXTURE_PX = 16384  # a side, that any driver of today takes

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import moderngl
 import pytest
 
+from heatlens.base.paths import data_dir
 from heatlens.defocus import pass_list
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.line_solver import SolverName
@@ -16,7 +17,6 @@ from heatlens.doctor.shader_builds import pass_builds
 from heatlens.gpu.variants import crossed, either
 from heatlens.measure.bench.frames import PassSeconds
 from heatlens.measure.bench.measure import pass_row
-from heatlens.paths import data_dir
 
 WORK = Work((64, 48), named_kernel("heat"), SolverName.SWEEP)
 GRAIN = Pass(

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from heatlens.errors import ShaderError
+from heatlens.base.errors import ShaderError
 from heatlens.gpu.declared_inputs import declared_in
 from heatlens.gpu.program import STRICT_VARIABLE, ComputeProgram, DrawProgram
 from heatlens.gpu.textures import download, new_texture

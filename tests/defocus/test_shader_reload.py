@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from heatlens.errors import ShaderError
+from heatlens.base.errors import ShaderError
 from heatlens.gpu import shader_reload
 from heatlens.gpu.program import ComputeProgram, DrawProgram, pixel_groups
 from heatlens.gpu.shader_reload import EVERY_S, VARIABLE, ShaderReload

@@ -9,12 +9,12 @@ from pathlib import Path
 import moderngl
 import pytest
 
-from heatlens.errors import ShaderError
+from heatlens.base.errors import ShaderError
+from heatlens.base.paths import data_dir
 from heatlens.gpu import shader_constants
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_source import assemble
 from heatlens.model.settings import LAYERS_MAX
-from heatlens.paths import data_dir
 from support.command_line import ENVIRONMENT
 
 _EVERY_TEXT = """
@@ -23,7 +23,7 @@ from hashlib import sha256
 from heatlens.color.view_transform import srgb_transform
 from heatlens.doctor.shader_builds import pass_builds, solver_builds
 from heatlens.gpu.shader_source import assemble
-from heatlens.paths import data_dir
+from heatlens.base.paths import data_dir
 texts = [(name, defines, assemble(data_dir("shaders"), name, defines).text)
          for name, defines in solver_builds() + pass_builds()]
 texts.append(("sRGB", {}, srgb_transform().glsl))

@@ -11,6 +11,7 @@ import moderngl
 import numpy as np
 import pytest
 
+from heatlens.base.paths import data_dir
 from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.layer_cuts import FARTHER_THAN_ALL, NEARER_THAN_ALL, LayerCut
@@ -18,7 +19,6 @@ from heatlens.defocus.layer_passes import CocFillPass
 from heatlens.defocus.line_solver import Band, LineSolver, LineSystem
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.textures import new_array, new_texture, upload
-from heatlens.paths import data_dir
 
 SIZE = (24, 16)
 NUMBERS = 4  # that each pixel gives back

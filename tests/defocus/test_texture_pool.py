@@ -3,7 +3,7 @@
 import moderngl
 import pytest
 
-from heatlens.errors import GpuError
+from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import TexturePool
 
 FAR_TOO_MUCH = 600 * 10**9

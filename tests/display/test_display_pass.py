@@ -10,6 +10,8 @@ import moderngl
 import numpy as np
 import pytest
 
+from heatlens.base.errors import ShaderError
+from heatlens.base.paths import data_dir
 from heatlens.color.color_config import ColorConfig, load_color_config
 from heatlens.color.view_transform import (
     LIGHT_MAX,
@@ -19,11 +21,9 @@ from heatlens.color.view_transform import (
 )
 from heatlens.display import display_pass
 from heatlens.display.display_pass import DisplayPass
-from heatlens.errors import ShaderError
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_source import assemble
 from heatlens.gpu.textures import download, new_texture, upload
-from heatlens.paths import data_dir
 from support.cube_config import cube_config
 
 TOLERANCE = 1e-3

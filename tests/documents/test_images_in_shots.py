@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.lens_kits import kit_text, read_kit
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import KitLens, LensCharacter, LensKit
 from heatlens.model.look import Look
 from heatlens.model.shot import Shot
 from heatlens.plate.opening_picture import read_opening_image
-from heatlens.plate.picture_digest import without_advice
+from heatlens.plate.picture.picture_digest import without_advice
 from support.command_line import stderr_of_run
 from support.opening_images import heart_path
 

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.lens_kits import kit_shelf, kit_text, read_kit
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensCharacter
 from heatlens.model.shot import Shot

@@ -6,8 +6,8 @@ from pathlib import Path
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot
-from heatlens.errors import InputError
 from heatlens.model.shot import Shot
 from support.shot_files import FULL, refusal, written
 

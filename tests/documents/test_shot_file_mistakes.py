@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot
-from heatlens.errors import InputError
 from heatlens.model.shot import Shot
 from support.shot_files import FIFTY, refusal, written
 

@@ -4,13 +4,13 @@ import os
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import (
     autosave_path,
     read_shot,
     write_autosave,
     write_shot,
 )
-from heatlens.errors import InputError
 from heatlens.model.shot import Shot
 from support.shot_files import FIFTY, FULL, written
 

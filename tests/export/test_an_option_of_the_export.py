@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.export.job_file import job_text, read_job
 from heatlens.export.options import ExportOptions
 from heatlens.model.guides import Guides
@@ -81,10 +81,10 @@ def test_the_job_of_the_window_and_its_panel_have_it(tmp_path):
         from dataclasses import replace
         from imgui_bundle import imgui
         from heatlens.commands.export_options import add_export_options
-        from heatlens.commands.field_options import fill_fields
+        from heatlens.commands.options.field_options import fill_fields
         from heatlens.export.job_file import read_job
         from heatlens.model.look_options import LookOptions
-        from heatlens.session.export_settings import ExportSettings
+        from heatlens.session.exports.export_settings import ExportSettings
         from heatlens.ui import widgets
         from heatlens.ui.panels.export_panel import export_panel
         from heatlens.ui.setting_places import SETTINGS

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from av.video.reformatter import ColorRange, Colorspace
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.export import movie as movies
 from heatlens.model.frames import exact_rate
-from heatlens.plate.camera_header import lens_attributes
+from heatlens.plate.header.camera_header import lens_attributes
 from support.command_line import started
 from support.exports import (
     FRAMES,

@@ -10,8 +10,8 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.export.openjd import PathParameter, _yaml, chunks_of, job_template
 from heatlens.sequence.names import parse_frames
 from support.cube_config import cube_config

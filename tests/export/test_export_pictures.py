@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.documents.shot_file import write_shot
-from heatlens.errors import InputError
 from heatlens.export.burn_in import USUAL, _font, burn_in_text, burned_in, checked_template
 from heatlens.export.frame_files import quantised
 from heatlens.model.lens import Lens

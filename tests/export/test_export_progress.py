@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from heatlens.commands.export_progress import Tally, progress_of, progress_text
+from heatlens.commands.output.export_progress import Tally, progress_of, progress_text
 from heatlens.export.run import FrameDone
 from support.command_line import started
 from support.exports import write_shot_file

@@ -6,10 +6,10 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.ring.address import parse_ring_address
-from heatlens.ring.receiver import LensReceiver
-from heatlens.ring.sender import LensSender
-from heatlens.ring.sources import RingSources
+from heatlens.live.ring.address import parse_ring_address
+from heatlens.live.ring.receiver import LensReceiver
+from heatlens.live.ring.sender import LensSender
+from heatlens.live.ring.sources import RingSources
 from support.exports import FRAMES, shot_of, write_plates
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.export import frame_files
 from heatlens.files.atomic_file import replacing
 from support.command_line import started

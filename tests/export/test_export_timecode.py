@@ -4,12 +4,12 @@ import argparse
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.export_options import add_export_options, job_of
-from heatlens.errors import InputError
 from heatlens.export.fingerprint import fingerprint_of
 from heatlens.export.plan import planned
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.timecode import timecode_of
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.timecode import timecode_of
 from support.exports import exported, write_plate, write_plates
 
 LENS = ("--f-stop", 2, "--focus-distance", 2, "--method", "pyramid")

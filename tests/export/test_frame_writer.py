@@ -6,8 +6,8 @@ import weakref
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import write_shot
-from heatlens.errors import InputError
 from heatlens.export import frame_files
 from heatlens.export.frame_writer import FrameWriter
 from support.exports import MANY, exported, shot_of, write_plates

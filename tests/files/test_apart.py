@@ -9,9 +9,9 @@ from threading import Thread
 
 import pytest
 
+from heatlens.base.errors import FaultError, HeatlensError, InputError
 from heatlens.camera.usd_read import read_usd_camera, usd_camera
 from heatlens.camera.usd_write import units_per_mm
-from heatlens.errors import FaultError, HeatlensError, InputError
 from heatlens.files import apart
 from heatlens.files.usd_library import usd_failures_reported
 from heatlens.model.plate_options import PlateOptions

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from heatlens.base.stopping import temporary_folder
 from heatlens.commands import render as render_command
 from heatlens.commands.main import main
 from heatlens.export import movie as movies
-from heatlens.stopping import temporary_folder
 from support.command_line import CAMERA, channels, refused, render
 from support.exports import exported
 from support.exports import refused as export_refused

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.read import read_plate
 from support.exr_files import distances, rgb, write_file

@@ -18,30 +18,30 @@ import photo_formats
 import ring_packets
 from tevclient import packet as client_packet
 
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.csv_camera import read_csv_camera
 from heatlens.camera.json_camera import read_json_camera
 from heatlens.camera.usd_read import usd_camera
 from heatlens.color.color_config import load_color_config
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import HeatlensError, InputError
 from heatlens.files.usd_library import usd_module
+from heatlens.live.stream.chosen_image import chosen_image
+from heatlens.live.stream.images import TevImages
+from heatlens.live.stream.lens_image import LENS_IMAGE, lens_header
+from heatlens.live.stream.protocol import PacketStream, TevPacketError, TevStreamError, message_of
+from heatlens.live.stream.received_plate import plate_of_image
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
-from heatlens.plate import picture_open
-from heatlens.plate.camera_header import lens_attributes
+from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.plate.picture import picture_open
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.scene.gltf import compressed
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import read_scene
 from heatlens.scene.usd.read import usd_scene
-from heatlens.stream.chosen_image import chosen_image
-from heatlens.stream.images import TevImages
-from heatlens.stream.lens_image import LENS_IMAGE, lens_header
-from heatlens.stream.protocol import PacketStream, TevPacketError, TevStreamError, message_of
-from heatlens.stream.received_plate import plate_of_image
 from support.cameras import moving_camera
 from support.exr_files import distances, rgb, tiled_header, write_file, write_parts
 from support.gltf_files import encoded, figure_scene, square_scene

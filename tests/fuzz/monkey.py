@@ -23,7 +23,7 @@ from imgui_bundle import imgui
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from heatlens.faults import FaultError
+from heatlens.base.faults import FaultError
 from support.gui import Gui, gui_of
 from support.sequences import sequence_files
 from support.window_plates import QUICK

@@ -7,9 +7,9 @@ import numpy as np
 from pythonosc.osc_bundle_builder import IMMEDIATELY, OscBundleBuilder
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from heatlens.errors import HeatlensError
-from heatlens.ring.hearing import Hearing
-from heatlens.ring.osc import OscDecoder
+from heatlens.base.errors import HeatlensError
+from heatlens.live.ring.hearing import Hearing
+from heatlens.live.ring.osc import OscDecoder
 
 
 def datagrams(folder: Path) -> list[Path]:

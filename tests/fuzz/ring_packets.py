@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from mutate import mutated
 
-from heatlens.errors import HeatlensError
-from heatlens.ring.hearing import Hearing, OpenTrackIODecoder
-from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.otrk_packet import (
+from heatlens.base.errors import HeatlensError
+from heatlens.live.ring.hearing import Hearing, OpenTrackIODecoder
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.otrk_packet import (
     HEADER_BYTES,
     IDENTIFIER,
     Encoding,

@@ -181,7 +181,7 @@ class Mutants:
 
     def _outcome(self, path: Path, data: bytes) -> str:
         """Return how the file at `path` is answered when it holds `data`."""
-        from heatlens.errors import FaultError, HeatlensError
+        from heatlens.base.errors import FaultError, HeatlensError
 
         self._put(path, data)
         try:

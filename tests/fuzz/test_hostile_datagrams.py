@@ -5,11 +5,11 @@ import time
 
 from ring_packets import hostile_datagrams
 
-from heatlens.ring.address import Protocol, RingAddress
-from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.opentrackio import source_id
-from heatlens.ring.receiver import LensReceiver
-from heatlens.ring.sender import LensSender
+from heatlens.live.ring.address import Protocol, RingAddress
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.opentrackio import source_id
+from heatlens.live.ring.receiver import LensReceiver
+from heatlens.live.ring.sender import LensSender
 
 A = source_id("A")
 

@@ -11,11 +11,11 @@ import moderngl
 import numpy as np
 import pytest
 
+from heatlens.base.errors import GpuError
 from heatlens.commands.main import main
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.defocus.pass_list import PASSES
-from heatlens.errors import GpuError
 from heatlens.gpu.textures import download
 from heatlens.measure.bench import measure
 from heatlens.measure.bench.bandwidth import copy_bytes_per_second

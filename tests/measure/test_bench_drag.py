@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.measure.bench.drag import flip_missing, measure_drag
 from heatlens.measure.bench.drag_view import DragView
 from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
-from heatlens.plate.display import srgb_encoded
+from heatlens.plate.picture.display import srgb_encoded
 from heatlens.preview.levels import cheaper
 from support.command_line import stderr_of_run
 from support.window_plates import room_file

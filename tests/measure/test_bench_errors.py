@@ -9,8 +9,8 @@ import moderngl
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.measure.bench import bounded, method_errors, methods
 from heatlens.measure.bench.entrants import entrants

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image as PillowImage
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.measure.bench import methods, plot
 from heatlens.measure.bench.method_errors import ErrorCell, ErrorReport, ErrorRow
 from heatlens.measure.bench.methods import MethodReport, MethodRow

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.commands import compare
-from heatlens.errors import HeatlensError, InputError
 from heatlens.model.boxes import Box
-from heatlens.plate.exr_write import write_exr
+from heatlens.plate.exr.exr_write import write_exr
 
 # Light whose sRGB value is one half: 6.021 dB away from black, and from white.
 HALF = 0.21404114

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.measure.compare.difference import absolute_difference, flip_map, write_difference
 
 # Light whose sRGB value is one half.

@@ -6,9 +6,9 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.measure.compare.metrics import PSNR_MOST_DB, flip_evaluation, nonfinite_count, score
-from heatlens.plate.display import srgb_encoded
+from heatlens.plate.picture.display import srgb_encoded
 
 # Light whose sRGB value is one half: ((0.5 + 0.055) / 1.055) ^ 2.4.
 HALF = 0.21404114

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
-from heatlens.measure.sheet.page import SheetEntry, data_uri, sheet_html, write_sheet
-from heatlens.measure.sheet.rows import mark_rows, sheet_csv, sheet_frames, sheet_row
+from heatlens.export.sheet.page import SheetEntry, data_uri, sheet_html, write_sheet
+from heatlens.export.sheet.rows import mark_rows, sheet_csv, sheet_frames, sheet_row
 from heatlens.model.coc import near_limit_m
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens

@@ -14,7 +14,7 @@ from PIL import Image
 from heatlens.commands.main import main
 from heatlens.measure.study import folder as folders
 from heatlens.model.boxes import Box
-from heatlens.plate.exr_write import write_exr
+from heatlens.plate.exr.exr_write import write_exr
 from support.command_line import CAMERA, started
 from support.exr_files import write_file
 from support.plates import room

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.errors import GpuError, InputError
+from heatlens.base.errors import GpuError, InputError
 from heatlens.measure.chart import write_figure
 from heatlens.measure.study import measured, reference
 from heatlens.measure.study.crops import crop_boxes, crop_side

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import LensError
+from heatlens.base.errors import LensError
 from heatlens.model.aperture import Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.pupil import PINHOLE, Pupil

@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Scale
 from support.curves import BEZIER, HOLD, LINEAR, PARTS, SMOOTH, UNBENT, curve_of, curves, over

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.model.framing import (
     SIZE_MOST_PX,
     CameraTrack,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.model.key_reduction import reduced_keys

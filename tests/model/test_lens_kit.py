@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import KitLens, LensCharacter, LensKit
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.errors import LensError
+from heatlens.base.errors import LensError
 from heatlens.model import opening
 from heatlens.model.aperture import Aperture
 from heatlens.model.disc_shape import DiscShape

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.coc import coc_line
 from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at
 from heatlens.model.lens import Lens

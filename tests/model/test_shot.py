@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError, LensError
+from heatlens.base.errors import InputError, LensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange, parse_frame_range
 from heatlens.model.interpolation import Interpolation, Scale

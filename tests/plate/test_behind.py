@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader, settled_options
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality

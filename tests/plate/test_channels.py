@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from heatlens.errors import InputError
-from heatlens.plate.channel_choice import choose_color, choose_depth
-from heatlens.plate.views import views_of
+from heatlens.base.errors import InputError
+from heatlens.plate.header.channel_choice import choose_color, choose_depth
+from heatlens.plate.header.views import views_of
 
 FILE = Path("shot.exr")
 

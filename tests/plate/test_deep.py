@@ -8,12 +8,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.frame_cache.plate_shelf import plate_bytes
 from heatlens.measure.compare.pictures import read_picture
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.fragment_merge import FRAGMENTS_MOST
+from heatlens.plate.deep.fragment_merge import FRAGMENTS_MOST
 from heatlens.plate.read import read_plate
 from heatlens.source.plate_source import black_plate
 from support.deep_files import Sample, write_deep

@@ -6,9 +6,9 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from heatlens.errors import InputError
-from heatlens.plate import deep_chunks
-from heatlens.plate.deep_chunks import DeepPart
+from heatlens.base.errors import InputError
+from heatlens.plate.deep import deep_chunks
+from heatlens.plate.deep.deep_chunks import DeepPart
 from heatlens.plate.read import read_plate
 from support.exr_files import rgb, tiled_header, window, write_file, write_parts
 

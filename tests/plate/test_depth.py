@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.depth import read_depth
+from heatlens.plate.depth.depth import read_depth
 
 INF = math.inf
 NAN = math.nan

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.base.errors import InputError
+from heatlens.commands.options.plate_options import add_plate_options, plate_options
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, DepthKind, PictureCurve, PlateOptions
 from heatlens.model.shot import Shot

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.depth_shape import flat_votes
+from heatlens.plate.depth.depth_shape import flat_votes
+from heatlens.plate.header.written_by import rendered_by, written_by
 from heatlens.plate.read import read_plate
-from heatlens.plate.written_by import rendered_by, written_by
 from support.command_line import stderr_of_run
 from support.exr_files import rgb, write_file
 from support.plates import room

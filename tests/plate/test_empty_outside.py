@@ -10,7 +10,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import Shot
-from heatlens.plate.empty_outside import window_of_all
+from heatlens.plate.deep.empty_outside import window_of_all
 from heatlens.plate.inspection import inspect
 from heatlens.plate.read import read_plate
 from support.deep_files import write_deep

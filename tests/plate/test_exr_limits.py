@@ -7,13 +7,13 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from heatlens.errors import InputError
-from heatlens.plate import exr_limits
-from heatlens.plate.camera_header import camera_at_header
-from heatlens.plate.exr_limits import check_exr
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.exr_scan import channels_of, scanned_headers
-from heatlens.plate.header_read import read_headers
+from heatlens.base.errors import InputError
+from heatlens.plate.exr import exr_limits
+from heatlens.plate.exr.exr_limits import check_exr
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.exr.exr_scan import channels_of, scanned_headers
+from heatlens.plate.header.camera_header import camera_at_header
+from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.read import read_plate
 from support.exr_files import distances, rgb, tiled_header, window, write_file, write_parts
 

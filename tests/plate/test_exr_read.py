@@ -8,10 +8,10 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.read import read_plate
 from support.exr_files import (
     distances,

@@ -7,11 +7,11 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.plate.camera_header import camera_at_header
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.exr_write import COMPRESSIONS, lens_attributes, write_exr
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.exr.exr_write import COMPRESSIONS, lens_attributes, write_exr
+from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.read import read_plate
 
 WINDOW = Box(0, 0, 5, 3)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.sequence.folder_list import list_folder, natural
 from heatlens.sequence.sequence import find_sequence
 

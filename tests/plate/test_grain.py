@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import heatlens
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.model.plate_options import SPIKE_FROM, SPIKE_WHOLE, PlateOptions
 from heatlens.plate.grain import despike, noise_doubt, noise_of
 from heatlens.plate.inspection import inspect

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from heatlens.base.errors import InputError
 from heatlens.color.input_space import input_space_of
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.model.plate_options import DepthConvention, PlateOptions
-from heatlens.plate.display import srgb_decoded, srgb_encoded
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.header_read import read_color_header
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.parts.header_read import read_color_header
+from heatlens.plate.picture.display import srgb_decoded, srgb_encoded
 from heatlens.plate.read import read_plate
 from heatlens.sequence.depth_files import picture_and_depth
 from support.command_line import stderr_of_run

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.lens import Lens
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.picture_write import check_output, write_picture
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.picture.picture_write import check_output, write_picture
 from heatlens.plate.read import read_plate
 from support.exr_files import distances, rgb, window, write_file
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.measure.compare.pictures import Picture, read_picture, shared_region
 from heatlens.model.boxes import Box
-from heatlens.plate.exr_write import write_exr
+from heatlens.plate.exr.exr_write import write_exr
 
 DISPLAY = Box(0, 0, 32, 24)
 

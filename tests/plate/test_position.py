@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.framing import looking_at
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.position import depth_of_positions

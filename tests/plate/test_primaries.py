@@ -13,7 +13,7 @@ from heatlens.color.input_space import input_space_of
 from heatlens.color.rgb_matrix import to_rec709
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.commands.main import main
-from heatlens.plate.primaries import KNOWN, REC709, TOLERANCE, Primaries, header_primaries
+from heatlens.plate.header.primaries import KNOWN, REC709, TOLERANCE, Primaries, header_primaries
 from heatlens.plate.read import read_plate
 from support.exr_files import distances, rgb, write_file
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
-from heatlens.plate.repair import repair_color, repair_depth
+from heatlens.base.errors import InputError
+from heatlens.plate.depth.repair import repair_color, repair_depth
 
 
 def flat(value=0.5, shape=(7, 9, 4)):

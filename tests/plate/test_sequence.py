@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.sequence import sequence as sequence_module
 from heatlens.sequence.names import NameForm, are_frames, form_of, frames_text, parse_frames
 from heatlens.sequence.sequence import Sequence, find_sequence, rescanned

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.model.units import format_distance, parse_distance_m
-from heatlens.plate.camera_header import camera_at_header
-from heatlens.plate.shoot_names import is_of_shoot, shoot_lens
+from heatlens.plate.header.camera_header import camera_at_header
+from heatlens.plate.header.shoot_names import is_of_shoot, shoot_lens
 
 VALUES = st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=12)
 NAMES = st.sampled_from(

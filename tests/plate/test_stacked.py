@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.plate.deep.stacked import Surface, stacked
 from heatlens.plate.fragments import SAME_DEPTH, FragmentLists
-from heatlens.plate.stacked import Surface, stacked
 
 COVERS = [0.0, 0.25, 0.5, 1.0]
 Fragment = tuple[float, float, float]  # metres, coverage, red

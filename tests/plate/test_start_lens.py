@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import LensError
+from heatlens.base.errors import LensError
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
-from heatlens.plate.camera_header import camera_at_header, lens_attributes
-from heatlens.plate.header_lens import MissingLensError, plate_lens
+from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
+from heatlens.plate.header.header_lens import MissingLensError, plate_lens
+from heatlens.plate.header.start_lens import start_lens
 from heatlens.plate.plate import CameraHeader
-from heatlens.plate.start_lens import start_lens
 from support.plates import coc_plate_of, plate_of
 
 UNKNOWN = CameraHeader()

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.camera_header import lens_attributes
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.radial import planar_depth_m
+from heatlens.plate.depth.radial import planar_depth_m
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.read import read_plate
 from support.command_line import stderr_of_run
 from support.exr_files import rgb, write_file, write_parts

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.model.timecode import Timecode
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.timecode import exr_timecode, timecode_of
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.timecode import exr_timecode, timecode_of
 from support.command_line import stderr_of_run
 from support.exr_files import rgb, write_file
 

@@ -7,18 +7,18 @@ import struct
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
+from heatlens.base.printable import printable
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.json_camera import json_text
 from heatlens.color.color_config import load_color_config
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.files.json_record import read_json
 from heatlens.files.quiet import quiet_library
-from heatlens.printable import printable
 from heatlens.scene import picture_read
 from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene_read import files_of_scene, read_scene
-from heatlens.session.messages import window_words
+from heatlens.session.loop.messages import window_words
 from support.cameras import moving_camera
 from support.exr_files import distances, rgb, write_file
 from support.gltf_files import encoded

@@ -7,7 +7,7 @@ from PIL import Image as PillowImage
 from heatlens.commands.main import main
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
-from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr.exr_read import read_parts
 from support.alpha_plates import coverage, covered_room, through
 from support.command_line import CAMERA, HEIGHT, WIDTH, channels
 from support.exr_files import write_file

@@ -7,8 +7,8 @@ import pytest
 
 from heatlens.model.settings import Bokeh, DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.plate.deep.stacked import Surface, stacked
 from heatlens.plate.plate import Plate
-from heatlens.plate.stacked import Surface, stacked
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of
 
 HEIGHT, WIDTH = 48, 72

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import heatlens
+from heatlens.base.errors import HeatlensError
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.errors import HeatlensError
 from heatlens.plate.read import read_plate
 from support.command_line import CAMERA, ENVIRONMENT, channels, picture
 from support.exr_files import write_file

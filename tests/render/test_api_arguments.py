@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 import heatlens
 from heatlens.api.arguments import _NAMES
 from heatlens.api.engine import ENGINE
-from heatlens.errors import HeatlensError
+from heatlens.base.errors import HeatlensError
 from support.command_line import CAMERA, channels
 from support.exr_files import write_file
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import heatlens
+from heatlens.base.errors import HeatlensError
 from heatlens.commands.main import main
-from heatlens.errors import HeatlensError
 from support.command_line import CAMERA, channels
 from support.exports import FRAMES, write_plates
 from support.exr_files import write_file

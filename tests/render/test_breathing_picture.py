@@ -12,7 +12,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.of_arrays import plate_of_arrays
-from heatlens.plate.picture_write import lens_header
+from heatlens.plate.picture.picture_write import lens_header
 from heatlens.render import FrameRenderer
 
 PINHOLE = Lens(50.0, 1e5, 0.5, 36.0, close_focus_m=0.5)

@@ -12,9 +12,9 @@ from heatlens.defocus.proxy_lists import FRAGMENT_BYTES, ProxyListRoom, proxy_li
 from heatlens.gpu.textures import download, new_texture, upload
 from heatlens.model.settings import Bokeh, DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.plate.deep.stacked import Surface, stacked
 from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate
-from heatlens.plate.stacked import Surface, stacked
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of, room
 
 HEIGHT, WIDTH = 24, 36

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.errors import GpuError, InputError
+from heatlens.base.errors import GpuError, InputError
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens import free_memory
+from heatlens.base import free_memory
 from heatlens.model.boxes import Box
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.frame_store import FrameStore

@@ -14,14 +14,10 @@ import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
-    *("base", "model", "files", "sequence", "plate", "frame_cache", "stream", "ring", "documents"),
+    *("base", "model", "files", "sequence", "plate", "frame_cache", "live", "documents"),
     *("scene", "camera", "color", "gpu", "defocus", "scene_gpu", "source", "render", "preview"),
     *("rendered_frames", "display", "export", "measure", "session", "ui", "doctor", "api"),
     "commands",
-)
-BASE = (
-    *("__init__", "background", "closing", "errors", "faults", "folders", "free_memory", "paths"),
-    *("printable", "stopping"),
 )
 # render, preview, export, session and ui pass textures on; measure owns what it measures with
 GPU_LAYERS = (
@@ -33,6 +29,7 @@ _OF_WINDOWS = (
     *("support.scene_window", "support.timeline_window", "support.window_plates"),
 )
 LINES_WARNED, LINES_MAX = 300, 500
+FILES_OF_A_HALL, FILES_OF_OTHERS, FILES_AT_THE_ROOT = 24, 48, 5
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 
@@ -41,7 +38,7 @@ def layer_of(module: str) -> str:
     first = module.partition(".")[0]
     if first == "__main__":
         return LAYERS[-1]  # python -m heatlens is the command line
-    return LAYERS[0] if first in ("", *BASE) else first
+    return LAYERS[0] if first in ("", "__init__", "version") else first
 
 
 def imported_modules(source: str) -> Iterator[str]:
@@ -167,23 +164,36 @@ def test_no_file_imports_itself_in_a_circle():
     assert circles(arrows) == []
 
 
-def test_no_folder_of_the_window_imports_itself_in_a_circle():
-    """The folders of ui stand in an order as the layers do; its own files hold them together."""
-    modules = {module_of(path): path for path in FILES}
+HALLS = ("ui", "session", "plate", "commands")
+
+
+@pytest.mark.parametrize("hall", HALLS)
+def test_no_room_imports_itself_in_a_circle(hall):
+    """The rooms of a hall stand in an order as the layers do; its own files hold them together."""
+    modules = {module_of(path).removesuffix(".__init__"): path for path in FILES}
     arrows: dict[str, set[str]] = {}
     for name, path in modules.items():
-        folder = _folder_of(name)
-        if folder is not None:
-            targets = {_folder_of(target) for target in arrows_of(path, modules)}
-            arrows.setdefault(folder, set()).update(t for t in targets if t not in (None, folder))
+        room = room_of(hall, name)
+        if room is not None:
+            targets = {room_of(hall, target) for target in arrows_of(path, modules)}
+            arrows.setdefault(room, set()).update(t for t in targets if t not in (None, room))
     assert len(arrows) > 3
     assert circles(arrows) == []
 
 
-def _folder_of(module: str) -> str | None:
-    """Return the folder of ui that a module lies in; None for all other modules."""
+def room_of(hall: str, module: str) -> str | None:
+    """Return the room of a hall that a module lies in; None for all other modules."""
     parts = module.split(".")
-    return parts[1] if parts[0] == "ui" and len(parts) > 2 else None
+    return parts[1] if parts[0] == hall and len(parts) > 2 else None
+
+
+@pytest.mark.parametrize("folder", sorted({path.parent for path in FILES}), ids=str)
+def test_no_hall_is_without_rooms(folder):
+    """Who looks for a feature reads a short list of names."""
+    has_rooms = folder.parent == PACKAGE and folder.name in HALLS and folder.name != "ui"
+    most = FILES_OF_A_HALL if has_rooms else FILES_OF_OTHERS
+    most = FILES_AT_THE_ROOT if folder == PACKAGE else most
+    assert len([path for path in FILES if path.parent == folder]) <= most
 
 
 def test_tests_of_the_session_need_no_window():
@@ -215,6 +225,6 @@ def test_the_checks_see_what_they_look_for():
     assert calls_print(source)
     assert list(imported_modules("from . import plate")) == ["."]
     assert layers_imported("from heatlens import __version__") == {"base"}
-    assert layers_imported("from heatlens.errors import InputError") == {"base"}
+    assert layers_imported("from heatlens.base.errors import InputError") == {"base"}
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}}) == [["b", "c"]]
     assert circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.files.atomic_file import replacing
 from heatlens.plate.read import read_plate
 from support.command_line import CAMERA, channels

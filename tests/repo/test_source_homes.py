@@ -13,22 +13,22 @@ PACKAGE = Path(heatlens.__file__).parent
 MAY_ASK_THE_KIND = {
     "api.opening": "opens a source by the record of its kind",
     "commands.camera": "the world of a scene is known, so options for it are refused",
-    "commands.given_options": "refuses the options of other kinds, which the record names",
-    "commands.source_commands": "reads a source on the command line by its record",
+    "commands.options.given_options": "refuses the options of other kinds, which the record names",
+    "commands.sources.source_commands": "reads a source on the command line by its record",
     "commands.study": "an option is for sources with many views alone",
-    "session.open_source": "tells what the record says of the open source",
-    "session.picture_feed": "pictures of each kind come to the GPU in another way",
-    "session.sent_lens": "a renderer may send its lens after its picture",
-    "session.start_choices": "the start screen names the kind of a recent file",
+    "session.opened.open_source": "tells what the record says of the open source",
+    "session.opened.picture_feed": "pictures of each kind come to the GPU in another way",
+    "session.live.sent_lens": "a renderer may send its lens after its picture",
+    "session.files.start_choices": "the start screen names the kind of a recent file",
 }
 # Modules that may ask whether there is a 3D scene: they draw or do what only scenes have.
 MAY_ASK_FOR_A_SCENE = {
-    "commands.picture_progress": "counts the steps in which a scene is drawn",
+    "commands.output.picture_progress": "counts the steps in which a scene is drawn",
     "render": "a lens that breathes cuts a plate, and sees a scene at another angle",
-    "session.look_pictures": "looks of a scene are drawn by a renderer of their own",
-    "session.point_following": "another scene ends the following",
-    "session.pull_jobs": "the place of the camera is part of a frame's key",
-    "session.rendered_pull": "the scene is shared with the renderer of frames ahead",
+    "session.pictures.look_pictures": "looks of a scene are drawn by a renderer of their own",
+    "session.scenes.point_following": "another scene ends the following",
+    "session.playing.pull_jobs": "the place of the camera is part of a frame's key",
+    "session.playing.rendered_pull": "the scene is shared with the renderer of frames ahead",
 }
 KINDS = {
     *("PlateSource", "SceneSource", "StreamSource"),

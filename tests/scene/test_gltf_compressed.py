@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.framing import SceneTiming
 from heatlens.scene.scene_read import read_scene
 from support.compressed_files import RED_KTX2, UP, draco, packed, with_picture

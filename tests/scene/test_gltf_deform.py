@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download, new_texture
 from heatlens.model.framing import SceneTiming
 from heatlens.model.pupil import PINHOLE

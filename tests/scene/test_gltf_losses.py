@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.scene.gltf.extensions import READ_EXTENSIONS
 from heatlens.scene.gltf.vocabulary import KINDS
 from heatlens.scene.scene_read import read_scene

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download, new_texture
 from heatlens.model.framing import looking_at
 from heatlens.scene.gltf.glossiness import converted_pictures, metal_and_base

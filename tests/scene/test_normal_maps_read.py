@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.scene_read import read_scene
 from heatlens.scene.tangents import with_tangents

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.scene.obj_files import files_of_obj
 from heatlens.scene.scene_read import files_of_scene, read_scene
 from support.exports import exported, refused

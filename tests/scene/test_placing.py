@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.model.framing import Framing, WorldAxis
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.scene.point_cloud import closing_radius
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_read import read_scene

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method, Quality

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
 from heatlens.export.job import ExportJob
 from heatlens.export.output import parse_output
 from heatlens.export.plan import planned
@@ -17,7 +17,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.scene.gltf.file import named_files
 from heatlens.scene.scene_read import files_of_scene, read_scene
-from heatlens.session import picture_saver
+from heatlens.session.pictures import picture_saver
 from support.exports import exported, refused
 from support.gltf_files import GltfWriter, encoded, square_scene
 

@@ -7,7 +7,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from heatlens.errors import GpuError
+from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.errors import HeatlensError, InputError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.scene.scene_read import read_scene
 from support.gltf_files import SQUARE, SQUARE_CORNERS, SQUARE_UVS, GltfWriter, square_scene
 

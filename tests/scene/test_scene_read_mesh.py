@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.errors import HeatlensError, InputError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_read import read_scene
 from support.command_line import started

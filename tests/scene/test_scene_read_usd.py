@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
-from heatlens.errors import HeatlensError, InputError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.model.frames import FrameRange
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_read import read_scene

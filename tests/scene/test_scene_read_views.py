@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import looking_at
 from heatlens.scene.gltf.animation import ValueTrack

@@ -13,7 +13,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.settings import Method
 from heatlens.scene_gpu import bands
 from heatlens.scene_gpu.raster import SceneRaster
-from heatlens.session.preferences import Preferences, Remembered
+from heatlens.session.settings.preferences import Preferences, Remembered
 from support.gui import Gui, gui_of
 from support.scene_window import as_opened, middle, whole, write_scene
 from support.window_plates import QUICK

@@ -5,9 +5,9 @@ import argparse
 import numpy as np
 import pytest
 
-from heatlens.commands.timing_options import add_timing_options, timing_of
+from heatlens.base.errors import InputError
+from heatlens.commands.options.timing_options import add_timing_options, timing_of
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdUtils
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.scene.usd.files import named_by_usd
 from support.exports import exported, refused

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_bounds import bounds_m

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.scene import Material, Mesh
 from heatlens.scene.scene_read import read_scene

@@ -7,11 +7,11 @@ import time
 
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
-from heatlens.session import export_process
-from heatlens.session.export_process import ExportRun, ExportState
+from heatlens.session.exports import export_process
+from heatlens.session.exports.export_process import ExportRun, ExportState
 
 # Prints a first line, ignores every polite signal, and would go on for a minute.
 DEAF = (

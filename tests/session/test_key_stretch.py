@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from heatlens.model.lens import Lens
 from heatlens.model.pull import PullShape, shaped_pull
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.session.key_choice import KeyId, all_keys
-from heatlens.session.key_stretch import Ends, ends_of, stretched
+from heatlens.session.keys.key_choice import KeyId, all_keys
+from heatlens.session.keys.key_stretch import Ends, ends_of, stretched
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 

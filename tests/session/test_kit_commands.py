@@ -6,8 +6,8 @@ import pytest
 
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.session.editing import Editing
-from heatlens.session.kit_commands import KitCommands
+from heatlens.session.lens.kit_commands import KitCommands
+from heatlens.session.shot.editing import Editing
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from heatlens.preview.levels import cheaper
-from heatlens.session.live_picture import LivePicture, PlateVersion
+from heatlens.session.pictures.live_picture import LivePicture, PlateVersion
 
 SIZE = (1920, 1080)
 FILM = DefocusSettings()

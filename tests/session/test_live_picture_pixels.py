@@ -10,7 +10,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
-from heatlens.session.live_picture import LivePicture
+from heatlens.session.pictures.live_picture import LivePicture
 from support.plates import plate_of, room
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.look import Look, next_look_name
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.view import Against, Compare
-from heatlens.session.editing import Editing
-from heatlens.session.look_commands import LookCommands
-from heatlens.session.picture_view import PictureView
+from heatlens.session.pictures.look_commands import LookCommands
+from heatlens.session.pictures.picture_view import PictureView
+from heatlens.session.shot.editing import Editing
 
 LENS = Lens(50.0, 2.0, 3.0, 36.0)
 

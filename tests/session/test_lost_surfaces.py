@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from heatlens.session.lost_surfaces import LostSurfaces
+from heatlens.session.opened.lost_surfaces import LostSurfaces
 from support.plates import plate_of
 
 

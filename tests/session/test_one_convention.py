@@ -5,14 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.marks import PointMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.read import read_plate
-from heatlens.session.mark_commands import MarkCommands
+from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.source.one_size import sequence_of_one_size
 from heatlens.source.opener import SourceOpener
 from heatlens.source.plate_source import PlateSource

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.model.frames import FrameRange
-from heatlens.session.playback import Ending, Playback
+from heatlens.session.time.playback import Ending, Playback
 
 FRAMES = FrameRange(1001, 1005)
 RATE = 24.0

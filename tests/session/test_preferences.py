@@ -11,15 +11,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files import file_lock
+from heatlens.live.ring.channel_map import ChannelMap, Ring
 from heatlens.model.guides import Guides
 from heatlens.model.peaking import PEAKING_COLORS, Peaking, PeakingOn
 from heatlens.model.plate_options import PlateOptions
-from heatlens.ring.channel_map import ChannelMap, Ring
-from heatlens.session.merged_fields import merged
-from heatlens.session.playback import Ending
-from heatlens.session.preferences import _READERS, FILE_NAME, Preferences, Remembered, Theme
+from heatlens.session.settings.merged_fields import merged
+from heatlens.session.settings.preferences import (
+    _READERS,
+    FILE_NAME,
+    Preferences,
+    Remembered,
+    Theme,
+)
+from heatlens.session.time.playback import Ending
 from support.command_line import ENVIRONMENT
 
 OPTIONS = st.builds(
@@ -205,7 +211,7 @@ def test_windows_that_write_at_the_same_time_lose_nothing(tmp_path):
     """Each is a process of its own, as windows are."""
     code = (
         "import sys; from pathlib import Path\n"
-        "from heatlens.session.preferences import Preferences\n"
+        "from heatlens.session.settings.preferences import Preferences\n"
         "preferences = Preferences.load(Path(sys.argv[1]))\n"
         "for k in range(20):\n"
         "    preferences.looked_in(f'{sys.argv[2]} {k}', Path('/there'))\n"

@@ -4,7 +4,7 @@ import pytest
 
 from heatlens.model.coc import sharp_dioptres
 from heatlens.model.shot import LensParameter
-from heatlens.session.pull_recording import RecordingState
+from heatlens.session.live.pull_recording import RecordingState
 from support.evening import FIRST, LAST
 from support.takes import opened_walls, pulled_m, ready
 

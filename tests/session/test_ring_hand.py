@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
+from heatlens.live.ring.channel_map import Ring
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import Heard
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
-from heatlens.ring.channel_map import Ring
-from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.sources import Heard
-from heatlens.session.editing import Editing
-from heatlens.session.ring_hand import RingHand
+from heatlens.session.live.ring_hand import RingHand
+from heatlens.session.shot.editing import Editing
 
 
 class FakeReceiver:

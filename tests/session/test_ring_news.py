@@ -3,9 +3,9 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heatlens.live.ring.lens_sample import LensSample
 from heatlens.model.timecode import Timecode
-from heatlens.ring.lens_sample import LensSample
-from heatlens.session.ring_news import RingNews
+from heatlens.session.live.ring_news import RingNews
 
 
 class Window:

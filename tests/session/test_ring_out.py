@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.errors import InputError
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import SILENT_AFTER_S
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode
-from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.sources import SILENT_AFTER_S
-from heatlens.session.editing import Editing
-from heatlens.session.ring_out import RingOut
+from heatlens.session.live.ring_out import RingOut
+from heatlens.session.shot.editing import Editing
 
 
 class Line:

@@ -2,13 +2,13 @@
 
 import pytest
 
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import RingSources
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import LensParameter
 from heatlens.model.timecode import Timecode
-from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.sources import RingSources
-from heatlens.session.ring_hand import RingHand
-from heatlens.session.ring_take import RingTake, by_timecode
+from heatlens.session.live.ring_hand import RingHand
+from heatlens.session.live.ring_take import RingTake, by_timecode
 from support.evening import FIRST, LAST
 from support.takes import opened_walls, pulled_m, ready
 

@@ -14,7 +14,7 @@ from threading import Event, current_thread
 
 import pytest
 
-from heatlens.background import Threads, is_at_work
+from heatlens.base.background import Threads, is_at_work
 from heatlens.documents.shot_file import autosave_path
 from heatlens.frame_cache import reader
 from heatlens.model.lens import Lens
@@ -22,13 +22,14 @@ from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate import plate as plate_module
 from heatlens.plate.plate import Plate
-from heatlens.session import preferences, shot_store
-from heatlens.session.open_source import OpenSource
-from heatlens.session.picture_feed import Playhead
-from heatlens.session.preferences import Preferences
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.opened.picture_feed import Playhead
 from heatlens.session.session import Session
-from heatlens.session.shot_store import ShotStore
-from heatlens.session.start import Start
+from heatlens.session.settings import preferences
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shot import shot_store
+from heatlens.session.shot.shot_store import ShotStore
+from heatlens.session.shot.start import Start
 from heatlens.source.opened import Opened
 from support.exr_files import distances, rgb, write_file
 from support.frame_caches import PATIENCE_S
@@ -269,7 +270,7 @@ def test_a_process_ends_while_a_thread_waits_for_a_disk():
     """With its exit code, what it printed, and what was to be done at the end of the program."""
     code = (
         "import atexit, sys, threading\n"
-        "from heatlens.background import Threads\n"
+        "from heatlens.base.background import Threads\n"
         "from heatlens.commands import launch, main\n"
         "def run():\n"
         "    begun = threading.Event()\n"

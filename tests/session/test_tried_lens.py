@@ -6,7 +6,7 @@ import pytest
 
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.session.editing import Editing
+from heatlens.session.shot.editing import Editing
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 LENS = Lens(50.0, 2.0, 3.0, 36.0)

@@ -3,7 +3,13 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.session.ui_sizes import SCALES, fitted_size, next_scale, scaled_layout, with_scale
+from heatlens.session.settings.ui_sizes import (
+    SCALES,
+    fitted_size,
+    next_scale,
+    scaled_layout,
+    with_scale,
+)
 
 LAYOUT = """[Window][Lens]
 Pos=924,24

@@ -15,10 +15,10 @@ from pathlib import Path
 import pytest
 from platformdirs import PlatformDirs
 
+from heatlens.base.folders import runtime_dir
 from heatlens.commands.main import main
-from heatlens.folders import runtime_dir
-from heatlens.session import window_door
-from heatlens.session.window_door import WindowDoor, door_path, hand_over
+from heatlens.session.files import window_door
+from heatlens.session.files.window_door import WindowDoor, door_path, hand_over
 from support.exr_files import distances, rgb, write_file
 
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.session.loop.worker import Worker
 from heatlens.session.session import Session
-from heatlens.session.start import Start
-from heatlens.session.worker import Worker
+from heatlens.session.shot.start import Start
 from support.evening import begun, settled, write_plates
 from support.fake_renderer import FakeRenderer
 

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 import heatlens
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
-from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.start_lens import start_lens
 from heatlens.plate.of_arrays import plate_of_arrays
-from heatlens.plate.start_lens import start_lens
-from heatlens.session.picture_feed import PictureFeed
-from heatlens.session.start_choices import word_of
+from heatlens.session.files.start_choices import word_of
+from heatlens.session.opened.picture_feed import PictureFeed
 from heatlens.source import kinds
 from heatlens.source.kinds import KINDS, OnUse, SourceKind, kind_of, refused
 from heatlens.source.opened import Opened
@@ -118,7 +118,7 @@ class FormulaFeed(PictureFeed):
 
 
 def commands():
-    from heatlens.commands.source_commands import SourceCommands
+    from heatlens.commands.sources.source_commands import SourceCommands
 
     class FormulaCommands(SourceCommands):
         """Makes a shot for `export`; all else is refused by the base."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import heatlens
-from heatlens.errors import HeatlensError, InputError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.export.job import ExportJob
 from heatlens.export.output import parse_output
 from heatlens.export.plan import planned

@@ -9,8 +9,8 @@ import numpy as np
 
 import heatlens
 from heatlens.commands.main import main
-from heatlens.plate.camera_header import lens_attributes
-from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.camera_header import lens_attributes
 from support.exr_files import rgb
 
 WIDTH, HEIGHT = 16, 10

@@ -14,11 +14,11 @@ from heatlens.documents.shot_file import autosave_path, read_shot
 from heatlens.model.marks import PointMark
 from heatlens.model.settings import Quality
 from heatlens.model.shot import LensParameter
-from heatlens.plate.camera_header import lens_attributes
-from heatlens.session.preferences import Preferences
+from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.session.session import Session
-from heatlens.session.shot_store import unnamed_path
-from heatlens.session.start import Start
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shot.shot_store import unnamed_path
+from heatlens.session.shot.start import Start
 from support.exr_files import write_file
 from support.fake_renderer import FakeRenderer
 

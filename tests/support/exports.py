@@ -13,8 +13,8 @@ from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.plate.camera_header import lens_attributes
-from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.camera_header import lens_attributes
 from support.exr_files import write_file
 from support.plates import room
 

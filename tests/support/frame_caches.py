@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.sequence.names import NameForm
 from heatlens.sequence.sequence import Sequence
 from support.plates import plate_of

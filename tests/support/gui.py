@@ -13,9 +13,9 @@ from imgui_bundle import imgui
 from heatlens.gpu.context import is_software
 from heatlens.model.plate_options import PlateOptions
 from heatlens.render import FrameRenderer
-from heatlens.session.preferences import Preferences
 from heatlens.session.session import Session
-from heatlens.session.start import Start
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shot.start import Start
 from heatlens.ui import probe, theme
 from heatlens.ui.screen import Screen
 

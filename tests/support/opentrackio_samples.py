@@ -9,9 +9,9 @@ from typing import Any
 
 import cbor2
 
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.otrk_packet import Encoding
 from heatlens.model.timecode import Timecode
-from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.otrk_packet import Encoding
 
 _RATE = {"num": 24000, "denom": 1001}
 _TIMECODE = {"hours": 1, "minutes": 2, "seconds": 3, "frames": 4, "frameRate": _RATE}

@@ -10,7 +10,7 @@ from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from heatlens.errors import HeatlensError
+from heatlens.base.errors import HeatlensError
 from heatlens.model.opening_image import OpeningImage
 from heatlens.plate.opening_picture import read_opening_image
 from support.opening_images import heart_path

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import moderngl
 
-from heatlens.ring.address import Protocol, RingAddress
-from heatlens.ring.receiver import LensReceiver
+from heatlens.live.ring.address import Protocol, RingAddress
+from heatlens.live.ring.receiver import LensReceiver
 from support.gui import Gui, gui_of
 from support.window_plates import QUICK, room_file
 

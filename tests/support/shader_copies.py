@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from heatlens.base.paths import data_dir
 from heatlens.gpu.shader_reload import VARIABLE
-from heatlens.paths import data_dir
 
 
 def reloading_copy(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:

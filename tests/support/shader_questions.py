@@ -6,8 +6,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.base.paths import data_dir
 from heatlens.gpu.shader_source import assemble
-from heatlens.paths import data_dir
 
 _GROUP = 64
 _BLOCKS = f"""

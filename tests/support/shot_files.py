@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import InputError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation, Scale

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.model.shot import LensParameter
-from heatlens.session.playback import Ending
 from heatlens.session.session import Session
+from heatlens.session.time.playback import Ending
 from support.evening import FIRST, LAST, begun, settled, write_plates
 
 

@@ -10,10 +10,10 @@ from imgui_bundle import imgui
 
 from heatlens.model.pull import EASE_PERCENT
 from heatlens.model.shot import LensParameter
-from heatlens.session.key_drag import KeyDrag
-from heatlens.session.key_stretch import KeyStretch
-from heatlens.session.mark_commands import PULL_FRAMES
-from heatlens.session.playback import Ending
+from heatlens.session.keys.key_drag import KeyDrag
+from heatlens.session.keys.key_stretch import KeyStretch
+from heatlens.session.marks.mark_commands import PULL_FRAMES
+from heatlens.session.time.playback import Ending
 from heatlens.ui.timeline.view import TimelineView
 from support.gui import Gui, gui_of
 from support.sequences import FIRST, LAST, sequence_files

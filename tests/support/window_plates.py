@@ -9,7 +9,7 @@ from heatlens.display.display_pass import DisplayPass
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.plate.camera_header import lens_attributes
+from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from support.exr_files import write_file

@@ -5,8 +5,8 @@ import pytest
 
 from heatlens.documents.shot_file import read_shot
 from heatlens.sequence.folder_list import list_folder
-from heatlens.session.file_commands import PURPOSES
-from heatlens.session.folder_walk import Chosen
+from heatlens.session.files.file_commands import PURPOSES
+from heatlens.session.files.folder_walk import Chosen
 from support.gui import gui_of
 from support.plates import room
 from support.window_plates import HEIGHT, WIDTH, room_file, write_plate

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from heatlens.base.paths import data_dir, folder_to_write_in
 from heatlens.commands.main import main
 from heatlens.export.job_file import read_job
 from heatlens.export.options import ExportOptions
@@ -22,12 +23,11 @@ from heatlens.model.lens import Lens
 from heatlens.model.look_options import LookOptions
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.paths import data_dir, folder_to_write_in
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.exr_write import write_exr
-from heatlens.session.export_process import ExportState, _take
-from heatlens.session.export_settings import FRAME_KINDS, ExportSettings, proposed_settings
-from heatlens.session.messages import window_words
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.exr.exr_write import write_exr
+from heatlens.session.exports.export_process import ExportState, _take
+from heatlens.session.exports.export_settings import FRAME_KINDS, ExportSettings, proposed_settings
+from heatlens.session.loop.messages import window_words
 from support.gui import Gui, gui_of
 from support.plates import room
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.session import folder_walk
-from heatlens.session.file_commands import PURPOSES
-from heatlens.session.folder_walk import FolderWalk
-from heatlens.session.preferences import Preferences
+from heatlens.session.files import folder_walk
+from heatlens.session.files.file_commands import PURPOSES
+from heatlens.session.files.folder_walk import FolderWalk
+from heatlens.session.settings.preferences import Preferences
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.printable import printable
-from heatlens.session.preferences import Preferences
+from heatlens.base.printable import printable
+from heatlens.session.settings.preferences import Preferences
 from support.command_line import CAMERA, channels
 from support.exr_files import rgb, write_file
 from support.gltf_files import GltfWriter

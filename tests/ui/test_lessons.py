@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.base.paths import data_dir
 from heatlens.model.shot import LensParameter
-from heatlens.paths import data_dir
-from heatlens.session.lessons import Lesson, Lessons
+from heatlens.session.marks.lessons import Lesson, Lessons
 from support.gui import Gui, gui_of
 from support.window_plates import QUICK, room_file
 

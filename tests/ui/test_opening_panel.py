@@ -13,7 +13,7 @@ from imgui_bundle import imgui
 from heatlens.model.aperture import Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.picture_field import PictureField
-from heatlens.session.file_commands import PURPOSES
+from heatlens.session.files.file_commands import PURPOSES
 from heatlens.ui.panels.opening_panel import disc_outline, image_cells
 from support.apertures import apertures
 from support.gui import Gui, gui_of

@@ -19,8 +19,8 @@ from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.value_bins import bins_of
 from heatlens.model.view import Against, ViewState
 from heatlens.plate.read import read_plate
-from heatlens.session.color_choice import ColorChoice
-from heatlens.session.export_settings import ExportSettings
+from heatlens.session.exports.export_settings import ExportSettings
+from heatlens.session.pictures.color_choice import ColorChoice
 from heatlens.ui.panels.export_panel import export_panel
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel

@@ -10,12 +10,12 @@ from heatlens.display.probe import seen_depth_m
 from heatlens.model.depth_histogram import depth_histogram
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.value_bins import bins_of
-from heatlens.plate.camera_header import lens_attributes
-from heatlens.plate.channel_choice import color_layers_among, depth_channels_first
-from heatlens.plate.radial import planar_depth_m
+from heatlens.plate.depth.radial import planar_depth_m
+from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.plate.read import read_plate
-from heatlens.session.messages import window_words
-from heatlens.session.preferences import Preferences
+from heatlens.session.loop.messages import window_words
+from heatlens.session.settings.preferences import Preferences
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 

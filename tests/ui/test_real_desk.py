@@ -22,7 +22,7 @@ from heatlens.documents.shot_file import autosave_path, read_shot, write_shot
 from heatlens.model.frames import FrameRange
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.session.shot_store import unnamed_path
+from heatlens.session.shot.shot_store import unnamed_path
 from heatlens.ui.palettes import DARK
 from heatlens.ui.picture.alt_held import HOLD_S
 from support.gui import gui_of

@@ -13,7 +13,7 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.model.boxes import Box
-from heatlens.plate.exr_write import write_exr
+from heatlens.plate.exr.exr_write import write_exr
 from heatlens.sequence.sequence import find_sequence
 from heatlens.ui.theme import SURROUND
 from support.command_line import ENVIRONMENT, started
@@ -100,8 +100,8 @@ def test_a_file_named_later_opens_there_and_closing_ends_the_process(
 
 _STUCK = """
 import sys
-from heatlens.session.preferences import Preferences
-from heatlens.session.start import Start
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shot.start import Start
 from heatlens.ui import window
 window.FrameRenderer = lambda ctx: sys.stdin.read()  # what compiles shaders and takes long
 window.Loop(window._open_window(Preferences().now), Start(""), Preferences())
@@ -150,6 +150,6 @@ def test_the_window_without_its_libraries_says_what_to_install(capsys, monkeypat
 
 
 def test_the_plate_that_comes_with_the_program_is_there() -> None:
-    from heatlens.paths import data_dir
+    from heatlens.base.paths import data_dir
 
     assert find_sequence(data_dir("assets") / "still_life.exr").is_single

@@ -17,8 +17,8 @@ from heatlens.model.view import Overlay
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import half_of
-from heatlens.session.kept_screen import KeptFrame
-from heatlens.session.preferences import Preferences
+from heatlens.session.playing.kept_screen import KeptFrame
+from heatlens.session.settings.preferences import Preferences
 from heatlens.source.opened_plates import OpenedPlates
 from heatlens.ui.timeline.rendered_panel import rendered_words
 from support.gui import Gui, gui_of

@@ -5,7 +5,7 @@ import socket
 import pytest
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from heatlens.ring.address import Protocol
+from heatlens.live.ring.address import Protocol
 from support.ring_window import following, until
 
 

@@ -4,12 +4,12 @@ import argparse
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.commands import view
-from heatlens.errors import InputError
-from heatlens.ring.address import Protocol
-from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.opentrackio import source_id
-from heatlens.ring.sender import LensSender
+from heatlens.live.ring.address import Protocol
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.opentrackio import source_id
+from heatlens.live.ring.sender import LensSender
 from support.ring_window import following, until
 from support.window_plates import room_file
 

@@ -12,14 +12,14 @@ import pytest
 from imgui_bundle import imgui
 from PIL import Image
 
+from heatlens.base.errors import InputError
 from heatlens.color.view_transform import srgb_transform
-from heatlens.errors import InputError
 from heatlens.model.settings import Quality
-from heatlens.plate.camera_header import camera_at_header, lens_attributes
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.png_write import write_png
-from heatlens.session import picture_saver
-from heatlens.session.clipboard import copy_png, tools
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
+from heatlens.plate.picture.png_write import write_png
+from heatlens.session.pictures import picture_saver
+from heatlens.session.pictures.clipboard import copy_png, tools
 from support.command_line import render
 from support.exr_files import rgb, window, write_file
 from support.gui import gui_of

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.shot import LensParameter
 from heatlens.render import FrameRenderer
-from heatlens.session import scene_mark_tracks
+from heatlens.session.marks import scene_mark_tracks
 from support.gui import Gui, gui_of
 from support.scene_window import as_opened, whole, write_scene
 from support.timeline_window import reset_timeline

@@ -10,9 +10,9 @@ from imgui_bundle import imgui
 
 from heatlens.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
 from heatlens.model.shot import Shot
-from heatlens.session.preferences import Remembered
-from heatlens.session.shot_documents import ShotDocuments
-from heatlens.session.shot_store import proposed_name
+from heatlens.session.files.shot_documents import ShotDocuments
+from heatlens.session.settings.preferences import Remembered
+from heatlens.session.shot.shot_store import proposed_name
 from support.gui import Gui
 from support.sequences import FIRST
 from support.shots_of_tests import kept, worked_on

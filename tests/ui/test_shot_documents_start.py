@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from heatlens.documents.shot_file import autosave_path, write_shot
 from heatlens.model.shot import Shot
-from heatlens.session.preferences import Preferences
-from heatlens.session.shot_store import unnamed_path
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shot.shot_store import unnamed_path
 from support.gui import gui_of
 from support.sequences import sequence_files
 from support.shots_of_tests import kept, worked_on

@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
+from heatlens.base.paths import data_dir
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
 from heatlens.model.shot import Shot
-from heatlens.paths import data_dir
 from heatlens.scene.scene_name import DEMO
-from heatlens.session.preferences import Preferences, Remembered
-from heatlens.session.start import Start
-from heatlens.session.start_choices import Card, word_of
+from heatlens.session.files.start_choices import Card, word_of
+from heatlens.session.settings.preferences import Preferences, Remembered
+from heatlens.session.shot.start import Start
 from heatlens.source.stream_source import StreamSource
 from heatlens.ui.start import start_screen
 from heatlens.ui.start.start_layout import lay_out

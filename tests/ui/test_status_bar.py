@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
-from heatlens.session.export_process import ExportState
-from heatlens.session.messages import Messages, Problem
+from heatlens.session.exports.export_process import ExportState
+from heatlens.session.loop.messages import Messages, Problem
 from heatlens.ui.export_bar import export_title, export_words
 from heatlens.ui.status_bar import fitting
 from support.window_plates import POST

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.session.preferences import Preferences, Remembered, Theme
+from heatlens.session.settings.preferences import Preferences, Remembered, Theme
 from heatlens.ui import theme
 from heatlens.ui.palettes import DARK, LIGHT
 from support.gui import gui_of

@@ -8,7 +8,7 @@ import pytest
 from imgui_bundle import imgui
 
 import heatlens.ui
-from heatlens.session.preferences import Theme
+from heatlens.session.settings.preferences import Theme
 from heatlens.ui import theme
 from heatlens.ui.palettes import DARK, LIGHT, Palette
 

@@ -6,7 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.model.frames import FrameRange
-from heatlens.session.kept_screen import KeptFrame
+from heatlens.session.playing.kept_screen import KeptFrame
 from support.gui import Gui
 from support.sequences import FIRST, LAST, frame_file, sequence_files
 from support.timeline_window import Clock, at_frame, film_window, frame, fresh, typed

@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.framing import CameraTrack, Pose, PoseKey
 from heatlens.model.shot import LensParameter
-from heatlens.session.key_choice import KeyId, all_keys, copied, deleted, pasted
-from heatlens.session.key_rows import CAMERA
+from heatlens.session.keys.key_choice import KeyId, all_keys, copied, deleted, pasted
+from heatlens.session.keys.key_rows import CAMERA
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
 from support.window_plates import QUICK

@@ -12,7 +12,7 @@ from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.marks import PointMark
 from heatlens.model.shot import LensParameter
-from heatlens.session.focus_track import FocusTrack
+from heatlens.session.time.focus_track import FocusTrack
 from support.gui import Gui
 from support.sequences import FIRST, LAST, nearer
 from support.timeline_window import at_frame, film_window, fresh

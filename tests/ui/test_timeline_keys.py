@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter
-from heatlens.session.key_choice import KeyId, all_keys
+from heatlens.session.keys.key_choice import KeyId, all_keys
 from support.gui import Gui
 from support.sequences import FIRST, LAST
 from support.timeline_window import at_frame, film_window, frame, fresh

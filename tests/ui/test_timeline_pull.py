@@ -7,8 +7,8 @@ from imgui_bundle import imgui
 
 from heatlens.model.pull import PullShape, shaped_pull
 from heatlens.model.shot import LensParameter
-from heatlens.session.key_choice import all_keys
-from heatlens.session.pull_recording import RecordingState
+from heatlens.session.keys.key_choice import all_keys
+from heatlens.session.live.pull_recording import RecordingState
 from support.gui import Gui
 from support.sequences import FIRST, LAST
 from support.timeline_window import at_frame, film_window, fresh

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.session.speed import Speed
+from heatlens.session.loop.speed import Speed
 
 K = imgui.Key
 OF_SCENES = ("Set camera key", "Frame selected", "Compare with raytraced")

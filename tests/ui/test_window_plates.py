@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.errors import GpuError
+from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import download
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.plate_options import PlateOptions

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.guides import Guides
 from heatlens.model.peaking import Peaking
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.plate.read import read_plate
-from heatlens.session.playback import Ending
-from heatlens.session.preferences import FILE_NAME, Preferences, Remembered
+from heatlens.session.settings.preferences import FILE_NAME, Preferences, Remembered
+from heatlens.session.time.playback import Ending
 from heatlens.ui.layout import lists_all
 from support.exr_files import rgb, write_file
 from support.gui import gui_of

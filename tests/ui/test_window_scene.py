@@ -90,8 +90,8 @@ def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene
     session.view = replace(session.view, zoom=1.0)
     whole(scene_gui)
     shape, before = session.picture_shape, session.picture_view.geometry
-    monkeypatch.setattr("heatlens.session.scene_preview._BUDGET_S", 0.0)
-    monkeypatch.setattr("heatlens.session.scene_preview._REST_S", 60.0)
+    monkeypatch.setattr("heatlens.session.opened.scene_preview._BUDGET_S", 0.0)
+    monkeypatch.setattr("heatlens.session.opened.scene_preview._REST_S", 60.0)
     scene_gui.press(middle(scene_gui), RIGHT)
     x, y = middle(scene_gui)
     scene_gui.move((x + 20.0, y))

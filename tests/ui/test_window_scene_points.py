@@ -42,8 +42,8 @@ def moving(gui: Gui, monkeypatch: pytest.MonkeyPatch) -> Iterator[Gui]:
         )
     )
     whole(gui)
-    monkeypatch.setattr("heatlens.session.scene_preview._BUDGET_S", 0.0)
-    monkeypatch.setattr("heatlens.session.scene_preview._REST_S", 60.0)
+    monkeypatch.setattr("heatlens.session.opened.scene_preview._BUDGET_S", 0.0)
+    monkeypatch.setattr("heatlens.session.opened.scene_preview._REST_S", 60.0)
     gui.press(middle(gui), RIGHT)
     dragged(gui, 4.0)
     assert session.source.plate.display_window.width < width
@@ -97,7 +97,7 @@ def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_d
 
 
 def test_a_point_is_followed_through_a_scene(gui, monkeypatch):
-    monkeypatch.setattr("heatlens.session.point_following._SLICE_S", 0.0)
+    monkeypatch.setattr("heatlens.session.scenes.point_following._SLICE_S", 0.0)
     session, marks = gui.session, gui.session.marks
     first, last = session.shot.played.first, session.shot.played.last
     marks.set_point((48, 27))
@@ -126,7 +126,7 @@ def test_a_pull_to_a_point_arrives_where_it_is_by_then(gui):
 
 
 def test_another_scene_ends_the_following_and_that_is_said(gui, monkeypatch):
-    monkeypatch.setattr("heatlens.session.point_following._SLICE_S", 0.0)
+    monkeypatch.setattr("heatlens.session.scenes.point_following._SLICE_S", 0.0)
     session, marks = gui.session, gui.session.marks
     marks.set_point((48, 27))
     marks.follow(session.shot.marks[0])

@@ -19,7 +19,7 @@ from heatlens.model.view import Against, Compare
 from heatlens.preview.cost import CostModel
 from heatlens.preview.levels import cheaper, on_the_way
 from heatlens.render import FrameRenderer
-from heatlens.session.live_picture import LivePicture
+from heatlens.session.pictures.live_picture import LivePicture
 from support.gui import gui_of
 from support.scenes import still_life
 from support.window_plates import displayed, region

@@ -10,17 +10,17 @@ import pytest
 from imgui_bundle import imgui
 from tevclient import Ipc
 
+from heatlens.base.errors import InputError
 from heatlens.commands import view
-from heatlens.errors import InputError
 from heatlens.gpu.textures import download
+from heatlens.live.stream.lens_image import LENS_IMAGE
 from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr.exr_read import read_parts
 from heatlens.render import FrameRenderer
-from heatlens.session.start import Start
+from heatlens.session.shot.start import Start
 from heatlens.source.kinds import NO_FILES
 from heatlens.source.stream_source import StreamSource
-from heatlens.stream.lens_image import LENS_IMAGE
 from heatlens.ui.picture import stream_notice
 from support.gui import Gui
 from support.plates import room

@@ -18,7 +18,7 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.frames import FRAME_MOST
 from heatlens.model.opening_image import OpeningImage

@@ -4,8 +4,8 @@ import threading
 from collections.abc import Callable
 from typing import TypeVar
 
+from heatlens.base.errors import GpuError
 from heatlens.defocus.solver_choice import settled_solver
-from heatlens.errors import GpuError
 from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
 

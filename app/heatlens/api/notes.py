@@ -4,7 +4,7 @@ import sys
 import warnings
 
 from heatlens.api.python_words import in_python
-from heatlens.errors import HeatlensWarning
+from heatlens.base.errors import HeatlensWarning
 
 
 class Notes:

@@ -10,8 +10,8 @@ from heatlens.api.arguments import check_names, is_single, pair, shown, text, va
 from heatlens.api.keywords import ReadingOptions
 from heatlens.api.python_words import python_words
 from heatlens.api.source import OnePlate, Plates, Scene, Source
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import is_shot_file, read_shot
-from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.of_arrays import plate_of_arrays

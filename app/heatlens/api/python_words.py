@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from heatlens.errors import HeatlensError, InputError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.model.aperture import Aperture
 from heatlens.model.lens import Lens
 from heatlens.model.option import Option, options_of

@@ -22,9 +22,9 @@ from heatlens.api.frame import Asked, Facts, Frame, check_frame, facts_of
 from heatlens.api.keywords import RenderOptions
 from heatlens.api.notes import Notes
 from heatlens.api.python_words import python_words
-from heatlens.closing import Closing
+from heatlens.base.closing import Closing
+from heatlens.base.errors import InputError
 from heatlens.defocus.quality import unused_behind_notes
-from heatlens.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.aperture import APERTURE_FIELDS
@@ -34,7 +34,7 @@ from heatlens.model.lens_model import LensModel
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.plate.focus_pick import depth_at_m
-from heatlens.plate.header_lens import plate_lens
+from heatlens.plate.header.header_lens import plate_lens
 from heatlens.plate.opening_picture import opening_notes
 from heatlens.plate.plate import Plate
 from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes

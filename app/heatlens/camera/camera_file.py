@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+from heatlens.base.errors import InputError
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.csv_camera import csv_text, read_csv_camera
 from heatlens.camera.json_camera import json_text, read_json_camera
@@ -17,7 +18,6 @@ from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
 from heatlens.camera.usd_write import METERS_PER_UNIT, usd_bytes
 from heatlens.documents.opening_images import image_beside, named_beside
 from heatlens.documents.shot_file import SHOT_SUFFIX
-from heatlens.errors import InputError
 from heatlens.files.atomic_file import write_whole
 
 WRITTEN = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")

@@ -8,13 +8,13 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from heatlens.base.errors import InputError
+from heatlens.base.paths import file_bytes, unreadable
 from heatlens.camera.placement import matrix_of
 from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
-from heatlens.errors import InputError
 from heatlens.model.lens_model import LensModel
 from heatlens.model.opening_image import OpeningImage
-from heatlens.paths import file_bytes, unreadable
 
 _RATE = "frames_per_second"
 _UP = "up_axis"

@@ -5,6 +5,7 @@ from collections.abc import Sequence as Items
 from dataclasses import dataclass, replace
 from typing import Any
 
+from heatlens.base.errors import InputError
 from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.plate_camera import picture_aspect, placement_of
 from heatlens.camera.samples import (
@@ -14,7 +15,6 @@ from heatlens.camera.samples import (
     UpAxis,
     fields_of,
 )
-from heatlens.errors import InputError
 from heatlens.model.breathing import as_seen
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.frames import FrameRange
@@ -22,9 +22,9 @@ from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.option import options_of
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.plate.camera_header import camera_at_header
-from heatlens.plate.channels import Header
-from heatlens.plate.header_read import read_headers
+from heatlens.plate.header.camera_header import camera_at_header
+from heatlens.plate.header.channels import Header
+from heatlens.plate.parts.header_read import read_headers
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import track_of
 from heatlens.sequence.sequence import Sequence, find_sequence

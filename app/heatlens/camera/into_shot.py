@@ -4,9 +4,9 @@ from collections.abc import Collection
 from dataclasses import fields, replace
 from typing import Any
 
+from heatlens.base.errors import InputError
 from heatlens.camera.same_discs import with_nominal_f_stop
 from heatlens.camera.samples import CameraSamples, Track, is_constant
-from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.linear_keys import linear_keys
 from heatlens.model.option import type_of

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 Matrix = tuple[tuple[float, ...], ...]  # four rows of four
 Array = NDArray[np.float64]

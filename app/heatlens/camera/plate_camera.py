@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from heatlens.base.errors import InputError
 from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Array, Matrix, from_exr, is_rigid, matrix_of
 from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, Track, UpAxis
-from heatlens.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND
-from heatlens.plate.camera_header import camera_at_header, lens_model_of
-from heatlens.plate.channels import Header
-from heatlens.plate.header_read import read_headers
+from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
+from heatlens.plate.header.channels import Header
+from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import CameraHeader
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
 from heatlens.sequence.names import frames_text

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 from heatlens.camera.samples import CameraSamples, finite_m
+from heatlens.live.ring.lens_sample import LensSample
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode
-from heatlens.ring.lens_sample import LensSample
 
 
 def ring_samples(

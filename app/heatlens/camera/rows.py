@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from heatlens.base.errors import InputError
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples, fields_of
-from heatlens.errors import InputError
 
 FRAME = "frame"
 PLACEMENT = "world_to_camera"

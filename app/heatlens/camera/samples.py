@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Literal, get_args
 
+from heatlens.base.errors import InputError
 from heatlens.camera.placement import Matrix, check_rigid
-from heatlens.errors import InputError
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.frames import (
     FRAMES_PER_SECOND,

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens.errors import InputError
-from heatlens.plate.shoot_names import ShootLens
+from heatlens.base.errors import InputError
+from heatlens.plate.header.shoot_names import ShootLens
 
 Row = Mapping[str, str]
 

@@ -1,7 +1,7 @@
 """Read the lens metadata table of a shoot: focus, iris and focal length of a lens at each frame.
 
 The tables of ARRI Meta Extract, RED and Sony are supported, and any others with similar column
-names; see `heatlens.plate.shoot_names`.
+names; see `heatlens.plate.header.shoot_names`.
 """
 
 import csv
@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from heatlens.base.errors import InputError
+from heatlens.base.paths import file_bytes, unreadable
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_rows import (
     Row,
@@ -17,11 +19,9 @@ from heatlens.camera.shoot_rows import (
     table_of,
     unreadable_notes,
 )
-from heatlens.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND
 from heatlens.model.timecode import Timecode, timecode_in
-from heatlens.paths import file_bytes, unreadable
-from heatlens.plate.shoot_names import ShootLens, not_understood, shoot_lens
+from heatlens.plate.header.shoot_names import ShootLens, not_understood, shoot_lens
 
 _FRAMES = ("frame", "frameno", "frame number", "index")
 _TIMECODES = ("master tc", "timecode", "time code", "tc", "lens tc", "timecode in")

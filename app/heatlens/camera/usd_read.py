@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from heatlens.base.errors import InputError
 from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Matrix, are_rigid, matrix_of
 from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis, fields_of
@@ -21,7 +22,6 @@ from heatlens.camera.usd_write import (
     SQUEEZE,
     units_per_mm,
 )
-from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import open_usd, read_usd_apart, usd_failures_reported, usd_module
 from heatlens.model.frames import FrameRange, check_frame

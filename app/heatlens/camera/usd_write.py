@@ -11,11 +11,11 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+from heatlens.base.stopping import temporary_folder
 from heatlens.camera.placement import camera_to_world
 from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import usd_module
-from heatlens.stopping import temporary_folder
 
 METERS_PER_UNIT = 0.01  # USD's default, with which focal lengths and apertures are in mm
 # UsdGeomCamera has no attributes for these.

@@ -13,9 +13,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from heatlens.errors import InputError
-from heatlens.paths import file_bytes, unreadable
-from heatlens.plate.picture_parts import FOR_THE_EYE
+from heatlens.base.errors import InputError
+from heatlens.base.paths import file_bytes, unreadable
+from heatlens.plate.parts.picture_parts import FOR_THE_EYE
 
 # The full name, because `ocio://default` differs between versions of the library, which would
 # change every picture. This config (ACES 2.0) comes with OpenColorIO 2.5, of VFX Platform 2026.

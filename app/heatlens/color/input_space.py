@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from heatlens.color.color_config import LINEAR_REC709, ColorConfig
-from heatlens.plate.primaries import (
+from heatlens.plate.header.primaries import (
     ADOBE_RGB,
     AP0,
     AP1,

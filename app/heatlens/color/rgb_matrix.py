@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.plate.primaries import REC709, XYZ, Primaries
+from heatlens.plate.header.primaries import REC709, XYZ, Primaries
 
 Matrix = npt.NDArray[np.floating[Any]]
 

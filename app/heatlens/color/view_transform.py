@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from heatlens.base.errors import InputError
+from heatlens.base.paths import data_dir
 from heatlens.color.color_config import ColorConfig, check_known, ocio, one_line
 from heatlens.color.rgb_matrix import Matrix, to_rec709
-from heatlens.errors import InputError
 from heatlens.model.look_options import PLAIN_VIEW
-from heatlens.paths import data_dir
-from heatlens.plate.display import srgb_encoded
+from heatlens.plate.header.primaries import KNOWN, REC709, Primaries
+from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
-from heatlens.plate.primaries import KNOWN, REC709, Primaries
 
 # Light is clamped to the largest half float, of either sign: infinity would become NaN.
 LIGHT_MAX = 65504.0

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
+from heatlens.base.errors import InputError
 from heatlens.commands.bench_drag import (
     Dragged,
     add_drag_options,
@@ -14,14 +15,13 @@ from heatlens.commands.bench_drag import (
     dragged,
     level_sentences,
 )
-from heatlens.commands.blur_options import add_blur_options, settings_of
-from heatlens.commands.given_options import refuse_unused
-from heatlens.commands.paced_progress import paced_progress
-from heatlens.commands.say import say
-from heatlens.commands.scene_options import size_of
-from heatlens.commands.value_types import whole
+from heatlens.commands.options.blur_options import add_blur_options, settings_of
+from heatlens.commands.options.given_options import refuse_unused
+from heatlens.commands.options.scene_options import size_of
+from heatlens.commands.options.value_types import whole
+from heatlens.commands.output.paced_progress import paced_progress
+from heatlens.commands.output.say import say
 from heatlens.defocus.line_solver import SOLVERS
-from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
 from heatlens.measure.bench.drag import measure_drag
 from heatlens.measure.bench.frames import BenchFrames

@@ -4,11 +4,11 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from heatlens.commands.given_options import given
-from heatlens.commands.lens_options import add_lens_options, lens_of
-from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.plate_words import say_plate
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.commands.options.given_options import given
+from heatlens.commands.options.lens_options import add_lens_options, lens_of
+from heatlens.commands.options.plate_options import add_plate_options, plate_options
+from heatlens.commands.output.plate_words import say_plate
 from heatlens.measure.bench.drag import level_words
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.model.lens import Lens

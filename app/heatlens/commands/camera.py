@@ -7,26 +7,26 @@ from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 
+from heatlens.base.errors import InputError
 from heatlens.camera.camera_file import WRITTEN, left_out_of, read_camera, write_camera
 from heatlens.camera.ring_samples import ring_samples
 from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
-from heatlens.commands.given_options import refuse_given
-from heatlens.commands.lens_options import lens_words
-from heatlens.commands.plate_words import first_plate, overscan_of_shot
-from heatlens.commands.say import say, tell
-from heatlens.commands.shot_timecode import shot_timecodes
-from heatlens.commands.timing_options import add_timing_options, timing_of
-from heatlens.commands.value_types import number
+from heatlens.commands.options.given_options import refuse_given
+from heatlens.commands.options.lens_options import lens_words
+from heatlens.commands.options.shot_timecode import shot_timecodes
+from heatlens.commands.options.timing_options import add_timing_options, timing_of
+from heatlens.commands.options.value_types import number
+from heatlens.commands.output.plate_words import first_plate, overscan_of_shot
+from heatlens.commands.output.say import say, tell
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
-from heatlens.errors import InputError
+from heatlens.live.ring.address import RingAddress, opentrackio_address
+from heatlens.live.ring.otrk_packet import Encoding
+from heatlens.live.ring.sender import LensSender, send_in_time
 from heatlens.model.frames import parse_frame_range
 from heatlens.model.timecode import Timecode
 from heatlens.model.units import parse_scene_unit_m
-from heatlens.ring.address import RingAddress, opentrackio_address
-from heatlens.ring.otrk_packet import Encoding
-from heatlens.ring.sender import LensSender, send_in_time
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.source.kinds import kind_of
 from heatlens.source.shot_camera import camera_of_shot

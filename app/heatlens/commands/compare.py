@@ -6,9 +6,9 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from heatlens.commands.pipes import file_of_input
-from heatlens.commands.say import say
-from heatlens.commands.value_types import finite, positive
+from heatlens.commands.options.value_types import finite, positive
+from heatlens.commands.output.pipes import file_of_input
+from heatlens.commands.output.say import say
 from heatlens.measure.compare.difference import (
     absolute_difference,
     check_is_png,

@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 
-from heatlens.commands.paced_progress import paced_progress
-from heatlens.commands.say import tell
+from heatlens.commands.output.paced_progress import paced_progress
+from heatlens.commands.output.say import tell
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.doctor import gpu_check, machine_check, picture_check, start_check, window_check
 from heatlens.doctor.finding import Check, Finding, made_sure

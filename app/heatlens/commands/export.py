@@ -4,17 +4,17 @@ import argparse
 from contextlib import closing
 from pathlib import Path
 
+from heatlens.base.errors import InputError
 from heatlens.commands.export_options import add_export_options, job_of
-from heatlens.commands.export_progress import failure_reported, progress_of
 from heatlens.commands.export_send import add_send_option, sending
 from heatlens.commands.export_submit import submit
-from heatlens.commands.field_options import fill_fields
-from heatlens.commands.look_options import say_seen_through
-from heatlens.commands.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
-from heatlens.commands.say import say
+from heatlens.commands.options.field_options import fill_fields
+from heatlens.commands.options.look_options import say_seen_through
+from heatlens.commands.output.export_progress import failure_reported, progress_of
+from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
+from heatlens.commands.output.say import say
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.shot_file import is_shot_file
-from heatlens.errors import InputError
 from heatlens.export.job_file import read_job
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import export_frames

@@ -5,27 +5,32 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+from heatlens.base.errors import InputError
 from heatlens.color.view_transform import ViewTransform, srgb_transform
-from heatlens.commands.blur_options import add_blur_options, settings_of
-from heatlens.commands.field_options import add_fields, typed_fields
-from heatlens.commands.given_options import given, refuse_given, refuse_unused
-from heatlens.commands.kept_option import kept_names
-from heatlens.commands.lens_options import add_lens_options
-from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
-from heatlens.commands.pinhole_output import (
+from heatlens.commands.options.blur_options import add_blur_options, settings_of
+from heatlens.commands.options.field_options import add_fields, typed_fields
+from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
+from heatlens.commands.options.kept_option import kept_names
+from heatlens.commands.options.lens_options import add_lens_options
+from heatlens.commands.options.look_options import (
+    add_look_options,
+    color_header,
+    look_of,
+    transform_of,
+)
+from heatlens.commands.options.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
     pinhole_options,
 )
-from heatlens.commands.plate_options import add_plate_options
-from heatlens.commands.scene_options import (
+from heatlens.commands.options.plate_options import add_plate_options
+from heatlens.commands.options.scene_options import (
     add_framing_options,
     with_framing,
 )
-from heatlens.commands.source_commands import commands_for
-from heatlens.commands.value_types import whole
+from heatlens.commands.options.value_types import whole
+from heatlens.commands.sources.source_commands import commands_for
 from heatlens.documents.shot_file import is_shot_file, read_shot
-from heatlens.errors import InputError
 from heatlens.export.burn_in import checked_template
 from heatlens.export.job import ExportJob, Look
 from heatlens.export.options import EXR, FRAMES, LOOK, USUAL_COMPRESSION, ExportOptions, of_group
@@ -35,7 +40,7 @@ from heatlens.model.frames import check_within
 from heatlens.model.guides import Guides
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.plate.channels import Header
+from heatlens.plate.header.channels import Header
 from heatlens.source.named import source_of
 
 

@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from heatlens.camera.ring_samples import sample_of_shot
-from heatlens.commands.say import say
-from heatlens.commands.shot_timecode import shot_timecodes
+from heatlens.commands.options.shot_timecode import shot_timecodes
+from heatlens.commands.output.say import say
+from heatlens.live.ring.address import opentrackio_address
+from heatlens.live.ring.lens_output import SOURCE, LensOutput
+from heatlens.live.ring.sender import LensSender
 from heatlens.model.shot import Shot
-from heatlens.ring.address import opentrackio_address
-from heatlens.ring.lens_output import SOURCE, LensOutput
-from heatlens.ring.sender import LensSender
 
 
 def add_send_option(parser: argparse.ArgumentParser) -> None:

@@ -3,11 +3,11 @@
 import argparse
 from pathlib import Path
 
+from heatlens.base.errors import InputError
 from heatlens.commands.export_options import add_export_options
-from heatlens.commands.given_options import given
-from heatlens.commands.say import say
+from heatlens.commands.options.given_options import given
+from heatlens.commands.output.say import say
 from heatlens.documents.shot_file import is_shot_file
-from heatlens.errors import InputError
 from heatlens.export.openjd import PathParameter, chunks_of, job_template
 from heatlens.export.plan import ExportPlan
 from heatlens.export.replaced import check_replaced

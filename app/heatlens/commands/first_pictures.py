@@ -10,14 +10,14 @@ import numpy as np
 from PIL import Image
 
 import heatlens
+from heatlens.base.errors import NoWindowError
+from heatlens.base.paths import data_dir
 from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import ViewTransform, view_transform
-from heatlens.commands.progress_line import progress_line
-from heatlens.commands.say import say
-from heatlens.errors import NoWindowError
+from heatlens.commands.output.progress_line import progress_line
+from heatlens.commands.output.say import say
 from heatlens.files.atomic_file import write_whole
-from heatlens.paths import data_dir
-from heatlens.plate.png_write import encoded_picture, write_png
+from heatlens.plate.picture.png_write import encoded_picture, write_png
 from heatlens.scene.demo.demo import demo_shot
 from heatlens.scene.scene_name import DEMO
 

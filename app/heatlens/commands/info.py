@@ -4,15 +4,15 @@ import argparse
 import json
 from typing import Any
 
-from heatlens.commands.info_sequence import found_among, lacks_frames, sequence_info
-from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.say import tell
-from heatlens.commands.scene_options import add_placing_options
-from heatlens.commands.source_commands import Line, commands_for
-from heatlens.commands.value_types import number
+from heatlens.base.errors import InputError
+from heatlens.base.printable import printable
+from heatlens.commands.options.plate_options import add_plate_options, plate_options
+from heatlens.commands.options.scene_options import add_placing_options
+from heatlens.commands.options.value_types import number
+from heatlens.commands.output.say import tell
+from heatlens.commands.sources.info_sequence import found_among, lacks_frames, sequence_info
+from heatlens.commands.sources.source_commands import Line, commands_for
 from heatlens.documents.shot_file import is_shot_file
-from heatlens.errors import InputError
-from heatlens.printable import printable
 from heatlens.sequence.sequence import Sequence
 
 _DESCRIPTION = """\

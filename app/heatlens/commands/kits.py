@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from heatlens.commands.say import say, tell
+from heatlens.commands.output.say import say, tell
 from heatlens.documents.lens_kits import KitShelf, kit_shelf, kit_text, read_kit
 from heatlens.files.json_record import plain
 from heatlens.model.lens_kit import LensCharacter, LensKit

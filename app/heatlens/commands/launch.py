@@ -23,8 +23,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NoReturn
 
-from heatlens import stopping
-from heatlens.errors import FAULT_CODE
+from heatlens.base import stopping
+from heatlens.base.errors import FAULT_CODE
 
 _PATIENCE_S = 3.0  # time for a worker that handles signals itself to finish its current step
 
@@ -65,9 +65,9 @@ def _use_utf8() -> None:
 
 
 def _work() -> int:
-    from heatlens.background import is_at_work, wait_a_moment
+    from heatlens.base.background import is_at_work, wait_a_moment
+    from heatlens.base.faults import report_from_threads
     from heatlens.commands.main import main as run
-    from heatlens.faults import report_from_threads
     from heatlens.files.quiet import protect_output
 
     protect_output()

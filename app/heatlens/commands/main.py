@@ -16,14 +16,14 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from heatlens import __version__
-from heatlens.commands.say import say_nothing
+from heatlens.base.errors import FAULT_CODE, FaultError, HeatlensError, InputError
+from heatlens.base.faults import told_error
+from heatlens.base.printable import printable
+from heatlens.base.stopping import stop_was_said
+from heatlens.commands.output.say import say_nothing
 from heatlens.commands.words import is_name_elsewhere, meant, with_command
-from heatlens.errors import FAULT_CODE, FaultError, HeatlensError, InputError
-from heatlens.faults import told_error
 from heatlens.model.other_names import or_meant
-from heatlens.printable import printable
-from heatlens.stopping import stop_was_said
+from heatlens.version import __version__
 
 _EPILOG = """\
 examples:

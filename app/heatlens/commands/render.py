@@ -6,41 +6,41 @@ from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
-from heatlens.commands.blur_options import add_blur_options, settings_of
-from heatlens.commands.frame_command import add_frame_command
-from heatlens.commands.given_options import given, refuse_unused
-from heatlens.commands.kept_option import add_keep_option, kept_names
-from heatlens.commands.look_options import (
+from heatlens.base.errors import InputError
+from heatlens.commands.options.blur_options import add_blur_options, settings_of
+from heatlens.commands.options.frame_command import add_frame_command
+from heatlens.commands.options.given_options import given, refuse_unused
+from heatlens.commands.options.kept_option import add_keep_option, kept_names
+from heatlens.commands.options.look_options import (
     add_look_options,
     color_header,
     look_of,
     say_seen_through,
     transform_of,
 )
-from heatlens.commands.one_frame import check_one_frame
-from heatlens.commands.picture_progress import picture_progress
-from heatlens.commands.pinhole_output import (
+from heatlens.commands.options.one_frame import check_one_frame
+from heatlens.commands.options.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
     rendered_plate,
 )
-from heatlens.commands.pipes import DASH, file_for_output, file_of_input
-from heatlens.commands.plate_options import plate_options
-from heatlens.commands.say import say, tell
-from heatlens.commands.source_commands import commands_for
+from heatlens.commands.options.plate_options import plate_options
+from heatlens.commands.output.picture_progress import picture_progress
+from heatlens.commands.output.pipes import DASH, file_for_output, file_of_input
+from heatlens.commands.output.say import say, tell
+from heatlens.commands.sources.source_commands import commands_for
 from heatlens.defocus.solver_choice import settled_solver
-from heatlens.errors import InputError
 from heatlens.export.job import Look
 from heatlens.files.output_check import check_space, make_folder
 from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.plate.deep_write import write_deep
-from heatlens.plate.display import srgb_encoded
-from heatlens.plate.exr_write import COMPRESSIONS
+from heatlens.plate.deep.deep_write import write_deep
+from heatlens.plate.exr.exr_write import COMPRESSIONS
 from heatlens.plate.kept_channels import kept_channels
-from heatlens.plate.picture_write import Encode, check_output, lens_header, write_picture
+from heatlens.plate.picture.display import srgb_encoded
+from heatlens.plate.picture.picture_write import Encode, check_output, lens_header, write_picture
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer, drained
 from heatlens.scene.scene_read import files_of_scene

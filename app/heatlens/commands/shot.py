@@ -2,7 +2,7 @@
 
 import argparse
 
-from heatlens.commands import shot_new, shot_sheet, shot_show
+from heatlens.commands.shots import shot_new, shot_sheet, shot_show
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

@@ -4,18 +4,18 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from heatlens.commands.blur_options import settings_of
-from heatlens.commands.field_options import add_fields
-from heatlens.commands.frame_command import add_frame_command
-from heatlens.commands.given_options import refuse_unused
-from heatlens.commands.one_frame import check_one_frame
-from heatlens.commands.picture_progress import view_progress
-from heatlens.commands.pipes import file_of_input
-from heatlens.commands.say import say, tell
-from heatlens.commands.source_commands import commands_for
-from heatlens.commands.value_types import positive, whole
+from heatlens.base.errors import InputError
+from heatlens.commands.options.blur_options import settings_of
+from heatlens.commands.options.field_options import add_fields
+from heatlens.commands.options.frame_command import add_frame_command
+from heatlens.commands.options.given_options import refuse_unused
+from heatlens.commands.options.one_frame import check_one_frame
+from heatlens.commands.options.value_types import positive, whole
+from heatlens.commands.output.picture_progress import view_progress
+from heatlens.commands.output.pipes import file_of_input
+from heatlens.commands.output.say import say, tell
+from heatlens.commands.sources.source_commands import commands_for
 from heatlens.defocus.solver_choice import settled_solver
-from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
 from heatlens.measure.compare.pictures import Picture, read_picture
 from heatlens.measure.study import reference as references

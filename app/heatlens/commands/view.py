@@ -6,26 +6,26 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from heatlens.commands.blur_options import add_blur_options, settings_of
-from heatlens.commands.given_options import given, refuse_given, refuse_unused
-from heatlens.commands.kit_options import kit_of
-from heatlens.commands.lens_options import add_lens_options, given_lens
-from heatlens.commands.pipes import DASH, file_of_input
-from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.say import say
-from heatlens.commands.scene_options import add_placing_options, placing_of
-from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
-from heatlens.commands.timing_options import add_timing_options, timing_of
+from heatlens.base.errors import InputError, NoWindowError
+from heatlens.commands.options.blur_options import add_blur_options, settings_of
+from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
+from heatlens.commands.options.kit_options import kit_of
+from heatlens.commands.options.lens_options import add_lens_options, given_lens
+from heatlens.commands.options.plate_options import add_plate_options, plate_options
+from heatlens.commands.options.scene_options import add_placing_options, placing_of
+from heatlens.commands.options.shot_camera import add_camera_option, checked_camera_of
+from heatlens.commands.options.timing_options import add_timing_options, timing_of
+from heatlens.commands.output.pipes import DASH, file_of_input
+from heatlens.commands.output.say import say
 from heatlens.documents.shot_file import is_shot_file, read_shot
-from heatlens.errors import InputError, NoWindowError
-from heatlens.ring.address import opentrackio_address, parse_ring_address
-from heatlens.ring.opening import open_ring
-from heatlens.ring.ring_input import RingInput
-from heatlens.ring.sender import LensSender
+from heatlens.live.ring.address import opentrackio_address, parse_ring_address
+from heatlens.live.ring.opening import open_ring
+from heatlens.live.ring.ring_input import RingInput
+from heatlens.live.ring.sender import LensSender
+from heatlens.live.stream.address import DEFAULT_PORT, parse_address
 from heatlens.scene.scene_name import DEMO, is_demo
-from heatlens.session.window_door import hand_over
+from heatlens.session.files.window_door import hand_over
 from heatlens.source.named import source_named
-from heatlens.stream.address import DEFAULT_PORT, parse_address
 
 _DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Without a plate
@@ -144,7 +144,7 @@ def _require(plate: str) -> None:
 
 def _open(args: argparse.Namespace) -> int:
     try:
-        from heatlens.session.start import Start
+        from heatlens.session.shot.start import Start
         from heatlens.ui.window import run_window
     except ImportError as error:
         raise NoWindowError(
@@ -195,7 +195,7 @@ def _lens_out(args: argparse.Namespace) -> AbstractContextManager[LensSender | N
 
 def _listen(args: argparse.Namespace) -> int:
     """Open the window on what a renderer sends; the port is opened before the window."""
-    from heatlens.session.start import Start
+    from heatlens.session.shot.start import Start
     from heatlens.source.stream_source import StreamSource
     from heatlens.ui.window import run_window
 

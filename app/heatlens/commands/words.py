@@ -5,7 +5,7 @@ import difflib
 import os
 from collections.abc import Sequence
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.other_names import OTHER_NAMES
 
 _QUIET = ("-q", "--quiet")
@@ -65,7 +65,7 @@ def _elsewhere(option: str, value: str, prog: str) -> str:
 
 
 def _lens_flags() -> set[str]:
-    from heatlens.commands.lens_options import add_lens_options  # slow, and seldom needed
+    from heatlens.commands.options.lens_options import add_lens_options  # slow, and seldom needed
 
     parser = argparse.ArgumentParser(add_help=False)
     add_lens_options(parser)

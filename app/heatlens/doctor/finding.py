@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from heatlens.errors import HeatlensError
+from heatlens.base.errors import HeatlensError
 
 State = Literal["ok", "note", "fault"]
 

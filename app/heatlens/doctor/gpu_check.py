@@ -5,15 +5,15 @@ from dataclasses import dataclass, field
 
 import moderngl
 
+from heatlens.base.errors import GpuError, ShaderError
+from heatlens.base.paths import data_dir
 from heatlens.color.view_transform import srgb_transform
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.doctor.finding import Finding
 from heatlens.doctor.shader_builds import Build, pass_builds, solver_builds
 from heatlens.doctor.solver_check import KERNELS, TOLERANCE, worst_error
-from heatlens.errors import GpuError, ShaderError
 from heatlens.gpu.context import is_software
 from heatlens.gpu.program import ComputeProgram, DrawProgram
-from heatlens.paths import data_dir
 
 _LIMITS = {
     "GL_MAX_TEXTURE_SIZE": "largest texture",

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 import numpy as np
 
 import heatlens
+from heatlens.base.stopping import temporary_folder
 from heatlens.doctor.finding import Finding
 from heatlens.model.boxes import Box
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.exr_write import write_exr
-from heatlens.stopping import temporary_folder
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.exr.exr_write import write_exr
 
 # Distribution -> the module to import; for optional ones also what is missing without it.
 _REQUIRED = {

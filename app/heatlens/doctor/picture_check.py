@@ -6,6 +6,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
+from heatlens.base.paths import data_dir
 from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import ViewTransform, view_transform
 from heatlens.defocus.solver_choice import settled_solver
@@ -15,8 +16,7 @@ from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.paths import data_dir
-from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 

@@ -3,10 +3,10 @@
 import itertools
 import re
 
+from heatlens.base.paths import data_dir
 from heatlens.defocus import pass_list
 from heatlens.defocus.line_solver import Axis, LineSystem, PartitionSolver, SweepSolver
 from heatlens.gpu.variants import PLAIN, Variants, crossed, either
-from heatlens.paths import data_dir
 
 Build = tuple[str, dict[str, object]]
 

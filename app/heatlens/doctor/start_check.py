@@ -7,10 +7,10 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from heatlens.base.errors import GpuError
+from heatlens.base.paths import data_dir
+from heatlens.base.printable import one_line
 from heatlens.doctor.finding import Finding
-from heatlens.errors import GpuError
-from heatlens.paths import data_dir
-from heatlens.printable import one_line
 
 MOST_NEW = 0.05  # share of what the first start kept that a second one may add
 _CACHES = ("MESA_SHADER_CACHE_DIR", "__GL_SHADER_DISK_CACHE_PATH")  # of Mesa and of NVIDIA

@@ -4,8 +4,8 @@ import subprocess
 import sys
 from collections.abc import Iterator
 
+from heatlens.base.errors import GpuError
 from heatlens.doctor.finding import Finding
-from heatlens.errors import GpuError
 
 _PATIENCE_S = 60.0
 _INSTALL = "pip install 'heatlens[gui]', on Debian or Ubuntu also: apt-get install libgl1 libegl1"

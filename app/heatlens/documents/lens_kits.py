@@ -8,10 +8,10 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from heatlens.base.errors import InputError
+from heatlens.base.folders import kits_dir
 from heatlens.documents.opening_images import image_beside, kit_with_image
-from heatlens.errors import InputError
 from heatlens.files.json_record import read_json, record_to_json
-from heatlens.folders import kits_dir
 from heatlens.model.lens_kit import KitLens, LensKit
 from heatlens.model.other_names import or_meant
 

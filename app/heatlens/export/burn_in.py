@@ -6,11 +6,11 @@ from functools import cache
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.base.paths import data_dir
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.timecode import Timecode
-from heatlens.paths import data_dir
 from heatlens.plate.plate import FloatImage, Plate
 
 FIELDS = ("frame", "timecode", "focus", "f_stop", "shot")

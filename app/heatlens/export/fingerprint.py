@@ -9,7 +9,6 @@ meanwhile is rendered again. The scene that comes with the program is identified
 from collections.abc import Iterable
 from typing import Any
 
-from heatlens import __version__
 from heatlens.export.job import ExportJob
 from heatlens.export.options import EXR, LOOK, ExportOptions, of_group
 from heatlens.export.pinhole_plate import PinholeOptions
@@ -17,8 +16,9 @@ from heatlens.files.json_record import plain
 from heatlens.model.framing import Framing
 from heatlens.model.guides import NO_GUIDES
 from heatlens.model.lens import Lens
-from heatlens.plate.picture_digest import digest, without_advice
+from heatlens.plate.picture.picture_digest import digest, without_advice
 from heatlens.source.origin import Origin
+from heatlens.version import __version__
 
 _MOVIE_ENCODING = 2  # raised when movies of the same frames become others; 1 had wrong pixels
 

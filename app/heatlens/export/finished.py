@@ -10,8 +10,8 @@ from heatlens.export.movie_library import av
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.whole import is_whole
-from heatlens.plate.exr_scan import CutError, scanned_headers
-from heatlens.plate.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.exr.exr_scan import CutError, scanned_headers
+from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 
 _UNREADABLE = (OSError, CutError, IndexError, ValueError, SyntaxError)  # what the readers raise
 _BEFORE_MARK = f"{JOB_ATTRIBUTE}="  # in formats whose only text entry is a comment

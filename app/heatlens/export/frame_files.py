@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.export.job import ExportJob
 from heatlens.export.options import ExportOptions
 from heatlens.export.plan import PlannedFrame
@@ -16,13 +16,13 @@ from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.timecode import Timecode
-from heatlens.plate.deep_write import write_deep
-from heatlens.plate.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.deep.deep_write import write_deep
+from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.header.timecode import exr_timecode, timecode_of
 from heatlens.plate.kept_channels import kept_channels
-from heatlens.plate.picture_write import lens_header, write_picture
+from heatlens.plate.picture.picture_write import lens_header, write_picture
+from heatlens.plate.picture.png_write import encoded_picture, picture_format
 from heatlens.plate.plate import FloatImage, Plate
-from heatlens.plate.png_write import encoded_picture, picture_format
-from heatlens.plate.timecode import exr_timecode, timecode_of
 
 IMAGE_DESCRIPTION = 270  # the TIFF tag for a text
 

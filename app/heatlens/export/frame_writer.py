@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Generic, TypeVar
 
-from heatlens.closing import Closing
+from heatlens.base.closing import Closing
 
 Written = TypeVar("Written")
 

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from heatlens.base.errors import InputError
 from heatlens.color.view_transform import ViewTransform, srgb_transform
-from heatlens.errors import InputError
 from heatlens.export.options import ExportOptions
 from heatlens.export.output import Output
 from heatlens.export.pinhole_plate import PinholeOptions

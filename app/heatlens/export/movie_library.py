@@ -3,7 +3,7 @@
 import importlib
 from types import ModuleType
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 
 def av() -> ModuleType:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.sequence.names import frames_text
 
 # Limits of the schema: values of a task parameter, characters in one, characters of a job's name.

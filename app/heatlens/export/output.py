@@ -4,9 +4,9 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.output_check import check_folder
-from heatlens.plate.png_write import EYE_SUFFIXES
+from heatlens.plate.picture.png_write import EYE_SUFFIXES
 from heatlens.sequence.names import NameForm, parse_pattern
 
 MOVIE_SUFFIXES = (".mov", ".mp4")

@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass
 
 from heatlens.model.shot import Shot
-from heatlens.plate.deep_write import check_deep_fits
+from heatlens.plate.deep.deep_write import check_deep_fits
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS

@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.export.fingerprint import fingerprint_of, fingerprint_of_movie
 from heatlens.export.job import ExportJob
 from heatlens.export.output import check_names

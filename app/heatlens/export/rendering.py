@@ -2,7 +2,7 @@
 
 import moderngl
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.drawn_guides import with_guides
 from heatlens.export.frame_files import RenderedFrame, frame_timecode

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.export.finished import is_of_others
 from heatlens.export.plan import ExportPlan
 

@@ -7,7 +7,7 @@ from functools import partial
 from itertools import repeat
 from pathlib import Path
 
-from heatlens.errors import HeatlensError
+from heatlens.base.errors import HeatlensError
 from heatlens.export.finished import is_finished, is_movie_finished
 from heatlens.export.frame_files import RenderedFrame, write_frame
 from heatlens.export.frame_writer import FrameWriter

@@ -6,7 +6,7 @@ import numpy as np
 from heatlens.display.display_pass import DisplayPass
 from heatlens.export.job import Look
 from heatlens.gpu.textures import download, new_texture
-from heatlens.plate.picture_write import in_display_window
+from heatlens.plate.picture.picture_write import in_display_window
 from heatlens.plate.plate import FloatImage, Plate
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
-from heatlens.plate.exr_scan import scanned_headers
+from heatlens.plate.exr.exr_scan import scanned_headers
 
 _LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 8: 32, 9: 256}  # by compression number
 _JPEG_END = b"\xff\xd9"

@@ -19,10 +19,10 @@ from threading import local
 from typing import TypeVar
 
 import heatlens
-from heatlens.errors import HeatlensError, InputError
-from heatlens.faults import told_error
+from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.faults import told_error
+from heatlens.base.stopping import end_with
 from heatlens.files import limits
-from heatlens.stopping import end_with
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")

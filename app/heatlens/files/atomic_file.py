@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from heatlens.errors import InputError
-from heatlens.stopping import unfinished
+from heatlens.base.errors import InputError
+from heatlens.base.stopping import unfinished
 
 
 def _machine() -> str:

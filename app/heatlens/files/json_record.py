@@ -14,9 +14,9 @@ from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
-from heatlens.errors import HeatlensError, InputError
+from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.paths import file_bytes, unreadable
 from heatlens.model.opening_image import OpeningImage
-from heatlens.paths import file_bytes, unreadable
 
 T = TypeVar("T")
 

@@ -4,8 +4,8 @@ import os
 import shutil
 from pathlib import Path
 
-from heatlens.errors import InputError
-from heatlens.stopping import folder_made
+from heatlens.base.errors import InputError
+from heatlens.base.stopping import folder_made
 
 
 def check_folder(path: Path) -> None:

@@ -7,10 +7,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.base.paths import unreadable
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for
-from heatlens.paths import unreadable
 
 Result = TypeVar("Result")
 

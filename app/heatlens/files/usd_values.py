@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 
 def numbers(value: Any, width: int, what: str) -> NDArray[np.float32]:

@@ -8,9 +8,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal
 
-from heatlens.background import Threads
-from heatlens.closing import Closing
-from heatlens.errors import HeatlensError
+from heatlens.base.background import Threads
+from heatlens.base.closing import Closing
+from heatlens.base.errors import HeatlensError
 from heatlens.frame_cache.plate_shelf import Damaged, Held, PlateShelf, Stamps, plate_bytes
 from heatlens.frame_cache.play_order import Direction, PlayOrder
 from heatlens.plate.plate import Plate

@@ -4,7 +4,7 @@ import threading
 from dataclasses import replace
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate

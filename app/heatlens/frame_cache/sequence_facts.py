@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import span_doubts

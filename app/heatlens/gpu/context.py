@@ -5,8 +5,8 @@ from typing import Any
 
 import moderngl
 
-from heatlens.errors import GpuError
-from heatlens.free_memory import free_memory_bytes
+from heatlens.base.errors import GpuError
+from heatlens.base.free_memory import free_memory_bytes
 from heatlens.gpu import nan_fill
 
 _EGL: dict[str, Any] = {"backend": "egl"}  # reaches glcontext; moderngl's stub has no name for it

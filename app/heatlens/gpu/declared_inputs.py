@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Literal
 
-from heatlens.errors import ShaderError
+from heatlens.base.errors import ShaderError
 
 Kind = Literal["sampler", "image", "storage block", "uniform"]
 

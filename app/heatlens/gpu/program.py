@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import moderngl
 
-from heatlens.errors import ShaderError
+from heatlens.base.errors import ShaderError
+from heatlens.base.paths import data_dir
 from heatlens.gpu import shader_reload
 from heatlens.gpu.declared_inputs import Kind, declared_in
 from heatlens.gpu.shader_constants import PIXEL_GROUP
 from heatlens.gpu.shader_source import ShaderSource, assemble
 from heatlens.gpu.uninterrupted import uninterrupted
-from heatlens.paths import data_dir
 
 STRICT_VARIABLE = "HEATLENS_STRICT_SHADERS"
 

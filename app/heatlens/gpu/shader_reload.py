@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from heatlens.errors import ShaderError
-from heatlens.paths import data_dir
+from heatlens.base.errors import ShaderError
+from heatlens.base.paths import data_dir
 
 VARIABLE = "HEATLENS_RELOAD_SHADERS"
 EVERY_S = 0.5  # interval between two checks of the files

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens.errors import ShaderError
+from heatlens.base.errors import ShaderError
 from heatlens.gpu.shader_constants import constants_in
 
 LINES_PER_FILE = 10_000  # line 20_014 of the assembled text is line 14 of the third file

@@ -7,7 +7,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.errors import GpuError
+from heatlens.base.errors import GpuError
 
 Storage = Literal["f2", "f4", "u4"]
 FloatArray = npt.NDArray[np.float32]

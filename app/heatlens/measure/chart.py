@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from heatlens.base.extras import import_extra
 from heatlens.files.atomic_file import replacing
-from heatlens.measure.extras import import_extra
 
 # Colours that people with colour blindness can tell apart (Okabe and Ito 2008), darkened for
 # white paper; each method has a marker of its own as well.

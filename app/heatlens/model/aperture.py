@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heatlens.errors import LensError
+from heatlens.base.errors import LensError
 from heatlens.model import opening
 from heatlens.model.opening import Blades
 from heatlens.model.opening_fields import BLADES_LEAST, BLADES_MOST, OpeningFields

@@ -10,7 +10,7 @@ import difflib
 import math
 from dataclasses import dataclass
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 
 @dataclass(frozen=True, slots=True)

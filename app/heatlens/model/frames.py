@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 # Frame numbers are counted or made of a time of day; both have nine digits at most.
 FRAME_MOST = 999_999_999

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FRAMES_PER_SECOND, check_frame, check_frames_per_second
 

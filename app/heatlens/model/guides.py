@@ -6,7 +6,7 @@ write it into their pixels.
 
 from dataclasses import dataclass, field
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.option import check_range, option
 
 # Width over height, by the name that people use.

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 # Beyond these a number is in the wrong unit; within them nothing here overflows.
 _LEAST, _MOST = 1e-9, 1e12

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.curve import Key
 from heatlens.model.interpolation import Ease, Interpolation, Scale, hermite
 

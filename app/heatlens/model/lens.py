@@ -4,7 +4,7 @@ import math
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any
 
-from heatlens.errors import LensError
+from heatlens.base.errors import LensError
 from heatlens.model.aperture import APERTURE_FIELDS, Aperture
 from heatlens.model.lens_model import LensModel
 from heatlens.model.measured_from import MeasuredFrom

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from heatlens.errors import InputError, LensError
+from heatlens.base.errors import InputError, LensError
 from heatlens.model.aperture import Aperture
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import as_measured_m, from_pupil_m

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from itertools import count
 from string import ascii_uppercase
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.lens import Lens
 
 _STILL_MOST = 100_000  # letters; a still has some 10,000

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import count
 from string import ascii_uppercase
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.frames import FrameRange
 
 # (frame, x, y) -> metres at that pixel, counted from the display window's corner

@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heatlens.errors import LensError
+from heatlens.base.errors import LensError
 from heatlens.model.opening import Barrel, past_barrel, profile
 
 IMAGE_SIDE = 256  # cells of the grid, each way

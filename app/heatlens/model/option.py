@@ -10,7 +10,7 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 _KEY = "option"
 
@@ -93,8 +93,8 @@ def options_of(kind: type) -> Mapping[str, Option]:
 def words_of(record: Any) -> list[str]:
     """Return the command-line options for all fields that are not at their default.
 
-    `heatlens.commands.field_options` parses them. Only fields with an option and a default are
-    included; use it only for records whose values are typed as they are stored.
+    `heatlens.commands.options.field_options` parses them. Only fields with an option and a default
+    are included; use it only for records whose values are typed as they are stored.
     """
     words = []
     kind: Any = type(record)

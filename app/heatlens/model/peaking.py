@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.option import check_range
 
 Rgb = tuple[float, float, float]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import assert_never
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.option import option
 from heatlens.model.units import parse_scene_unit_m
 

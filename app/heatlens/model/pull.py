@@ -5,7 +5,7 @@ from dataclasses import replace
 from enum import StrEnum
 from math import inf
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation

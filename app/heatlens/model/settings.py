@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import assert_never
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.option import option, options_of
 
 

@@ -5,7 +5,7 @@ from enum import StrEnum
 from math import ceil, floor
 from typing import Any
 
-from heatlens.errors import InputError, LensError
+from heatlens.base.errors import InputError, LensError
 from heatlens.model.curve import Curve
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
 from heatlens.model.framing import Framing

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, replace
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 _TEXT = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})([:;.])(\d{2})")
 _DROPPING = 30, 60  # whole numbers of frames a second that drop numbers

@@ -3,7 +3,7 @@
 import math
 import re
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 # Exact by definition: the international yard and pound agreement of 1959.
 INCH_M = 0.0254

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
-from heatlens.plate.channels import Part, list_channels
-from heatlens.plate.depth import finite_range
+from heatlens.plate.deep.stacked import Stacked, Surface, farthest_m, lists_over, stacked
+from heatlens.plate.depth.depth import finite_range
 from heatlens.plate.fragments import LEAST_COVERAGE, OPAQUE, SAME_DEPTH, FloatImage
+from heatlens.plate.header.channels import Part, list_channels
 from heatlens.plate.plate import BehindReport, Plate, ReadPixels
-from heatlens.plate.stacked import Stacked, Surface, farthest_m, lists_over, stacked
 from heatlens.plate.windows import moved_to_window
 from heatlens.sequence.depth_files import beside_path
 

@@ -8,26 +8,26 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.plate.bounds import DEPTH_LEAST_M
-from heatlens.plate.camera_header import camera_at_header
-from heatlens.plate.channel_choice import ColorChoice, choose_depth
-from heatlens.plate.channels import ChannelRef, Header, Part, flat_channels, pixels_of
-from heatlens.plate.depth import DepthResult, finite_range, read_depth
-from heatlens.plate.depth_guess import DepthOrigin
+from heatlens.plate.depth.depth import DepthResult, finite_range, read_depth
+from heatlens.plate.depth.depth_guess import DepthOrigin
+from heatlens.plate.depth.radial import checked_lens_mm, planar_depth_m
 from heatlens.plate.file_parts import depth_file_parts
-from heatlens.plate.picture_parts import picture_facts
+from heatlens.plate.header.camera_header import camera_at_header
+from heatlens.plate.header.channel_choice import ColorChoice, choose_depth
+from heatlens.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
+from heatlens.plate.header.written_by import written_by
+from heatlens.plate.parts.picture_parts import picture_facts
 from heatlens.plate.plate import CameraHeader, FloatImage
 from heatlens.plate.position import depth_of_positions, position_channels
-from heatlens.plate.radial import checked_lens_mm, planar_depth_m
 from heatlens.plate.windows import (
     box_at_header,
     moved_to_window,
     pixel_aspect_of,
     resized_nearest,
 )
-from heatlens.plate.written_by import written_by
 from heatlens.sequence.depth_files import depth_path_for
 
 # The leaf of Mitsuba's `depth` integrator: the parameter t of the ray that hits.

@@ -4,11 +4,11 @@ from pathlib import Path
 
 from heatlens.files.picture_formats import is_picture
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.channels import Header, Part
-from heatlens.plate.deep_file import is_deep_file
-from heatlens.plate.deep_plate import flattened_part
-from heatlens.plate.exr_read import read_parts
-from heatlens.plate.picture_parts import color_parts, depth_parts, picture_facts
+from heatlens.plate.deep.deep_plate import flattened_part
+from heatlens.plate.exr.deep_file import is_deep_file
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.channels import Header, Part
+from heatlens.plate.parts.picture_parts import color_parts, depth_parts, picture_facts
 
 
 def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.plate.plate import FloatImage, Plate
 

@@ -8,26 +8,26 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.errors import InputError, LensError
+from heatlens.base.errors import InputError, LensError
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import DepthSpan, Doubt, doubts, span_doubts
 from heatlens.plate.behind import behind_layers, is_behind
-from heatlens.plate.camera_header import camera_at_header, lens_model_of
-from heatlens.plate.channel_choice import ColorChoice, choose_color
-from heatlens.plate.channels import Header, Part, compression_name, pixels_of, type_name
-from heatlens.plate.deep_file import deep_channels, is_deep_file
 from heatlens.plate.depth_read import read_depth_of
-from heatlens.plate.exr_scan import channels_of, scanned_headers
+from heatlens.plate.exr.deep_file import deep_channels, is_deep_file
+from heatlens.plate.exr.exr_scan import channels_of, scanned_headers
 from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.grain import DESPIKE_HELPS, despike_note, noise_doubt, noise_of
-from heatlens.plate.header_read import read_headers
-from heatlens.plate.picture_parts import FOR_THE_EYE
+from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
+from heatlens.plate.header.channel_choice import ColorChoice, choose_color
+from heatlens.plate.header.channels import Header, Part, compression_name, pixels_of, type_name
+from heatlens.plate.header.primaries import HeaderPrimaries, header_primaries
+from heatlens.plate.header.views import views_of
+from heatlens.plate.parts.header_read import read_headers
+from heatlens.plate.parts.picture_parts import FOR_THE_EYE
 from heatlens.plate.plate import CameraHeader, Plate, depth_span
-from heatlens.plate.primaries import HeaderPrimaries, header_primaries
 from heatlens.plate.read import read_color, read_plate
-from heatlens.plate.views import views_of
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
 Facts = dict[str, Any]

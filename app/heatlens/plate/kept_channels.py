@@ -7,14 +7,14 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.channel_choice import choose_color
-from heatlens.plate.channels import ChannelRef, Header, flat_channels, listed, pixels_of
-from heatlens.plate.deep_file import is_deep_file
+from heatlens.plate.exr.deep_file import is_deep_file
 from heatlens.plate.file_parts import color_file_parts
-from heatlens.plate.header_read import read_headers
+from heatlens.plate.header.channel_choice import choose_color
+from heatlens.plate.header.channels import ChannelRef, Header, flat_channels, listed, pixels_of
+from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import Plate
 from heatlens.plate.windows import box_at_header, moved_to_window
 

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import DepthConvention, DepthKind
-from heatlens.plate.exr_limits import check_sides
+from heatlens.plate.exr.exr_limits import check_sides
 from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
 
 _NAME = Path("array")  # appears in error messages instead of a file name

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.base.paths import unreadable
 from heatlens.model.opening_image import IMAGE_SIDE, OpeningImage, seen_light
 from heatlens.model.plate_options import PlateOptions
-from heatlens.paths import unreadable
-from heatlens.plate.channel_choice import choose_color
-from heatlens.plate.channels import pixels_of
 from heatlens.plate.file_parts import color_file_parts
+from heatlens.plate.header.channel_choice import choose_color
+from heatlens.plate.header.channels import pixels_of
 
 _RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722  # of the luminance of Rec. 709
 _COLORED = 0.02  # of the brightest: JPEG leaves grey a little coloured

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.breathing import breathing_note
 from heatlens.model.lens import Lens
 from heatlens.model.plausibility import Doubt, doubts, focus_unit_doubts

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
-from heatlens.plate.channels import ChannelRef, Header, flat_channels
+from heatlens.base.errors import InputError
+from heatlens.plate.header.channels import ChannelRef, Header, flat_channels
 from heatlens.plate.plate import FloatImage
 
 _LAYERS = (

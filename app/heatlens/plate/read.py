@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.behind import (
     behind_layers,
@@ -18,20 +18,20 @@ from heatlens.plate.behind import (
     with_behind,
 )
 from heatlens.plate.bounds import bound_color
-from heatlens.plate.camera_header import camera_at_header
-from heatlens.plate.carried import carried
-from heatlens.plate.channel_choice import ColorChoice, NoDepthError, choose_color
-from heatlens.plate.channels import Header, Part, compression_name, list_channels, pixels_of
-from heatlens.plate.deep_file import is_deep_file
-from heatlens.plate.deep_plate import read_deep_plate
+from heatlens.plate.deep.deep_plate import read_deep_plate
+from heatlens.plate.deep.empty_outside import with_empty_outside
+from heatlens.plate.depth.repair import repair_color
 from heatlens.plate.depth_read import read_depth_of
-from heatlens.plate.empty_outside import with_empty_outside
-from heatlens.plate.exr_write import COMPRESSIONS
+from heatlens.plate.exr.deep_file import is_deep_file
+from heatlens.plate.exr.exr_write import COMPRESSIONS
 from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.grain import despike_note
+from heatlens.plate.header.camera_header import camera_at_header
+from heatlens.plate.header.channel_choice import ColorChoice, NoDepthError, choose_color
+from heatlens.plate.header.channels import Header, Part, compression_name, list_channels, pixels_of
+from heatlens.plate.header.views import views_of
+from heatlens.plate.parts.carried import carried
 from heatlens.plate.plate import FloatImage, Plate, read_pixels
-from heatlens.plate.repair import repair_color
-from heatlens.plate.views import views_of
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
 

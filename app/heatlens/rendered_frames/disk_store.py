@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.base.paths import file_bytes
 from heatlens.files.atomic_file import FOR_THE_USER, remove_leftovers, replacing
-from heatlens.paths import file_bytes
 from heatlens.rendered_frames.kept_picture import KeptPicture, decoded, encoded
 from heatlens.rendered_frames.limited_store import LimitedStore
 

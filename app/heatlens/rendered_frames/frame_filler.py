@@ -6,9 +6,9 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens.background import Threads
+from heatlens.base.background import Threads
+from heatlens.base.errors import InputError
 from heatlens.defocus.steps import Steps
-from heatlens.errors import InputError
 from heatlens.gpu.textures import download
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot

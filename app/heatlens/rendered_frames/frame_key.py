@@ -7,16 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import heatlens
-from heatlens import __version__
+from heatlens.base.paths import data_dir
 from heatlens.files.json_record import plain
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
-from heatlens.paths import data_dir
-from heatlens.plate.picture_digest import digest, without_advice
+from heatlens.plate.picture.picture_digest import digest, without_advice
 from heatlens.render import FrameRenderer
 from heatlens.sequence.sequence import Stamp
+from heatlens.version import __version__
 
 
 @dataclass(frozen=True)

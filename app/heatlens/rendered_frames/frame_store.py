@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
-from heatlens.background import Threads
-from heatlens.errors import HeatlensError
-from heatlens.faults import faults_reported
+from heatlens.base.background import Threads
+from heatlens.base.errors import HeatlensError
+from heatlens.base.faults import faults_reported
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
 from heatlens.rendered_frames.memory_store import MemoryStore, default_memory_bytes

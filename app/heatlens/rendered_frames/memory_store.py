@@ -2,7 +2,7 @@
 
 from collections import OrderedDict
 
-from heatlens.free_memory import free_memory_bytes
+from heatlens.base.free_memory import free_memory_bytes
 from heatlens.rendered_frames.kept_picture import KeptPicture
 from heatlens.rendered_frames.limited_store import LimitedStore
 

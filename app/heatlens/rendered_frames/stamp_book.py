@@ -6,7 +6,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from heatlens.background import Threads
+from heatlens.base.background import Threads
 from heatlens.source.origin import StampedFile, stamped
 
 # The thread pauses after so many frames: thousands would keep the window waiting for the

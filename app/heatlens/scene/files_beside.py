@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from heatlens.paths import file_bytes
+from heatlens.base.paths import file_bytes
 
 
 class FilesBeside:

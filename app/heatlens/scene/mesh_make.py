@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.scene.scene import Mesh
 
 Floats = NDArray[np.float32]

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
-from heatlens.paths import file_bytes, unreadable
-from heatlens.printable import one_line
+from heatlens.base.errors import InputError
+from heatlens.base.paths import file_bytes, unreadable
+from heatlens.base.printable import one_line
 from heatlens.scene.files_beside import FilesBeside
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.picture_read import read_picture

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from heatlens.paths import file_bytes, unreadable
+from heatlens.base.paths import file_bytes, unreadable
 from heatlens.scene.files_beside import FilesBeside
 
 _LIBRARY, _PICTURE = b"mtllib", "map_kd"

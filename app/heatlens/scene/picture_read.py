@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 _FORMATS = ("PNG", "JPEG", "WEBP")
 # GPUs allow no larger textures; a damaged header can claim any size.

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.framing import CameraTrack, WorldAxis
 from heatlens.model.other_names import or_meant

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at, pose_of
 from heatlens.model.lens import Lens
 from heatlens.scene.corners import placed_corners

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.framing import SceneTiming
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import is_scene_file, read_scene

@@ -3,9 +3,9 @@
 import os
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.base.paths import unreadable
 from heatlens.model.framing import SceneTiming
-from heatlens.paths import unreadable
 from heatlens.scene.gltf.file import named_files
 from heatlens.scene.gltf.read import read_gltf
 from heatlens.scene.mesh_read import read_mesh

@@ -8,7 +8,7 @@ from threading import get_ident
 import moderngl
 import numpy as np
 
-from heatlens.errors import GpuError
+from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Pose

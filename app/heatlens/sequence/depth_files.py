@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence as Items
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
 from heatlens.sequence.names import form_of, parse_pattern
 from heatlens.sequence.sequence import Sequence, find_sequence

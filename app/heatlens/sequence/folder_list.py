@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.sequence.names import NameForm, are_frames, sequences_among
 from heatlens.sequence.sequence import Sequence
 

@@ -11,7 +11,7 @@ from fileseq.constants import PAD_STYLE_HASH1
 from fileseq.filesequence import FileSequence
 from fileseq.frameset import FrameSet
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 
 # Share of the frames from first to last that must exist if the name alone does not decide.
 _LEAST_PART = 0.1

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.sequence.names import (
     MAX_FRAMES,

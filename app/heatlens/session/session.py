@@ -7,59 +7,59 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from heatlens.errors import FaultError, HeatlensError
-from heatlens.faults import faults_reported
+from heatlens.base.errors import FaultError, HeatlensError
+from heatlens.base.faults import faults_reported
 from heatlens.gpu import shader_reload
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.model.view import ViewState
 from heatlens.model.view_geometry import PictureShape
-from heatlens.plate.timecode import timecode_of
+from heatlens.plate.header.timecode import timecode_of
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
-from heatlens.session.clip_choice import ClipChoice
-from heatlens.session.color_choice import ColorChoice
-from heatlens.session.compare_sides import CompareSides
-from heatlens.session.editing import Editing
-from heatlens.session.export_commands import ExportCommands
-from heatlens.session.file_commands import FileCommands
-from heatlens.session.focus_track import MarkTrack, MarkTracks
-from heatlens.session.frame_player import FramePlayer
-from heatlens.session.key_commands import KeyCommands
-from heatlens.session.key_rows import RowChoice
-from heatlens.session.lens_commands import LensCommands
-from heatlens.session.live_picture import LivePicture
-from heatlens.session.look_commands import LookCommands
-from heatlens.session.lost_surfaces import LostSurfaces
-from heatlens.session.mark_commands import MarkCommands
-from heatlens.session.messages import Lasting, Messages, Problem
-from heatlens.session.open_source import OpenSource
-from heatlens.session.picture_commands import PictureCommands
-from heatlens.session.picture_look import PictureLook
-from heatlens.session.picture_view import PictureView
-from heatlens.session.preferences import Preferences
-from heatlens.session.pull_jobs import PullJobs
-from heatlens.session.pull_recording import PullRecording
-from heatlens.session.recent_files import RecentFiles
-from heatlens.session.reference import Reference, ReferenceLoader
-from heatlens.session.render_scheduler import RenderScheduler
-from heatlens.session.rendered_pull import RenderedPull, store_of
-from heatlens.session.ring_hand import RingHand
-from heatlens.session.ring_out import RingOut
-from heatlens.session.ring_take import RingTake
-from heatlens.session.scene_commands import SceneCommands
-from heatlens.session.scene_mark_tracks import SceneMarkTracks
-from heatlens.session.sent_lens import SentLens
-from heatlens.session.shot_documents import ShotDocuments
-from heatlens.session.speed import Speed
-from heatlens.session.start import GivenOptions, Start
-from heatlens.session.start_choices import StartChoices
-from heatlens.session.start_shot import first_lens, with_given_camera
-from heatlens.session.timeline import Timeline
-from heatlens.session.view_commands import ViewCommands
-from heatlens.session.visible_work import VisibleWork
-from heatlens.session.worker import Worker
+from heatlens.session.exports.export_commands import ExportCommands
+from heatlens.session.files.file_commands import FileCommands
+from heatlens.session.files.shot_documents import ShotDocuments
+from heatlens.session.files.start_choices import StartChoices
+from heatlens.session.keys.key_commands import KeyCommands
+from heatlens.session.keys.key_rows import RowChoice
+from heatlens.session.lens.lens_commands import LensCommands
+from heatlens.session.live.pull_recording import PullRecording
+from heatlens.session.live.ring_hand import RingHand
+from heatlens.session.live.ring_out import RingOut
+from heatlens.session.live.ring_take import RingTake
+from heatlens.session.live.sent_lens import SentLens
+from heatlens.session.loop.messages import Lasting, Messages, Problem
+from heatlens.session.loop.speed import Speed
+from heatlens.session.loop.worker import Worker
+from heatlens.session.marks.mark_commands import MarkCommands
+from heatlens.session.marks.scene_mark_tracks import SceneMarkTracks
+from heatlens.session.opened.lost_surfaces import LostSurfaces
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.pictures.color_choice import ColorChoice
+from heatlens.session.pictures.compare_sides import CompareSides
+from heatlens.session.pictures.live_picture import LivePicture
+from heatlens.session.pictures.look_commands import LookCommands
+from heatlens.session.pictures.picture_commands import PictureCommands
+from heatlens.session.pictures.picture_look import PictureLook
+from heatlens.session.pictures.picture_view import PictureView
+from heatlens.session.pictures.reference import Reference, ReferenceLoader
+from heatlens.session.pictures.view_commands import ViewCommands
+from heatlens.session.pictures.visible_work import VisibleWork
+from heatlens.session.playing.frame_player import FramePlayer
+from heatlens.session.playing.pull_jobs import PullJobs
+from heatlens.session.playing.render_scheduler import RenderScheduler
+from heatlens.session.playing.rendered_pull import RenderedPull, store_of
+from heatlens.session.scenes.clip_choice import ClipChoice
+from heatlens.session.scenes.scene_commands import SceneCommands
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.settings.recent_files import RecentFiles
+from heatlens.session.shot.editing import Editing
+from heatlens.session.shot.start import GivenOptions, Start
+from heatlens.session.shot.start_shot import first_lens, with_given_camera
+from heatlens.session.time.focus_track import MarkTrack, MarkTracks
+from heatlens.session.time.timeline import Timeline
 from heatlens.source.opened import Opened
 
 _SETTLING_S = 0.1  # between checks whether a gesture has ended or an autosave is due

@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.scene.scene_name import names_scene
 
@@ -108,8 +108,8 @@ SCENES = SourceKind(
     alone=OnUse("source.scene_source", "scene_alone"),
     opened=OnUse("source.opened_scene", "opened_scene"),
     camera=OnUse("source.shot_camera", "camera_of_scene"),
-    feed=OnUse("session.picture_feed", "SceneFeed"),
-    commands=OnUse("commands.of_scenes", "SceneCommands"),
+    feed=OnUse("session.opened.picture_feed", "SceneFeed"),
+    commands=OnUse("commands.sources.of_scenes", "SceneCommands"),
     python=OnUse("api.opening", "scene_named"),
 )
 STREAMS = SourceKind(
@@ -123,8 +123,8 @@ STREAMS = SourceKind(
     alone=refused,
     opened=lambda opening: refused(opening.text),
     camera=OnUse("source.shot_camera", "camera_of_plates"),
-    feed=OnUse("session.picture_feed", "StreamFeed"),
-    commands=OnUse("commands.source_commands", "SourceCommands"),
+    feed=OnUse("session.opened.picture_feed", "StreamFeed"),
+    commands=OnUse("commands.sources.source_commands", "SourceCommands"),
     python=refused,
 )
 PLATES = SourceKind(
@@ -138,8 +138,8 @@ PLATES = SourceKind(
     alone=OnUse("source.plate_source", "plate_alone"),
     opened=OnUse("source.opened_plates", "opened_plates"),
     camera=OnUse("source.shot_camera", "camera_of_plates"),
-    feed=OnUse("session.picture_feed", "PlateFeed"),
-    commands=OnUse("commands.of_plates", "PlateCommands"),
+    feed=OnUse("session.opened.picture_feed", "PlateFeed"),
+    commands=OnUse("commands.sources.of_plates", "PlateCommands"),
     python=OnUse("api.opening", "plates_named"),
 )
 # The first kind that takes a name has it.

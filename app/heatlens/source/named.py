@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot

@@ -7,10 +7,10 @@ so the headers of a few neighbours are read, in about a tenth of a millisecond e
 import os
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
-from heatlens.plate.header_read import read_headers
-from heatlens.plate.picture_open import picture_info
+from heatlens.plate.parts.header_read import read_headers
+from heatlens.plate.picture.picture_open import picture_info
 from heatlens.sequence.sequence import Sequence, find_sequence
 
 Size = tuple[int, int]

@@ -14,7 +14,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.plate.start_lens import StartLens
+from heatlens.plate.header.start_lens import StartLens
 from heatlens.scene.placing import Placing
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import MissingPolicy, Stamp

@@ -6,8 +6,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from heatlens.errors import InputError
-from heatlens.faults import faults_reported
+from heatlens.base.errors import InputError
+from heatlens.base.faults import faults_reported
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.reader import SequenceReader, settled_options
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
@@ -15,8 +15,8 @@ from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.plate.header.start_lens import StartLens, start_lens
 from heatlens.plate.plate import Plate
-from heatlens.plate.start_lens import StartLens, start_lens
 from heatlens.sequence.sequence import MissingPolicy, Sequence
 from heatlens.source.one_size import sequence_of_one_size
 from heatlens.source.opened import Opened, Opening

@@ -10,7 +10,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.plate.start_lens import StartLens
+from heatlens.plate.header.start_lens import StartLens
 from heatlens.scene.first_shot import FirstShot, first_shot, lens_with
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import Stamp

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from heatlens.background import Background
-from heatlens.errors import HeatlensError
-from heatlens.faults import faults_reported
+from heatlens.base.background import Background
+from heatlens.base.errors import HeatlensError
+from heatlens.base.faults import faults_reported
 from heatlens.files.apart import Stop
 from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions

@@ -3,9 +3,9 @@
 import moderngl
 import numpy as np
 
+from heatlens.base.errors import InputError
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.steps import Steps
-from heatlens.errors import InputError
 from heatlens.gpu.context import check_storage_fits
 from heatlens.gpu.textures import FloatArray, new_texture, uploading
 from heatlens.model.framing import Pose

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.frames import FrameRange

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.plate.fragments import FragmentLists

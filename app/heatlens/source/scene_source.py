@@ -6,11 +6,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
+from heatlens.base.paths import unreadable
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
-from heatlens.paths import unreadable
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_name import is_demo, open_scene

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from heatlens.background import Background
-from heatlens.errors import HeatlensError
-from heatlens.faults import faults_reported
+from heatlens.base.background import Background
+from heatlens.base.errors import HeatlensError
+from heatlens.base.faults import faults_reported
+from heatlens.live.stream.server import TevServer
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.plate.header.start_lens import StartLens, start_lens
 from heatlens.plate.plate import Plate
-from heatlens.plate.start_lens import StartLens, start_lens
 from heatlens.source.kinds import STREAM_PREFIX
 from heatlens.source.opened import Opened
-from heatlens.stream.server import TevServer
 
 _PAUSE_S = 0.1  # shortest pause between two plates, so that the window can do other work
 

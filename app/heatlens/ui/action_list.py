@@ -9,8 +9,8 @@ from heatlens.model.guides import MATTES
 from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare, Overlay
 from heatlens.scene.scene_name import DEMO
-from heatlens.session.preferences import Theme
 from heatlens.session.session import Session
+from heatlens.session.settings.preferences import Theme
 from heatlens.ui.actions import CTRL, SHIFT, Action
 from heatlens.ui.panels.lens_panel import barred_methods
 from heatlens.ui.state import PANELS, UiState

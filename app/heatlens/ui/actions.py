@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
-from heatlens.session.messages import Problem
+from heatlens.session.loop.messages import Problem
 
 _K = imgui.Key
 CTRL, SHIFT = int(_K.mod_ctrl), int(_K.mod_shift)

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 from heatlens.display.probe import seen_depth_m
 from heatlens.model.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
-from heatlens.session.messages import window_words
+from heatlens.session.loop.messages import window_words
 from heatlens.session.session import Session
 from heatlens.ui.panels.export_panel import draw_exports
 from heatlens.ui.panels.guides_panel import guides_panel

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.session.export_process import ExportRun, ExportState
+from heatlens.session.exports.export_process import ExportRun, ExportState
 from heatlens.ui import probe, theme
 from heatlens.ui.state import UiState
 

@@ -5,8 +5,8 @@ from typing import Any, Literal, get_args, get_origin
 
 from imgui_bundle import imgui
 
+from heatlens.base.printable import printable
 from heatlens.model.option import options_of, type_of
-from heatlens.printable import printable
 from heatlens.ui import probe, widgets
 
 

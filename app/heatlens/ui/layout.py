@@ -6,9 +6,9 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.printable import printable
+from heatlens.base.printable import printable
 from heatlens.session.session import Session
-from heatlens.session.ui_sizes import scaled_layout
+from heatlens.session.settings.ui_sizes import scaled_layout
 from heatlens.ui import probe, topmost, widgets
 from heatlens.ui.action_list import GROUPS, MENUS
 from heatlens.ui.actions import Action

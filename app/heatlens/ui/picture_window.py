@@ -8,8 +8,8 @@ from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.model.coc import sharp_px
 from heatlens.model.view import Compare
 from heatlens.model.view_geometry import geometry
-from heatlens.session.kept_screen import KeptScreen
-from heatlens.session.lessons import Lessons
+from heatlens.session.marks.lessons import Lessons
+from heatlens.session.playing.kept_screen import KeptScreen
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.layout import PICTURE, PICTURE_ALONE

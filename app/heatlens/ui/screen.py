@@ -4,11 +4,11 @@ from collections.abc import Callable, Sequence
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.base.errors import HeatlensError
+from heatlens.base.faults import faults_reported
 from heatlens.display.screen_pictures import ScreenPictures
-from heatlens.errors import HeatlensError
-from heatlens.faults import faults_reported
-from heatlens.session.kept_screen import KeptScreen
-from heatlens.session.pull_recording import RecordingState
+from heatlens.session.live.pull_recording import RecordingState
+from heatlens.session.playing.kept_screen import KeptScreen
 from heatlens.session.session import Session
 from heatlens.ui import topmost
 from heatlens.ui.action_list import actions

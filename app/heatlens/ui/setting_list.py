@@ -9,8 +9,8 @@ from heatlens.model.guides import SQUEEZES
 from heatlens.model.peaking import PEAKING_COLORS, PeakingOn
 from heatlens.model.settings import Bokeh, Method, Quality
 from heatlens.model.view import Overlay
-from heatlens.session.preferences import Theme
 from heatlens.session.session import Session
+from heatlens.session.settings.preferences import Theme
 from heatlens.ui.actions import Action
 from heatlens.ui.panels.lens_panel import barred_methods
 from heatlens.ui.state import UiState

@@ -2,10 +2,10 @@
 
 from imgui_bundle import imgui
 
+from heatlens.base.printable import printable
 from heatlens.model.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown
-from heatlens.printable import printable
-from heatlens.session.compare_sides import CompareSides
+from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.ui import probe
 
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from heatlens.session.key_drag import KeyDrag
-from heatlens.session.key_stretch import KeyStretch
+from heatlens.session.keys.key_drag import KeyDrag
+from heatlens.session.keys.key_stretch import KeyStretch
 from heatlens.session.session import Session
 from heatlens.ui.files.file_dialogs import FileDialogs
 from heatlens.ui.palette import Palette

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.base.printable import printable
 from heatlens.display.probe import PictureReader, probe_at, probe_text
 from heatlens.model.view import Compare
-from heatlens.printable import printable
-from heatlens.session.kept_screen import KeptFrame, KeptScreen
+from heatlens.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.export_bar import GAP_EM, export_bar, export_bar_width

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
 
-from heatlens import stopping
+from heatlens.base import stopping
 
 
 class StopSignals:

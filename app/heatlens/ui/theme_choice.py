@@ -1,6 +1,6 @@
 """Remember and apply the theme that the user chose."""
 
-from heatlens.session.preferences import Preferences, Theme
+from heatlens.session.settings.preferences import Preferences, Theme
 from heatlens.ui import theme
 from heatlens.ui.palettes import DARK, LIGHT
 

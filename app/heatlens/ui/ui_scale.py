@@ -2,8 +2,8 @@
 
 from imgui_bundle import imgui
 
-from heatlens.session.preferences import Preferences
-from heatlens.session.ui_sizes import next_scale, scaled_layout, with_scale
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.settings.ui_sizes import next_scale, scaled_layout, with_scale
 from heatlens.ui import theme
 
 

@@ -11,17 +11,17 @@ from imgui_bundle import imgui  # import before glfw, so that both share one lib
 import glfw  # isort: skip
 import moderngl
 
-from heatlens.errors import NoWindowError
-from heatlens.folders import preferences_dir, rendered_frames_dir
+from heatlens.base.errors import NoWindowError
+from heatlens.base.folders import preferences_dir, rendered_frames_dir
+from heatlens.base.printable import printable
 from heatlens.gpu.context import is_software
-from heatlens.printable import printable
+from heatlens.live.ring.pad import PadInput
 from heatlens.render import FrameRenderer
-from heatlens.ring.pad import PadInput
-from heatlens.session.preferences import WINDOW_LEAST, Preferences, Remembered
+from heatlens.session.files.window_door import WindowDoor
 from heatlens.session.session import Session
-from heatlens.session.start import Start
-from heatlens.session.ui_sizes import fitted_size
-from heatlens.session.window_door import WindowDoor
+from heatlens.session.settings.preferences import WINDOW_LEAST, Preferences, Remembered
+from heatlens.session.settings.ui_sizes import fitted_size
+from heatlens.session.shot.start import Start
 from heatlens.ui import theme
 from heatlens.ui.clean_feed import CleanFeed, fill_screen
 from heatlens.ui.export_bar import export_title

@@ -13,7 +13,7 @@ from imgui_bundle import imgui
 
 import glfw  # isort: skip
 
-from heatlens.errors import GpuError, InputError
+from heatlens.base.errors import GpuError, InputError
 from heatlens.ui import theme
 
 

@@ -3,8 +3,8 @@
 import moderngl
 import numpy as np
 
+from heatlens.base.errors import GpuError
 from heatlens.defocus.kernels import named_kernel
-from heatlens.errors import GpuError
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import ROW_GROUP
 from heatlens.gpu.textures import FloatArray, new_texture, upload

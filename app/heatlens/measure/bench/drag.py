@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from heatlens.base.errors import InputError
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for
-from heatlens.errors import InputError
 from heatlens.measure.bench import bounded
 from heatlens.measure.bench.bounded import Say
 from heatlens.measure.bench.drag_view import DragView, Shown

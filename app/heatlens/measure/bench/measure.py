@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+from heatlens.base.errors import GpuError
 from heatlens.defocus.pass_costs import Traffic, Work
 from heatlens.defocus.pass_list import pass_named
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for
-from heatlens.errors import GpuError
 from heatlens.gpu.context import is_software
 from heatlens.measure.bench.bandwidth import copy_bytes_per_second
 from heatlens.measure.bench.bare_sweep import BareSweeps

@@ -5,8 +5,8 @@ from itertools import count
 
 import numpy as np
 
+from heatlens.base.errors import InputError
 from heatlens.defocus.plate_passes import proxy_size
-from heatlens.errors import InputError
 from heatlens.gpu.textures import download
 from heatlens.measure.bench import bounded, methods
 from heatlens.measure.bench.bounded import Patience, Say

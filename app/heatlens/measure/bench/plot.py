@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.output_check import check_writable
 from heatlens.measure.bench.method_errors import ErrorReport
 from heatlens.measure.bench.methods import MethodReport

@@ -9,7 +9,7 @@ from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
 from heatlens.model.coc import coc_line
 from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
 from heatlens.model.lens import Lens
-from heatlens.plate.display import srgb_encoded
+from heatlens.plate.picture.display import srgb_encoded
 from heatlens.scene.scene import Daylight, Instance, Material, Mesh, Scene
 
 _SQUARES = (96, 54)  # twice as many triangles: about those of the built-in scene

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.atomic_file import write_whole
 from heatlens.measure.compare.metrics import flip_evaluation
-from heatlens.plate.display import srgb_encoded
+from heatlens.plate.picture.display import srgb_encoded
+from heatlens.plate.picture.png_write import encoded_picture
 from heatlens.plate.plate import FloatImage
-from heatlens.plate.png_write import encoded_picture
 
 
 def absolute_difference(result: FloatImage, truth: FloatImage, gain: float) -> FloatImage:

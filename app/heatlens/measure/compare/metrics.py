@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
-from heatlens.measure.extras import import_extra
-from heatlens.plate.display import srgb_encoded
+from heatlens.base.errors import InputError
+from heatlens.base.extras import import_extra
+from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
 
 # Given for identical pictures, because the logarithm of a zero error is infinite.

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.channel_choice import choose_color
-from heatlens.plate.channels import pixels_of
 from heatlens.plate.file_parts import color_file_parts
+from heatlens.plate.header.channel_choice import choose_color
+from heatlens.plate.header.channels import pixels_of
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.windows import box_at_header
 

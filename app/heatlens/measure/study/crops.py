@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from heatlens.measure.compare.metrics import flip_evaluation
 from heatlens.model.boxes import Box
-from heatlens.plate.display import srgb_encoded
+from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
 
 CROPS = 3

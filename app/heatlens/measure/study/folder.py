@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from heatlens.errors import InputError
-from heatlens.stopping import unfinished
+from heatlens.base.errors import InputError
+from heatlens.base.stopping import unfinished
 
 NUMBERS = "study.json"  # lists every file of the report, which identifies the folder
 _MARK = "heatlens_study"

@@ -7,10 +7,10 @@ from statistics import median
 
 import numpy as np
 
-from heatlens.errors import GpuError
+from heatlens.base.errors import GpuError
+from heatlens.base.extras import import_extra
 from heatlens.measure.bench.frames import run_seconds
 from heatlens.measure.compare.metrics import Scores, score
-from heatlens.measure.extras import import_extra
 from heatlens.measure.study.reference import Reference
 from heatlens.measure.study.subject import Subject
 from heatlens.model.boxes import Box

@@ -3,9 +3,9 @@
 from dataclasses import asdict
 from typing import Any
 
-from heatlens import __version__
 from heatlens.measure.study.measured import Row
 from heatlens.measure.study.report import Report
+from heatlens.version import __version__
 
 
 def report_numbers(report: Report) -> dict[str, Any]:

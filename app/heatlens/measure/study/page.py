@@ -6,13 +6,13 @@ The page holds no script and loads nothing but the pictures beside it.
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens import __version__
-from heatlens.measure.html_page import check_pages, page_of
+from heatlens.files.html_page import check_pages, page_of
 from heatlens.measure.study.crops import flip_inside
 from heatlens.measure.study.pictures import REFERENCE, SHARP, crop_name, whole_pictures
 from heatlens.measure.study.report import Report
 from heatlens.model.boxes import Box
 from heatlens.plate.plate import FloatImage
+from heatlens.version import __version__
 
 _TEMPLATE = Path(__file__).with_name("page.html.jinja")
 _PURPOSE = "The page of a study"

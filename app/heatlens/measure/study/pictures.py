@@ -7,8 +7,8 @@ import numpy as np
 
 from heatlens.measure.compare.difference import absolute_difference, flip_map
 from heatlens.measure.study.report import Report
+from heatlens.plate.picture.png_write import write_png
 from heatlens.plate.plate import FloatImage
-from heatlens.plate.png_write import write_png
 
 REFERENCE, SHARP = "reference", "sharp"
 

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import SceneTiming
 from heatlens.scene.gltf.accessor import read_floats

@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.limits import is_bounded
 from heatlens.scene.gltf.json_values import Record
 

@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import NoReturn
 from urllib.parse import unquote
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.base.paths import file_bytes, unreadable
 from heatlens.files.json_record import JsonEntry
-from heatlens.paths import file_bytes, unreadable
 from heatlens.scene.gltf.compressed import meshopt_bytes
 from heatlens.scene.gltf.extensions import check_required
 from heatlens.scene.gltf.json_values import Record

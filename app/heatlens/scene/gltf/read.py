@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for
 from heatlens.model.framing import SceneTiming

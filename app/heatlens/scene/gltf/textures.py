@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.scene.gltf.compressed import KTX2_HEAD, LibraryMissingError, ktx2_pixels
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files import usd_values
 from heatlens.files.usd_library import usd_module
 from heatlens.model.frames import FrameRange

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
+from heatlens.base.paths import unreadable
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import read_usd_apart, usd_failures_reported, usd_module
-from heatlens.paths import unreadable
 
 
 def files_of_usd(path: Path) -> tuple[Path, ...]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.usd_library import usd_module
 from heatlens.scene.scene import Mesh
 from heatlens.scene.usd.curves import read_curves, read_points

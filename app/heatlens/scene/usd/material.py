@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.usd_library import check_asset, usd_module
 from heatlens.files.usd_values import numbers
 from heatlens.scene.picture_read import read_picture

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.usd_library import usd_module
 from heatlens.files.usd_values import numbers, whole_numbers
 from heatlens.scene.mesh_make import made_mesh, smooth_normals

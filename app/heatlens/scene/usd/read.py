@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import read_usd_apart, usd_failures_reported
 from heatlens.model.frames import FrameRange

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files import usd_values
 from heatlens.files.usd_library import usd_module
 from heatlens.scene.mesh_make import made_mesh

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.files.usd_library import open_usd, usd_module
 from heatlens.model.frames import FrameRange, check_frame, check_frames_per_second
 from heatlens.scene.scene import Array

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from heatlens.base.printable import printable
 from heatlens.files.usd_library import usd_module
-from heatlens.printable import printable
 from heatlens.scene.usd.stage import UsdStage, kind_of
 
 _LISTED_MOST = 8

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.errors import HeatlensError
-from heatlens.printable import printable
+from heatlens.base.errors import HeatlensError
+from heatlens.base.printable import printable
 from heatlens.sequence.folder_list import Entry
-from heatlens.session.folder_walk import Chosen, FolderWalk, Purpose
-from heatlens.session.messages import Problem
+from heatlens.session.files.folder_walk import Chosen, FolderWalk, Purpose
+from heatlens.session.loop.messages import Problem
 from heatlens.ui import probe, theme, topmost, widgets
 
 _SIZE_EM = (56.0, 34.0)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from heatlens.session.file_commands import PURPOSES, FileCommands
+from heatlens.session.files.file_commands import PURPOSES, FileCommands
 from heatlens.ui.files.file_browser import FileBrowser
 
 

@@ -2,9 +2,9 @@
 
 from imgui_bundle import imgui
 
-from heatlens.printable import printable
-from heatlens.session.shot_documents import ShotDocuments
-from heatlens.session.shot_store import Found
+from heatlens.base.printable import printable
+from heatlens.session.files.shot_documents import ShotDocuments
+from heatlens.session.shot.shot_store import Found
 from heatlens.ui import probe, topmost, widgets
 from heatlens.ui.files.question import question
 

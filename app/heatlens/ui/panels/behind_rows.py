@@ -5,8 +5,8 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.base.printable import printable
 from heatlens.plate.plate import BehindReport
-from heatlens.printable import printable
 from heatlens.ui import probe, theme, widgets
 
 _TIP = (

@@ -7,14 +7,14 @@ from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.base.printable import printable
 from heatlens.export.options import ExportOptions, in_panel
 from heatlens.model.frames import FrameRange
 from heatlens.model.option import options_of
 from heatlens.model.settings import Quality
-from heatlens.printable import printable
-from heatlens.session.export_commands import ExportCommands
-from heatlens.session.export_process import ExportState
-from heatlens.session.export_settings import CAMERA_KINDS, FRAME_KINDS, ExportSettings
+from heatlens.session.exports.export_commands import ExportCommands
+from heatlens.session.exports.export_process import ExportState
+from heatlens.session.exports.export_settings import CAMERA_KINDS, FRAME_KINDS, ExportSettings
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.field_row import field_row
 

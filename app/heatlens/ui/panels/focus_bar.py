@@ -10,11 +10,11 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
+from heatlens.base.printable import printable
 from heatlens.model.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
-from heatlens.printable import printable
-from heatlens.session.lens_commands import focused_at
+from heatlens.session.lens.lens_commands import focused_at
 from heatlens.ui import probe, theme
 from heatlens.ui.panels.distance_ticks import scale_ticks
 

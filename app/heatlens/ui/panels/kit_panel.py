@@ -2,10 +2,10 @@
 
 from imgui_bundle import imgui
 
+from heatlens.base.printable import printable
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
-from heatlens.printable import printable
-from heatlens.session.kit_commands import KitCommands
+from heatlens.session.lens.kit_commands import KitCommands
 from heatlens.ui import probe, widgets
 
 _BREATHING_TIP = "At close focus the lens shows {:.3g} % of the width that it shows at infinity."

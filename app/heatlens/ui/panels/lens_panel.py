@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from imgui_bundle import imgui
 
-from heatlens.errors import LensError
+from heatlens.base.errors import LensError
 from heatlens.model.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
@@ -27,8 +27,8 @@ from heatlens.model.settings import (
 )
 from heatlens.model.shot import LensParameter
 from heatlens.model.units import format_distance
-from heatlens.session.lens_commands import nudged
-from heatlens.session.messages import Problem, window_words
+from heatlens.session.lens.lens_commands import nudged
+from heatlens.session.loop.messages import Problem, window_words
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.focus_bar import focus_bar
 

@@ -5,14 +5,14 @@ from functools import partial
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.errors import HeatlensError
+from heatlens.base.errors import HeatlensError
+from heatlens.base.printable import printable
 from heatlens.model.lens import Lens
 from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
-from heatlens.printable import printable
-from heatlens.session.messages import Problem
+from heatlens.session.loop.messages import Problem
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme, topmost, widgets
 from heatlens.ui.state import UiState

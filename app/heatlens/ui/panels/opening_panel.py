@@ -12,7 +12,8 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
-from heatlens.errors import LensError
+from heatlens.base.errors import LensError
+from heatlens.base.printable import printable
 from heatlens.model import opening
 from heatlens.model.aperture import APERTURE_FIELDS, Aperture
 from heatlens.model.disc_shape import DiscShape
@@ -20,8 +21,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.opening_fields import BLADES_LEAST, BLADES_MOST
 from heatlens.model.option import options_of
 from heatlens.model.picture_field import PictureField
-from heatlens.printable import printable
-from heatlens.session.messages import Problem
+from heatlens.session.loop.messages import Problem
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.field_row import field_row
 

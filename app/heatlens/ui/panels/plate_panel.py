@@ -7,17 +7,17 @@ from typing import TypeVar
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.base.printable import printable
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.model.plausibility import Doubt
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
-from heatlens.plate.channel_choice import color_layers_among, depth_channels_first
+from heatlens.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.plate.plate import CameraHeader, Plate
-from heatlens.printable import printable
-from heatlens.session.messages import window_words
+from heatlens.session.loop.messages import window_words
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.behind_rows import behind_rows
 from heatlens.ui.panels.focus_bar import draw_histogram, draw_scale

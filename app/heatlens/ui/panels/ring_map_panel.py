@@ -5,12 +5,12 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
+from heatlens.base.printable import printable
+from heatlens.live.ring.channel_map import ChannelMap, Ring, channels_of, maps_for, usual_map
 from heatlens.model.units import format_distance, parse_distance_m
-from heatlens.printable import printable
-from heatlens.ring.channel_map import ChannelMap, Ring, channels_of, maps_for, usual_map
-from heatlens.session.messages import Problem
-from heatlens.session.ring_hand import RingHand
+from heatlens.session.live.ring_hand import RingHand
+from heatlens.session.loop.messages import Problem
 from heatlens.ui import probe, widgets
 
 Say = Callable[[str], None]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
-from heatlens.printable import printable
-from heatlens.ring.sources import Heard
+from heatlens.base.printable import printable
+from heatlens.live.ring.sources import Heard
 from heatlens.ui import probe, theme, widgets
 
 _FIRST_HEARD = "the first that is heard"

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.errors import HeatlensError
+from heatlens.base.errors import HeatlensError
+from heatlens.base.printable import printable
 from heatlens.model.framing import WorldAxis
-from heatlens.printable import printable
 from heatlens.scene.placing import lacks_placing
 from heatlens.scene.scene_bounds import object_names
-from heatlens.session.messages import Problem
+from heatlens.session.loop.messages import Problem
 from heatlens.session.session import Session
 from heatlens.ui import probe, widgets
 from heatlens.ui.status_bar import fitting

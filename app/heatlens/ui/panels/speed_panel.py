@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 from heatlens.model.settings import Quality
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
-from heatlens.session.speed import Speed
+from heatlens.session.loop.speed import Speed
 from heatlens.ui import probe, widgets
 
 _UNMEASURED = "\N{EN DASH}"

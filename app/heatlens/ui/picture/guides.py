@@ -4,7 +4,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes, inner_rect
 from heatlens.model.view_geometry import PictureShape
-from heatlens.session.picture_view import PictureView
+from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import probe, theme
 
 

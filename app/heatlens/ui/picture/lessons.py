@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.view_geometry import Viewport
-from heatlens.session.lessons import Lesson, Lessons
+from heatlens.session.marks.lessons import Lesson, Lessons
 from heatlens.ui import probe, theme
 
 _WIDTH_EM, _LEAST_EM = 28.0, 16.0  # of the card; it is left out where it would be narrower

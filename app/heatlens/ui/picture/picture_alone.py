@@ -3,7 +3,7 @@
 import moderngl
 
 from heatlens.model.view import ViewState
-from heatlens.session.picture_view import PictureView
+from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import theme
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.tile_labels import TileLabels

@@ -3,7 +3,7 @@
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.view_geometry import PictureShape
-from heatlens.session.picture_view import PictureView
+from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import theme
 from heatlens.ui.picture.pictures import Pictures
 

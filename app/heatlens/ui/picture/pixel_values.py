@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from heatlens.display.probe import read_texels
 from heatlens.model.boxes import Box
 from heatlens.model.view import Compare
-from heatlens.session.picture_view import PictureView
+from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import theme
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.pixel_grid import seen_pixels

@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.units import format_distance
-from heatlens.session.ruler import Pixel, Ruler
+from heatlens.session.pictures.ruler import Pixel, Ruler
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import moderngl
 
+from heatlens.base.printable import printable
 from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
 from heatlens.model.breathing import plate_ratio
 from heatlens.model.lens import Lens
@@ -13,9 +14,8 @@ from heatlens.model.view import Compare, ViewState
 from heatlens.plate.breathing_window import room_of
 from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown
-from heatlens.printable import printable
-from heatlens.session.compare_sides import grid_names, is_look_b, look_called
-from heatlens.session.kept_screen import KeptFrame, KeptScreen
+from heatlens.session.pictures.compare_sides import grid_names, is_look_b, look_called
+from heatlens.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.session.session import Session
 from heatlens.ui.picture.grid import Tile
 from heatlens.ui.picture.pictures import Pictures

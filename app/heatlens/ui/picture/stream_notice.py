@@ -3,7 +3,7 @@
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.model.view_geometry import Viewport
-from heatlens.session.messages import window_words
+from heatlens.session.loop.messages import window_words
 from heatlens.source.stream_source import StreamSource
 from heatlens.ui import probe, theme
 

@@ -22,8 +22,8 @@ from heatlens.model.view_geometry import (
     shown_shape,
     zoomed,
 )
-from heatlens.session.picture_view import PictureView
-from heatlens.session.scene_commands import CameraDrag
+from heatlens.session.pictures.picture_view import PictureView
+from heatlens.session.scenes.scene_commands import CameraDrag
 from heatlens.ui.picture.grid import Tile, cell_at, cells, draw_tiles
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.pixel_grid import draw_display_window, draw_pixel_grid

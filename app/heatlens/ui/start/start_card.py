@@ -6,9 +6,9 @@ import moderngl
 from imgui_bundle import ImVec2, imgui
 from PIL import Image
 
-from heatlens.paths import data_dir
-from heatlens.printable import printable
-from heatlens.session.start_choices import Card
+from heatlens.base.paths import data_dir
+from heatlens.base.printable import printable
+from heatlens.session.files.start_choices import Card
 from heatlens.ui import theme
 
 _ROUNDING_EM, _PAD_EM, _AIR_EM = 0.25, 0.5, 1.0

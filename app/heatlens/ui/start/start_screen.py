@@ -7,7 +7,7 @@ import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.scene.scene_name import DEMO
-from heatlens.session.start_choices import Card
+from heatlens.session.files.start_choices import Card
 from heatlens.ui import probe, theme
 from heatlens.ui.start.start_card import CardPictures, Place, column_width, draw_card, fitted
 from heatlens.ui.start.start_layout import StartLayout, lay_out

@@ -2,7 +2,7 @@
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.session.key_rows import CAMERA
+from heatlens.session.keys.key_rows import CAMERA
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.timeline.row_parts import diamond, row_name

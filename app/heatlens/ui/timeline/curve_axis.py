@@ -14,7 +14,7 @@ from heatlens.model.f_stops import THIRD_STOPS
 from heatlens.model.interpolation import Scale
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
-from heatlens.session.key_choice import Chosen, checked, frames_of
+from heatlens.session.keys.key_choice import Chosen, checked, frames_of
 
 _INFINITY = float("inf")
 _DISTANCES_M = (

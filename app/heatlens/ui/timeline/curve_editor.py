@@ -10,14 +10,14 @@ from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.base.printable import printable
 from heatlens.model.marks import DistanceMark
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.printable import printable
-from heatlens.session.focus_track import Sample
-from heatlens.session.key_choice import Chosen, KeyId, moved
-from heatlens.session.key_drag import Places
-from heatlens.session.pull_recording import RecordingState
+from heatlens.session.keys.key_choice import Chosen, KeyId, moved
+from heatlens.session.keys.key_drag import Places
+from heatlens.session.live.pull_recording import RecordingState
 from heatlens.session.session import Session
+from heatlens.session.time.focus_track import Sample
 from heatlens.ui import probe, theme
 from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.curve_axis import AXES, CurveAxis, raised

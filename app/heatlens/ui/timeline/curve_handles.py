@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.errors import HeatlensError
+from heatlens.base.errors import HeatlensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Ease, Interpolation, Scale
-from heatlens.session.key_choice import checked, frames_of
-from heatlens.session.messages import Problem
+from heatlens.session.keys.key_choice import checked, frames_of
+from heatlens.session.loop.messages import Problem
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_axis import CurveAxis

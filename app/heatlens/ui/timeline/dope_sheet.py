@@ -6,9 +6,9 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.session.key_choice import Chosen, KeyId, key_of, moved
-from heatlens.session.key_drag import KeyDrag, Move, Places
-from heatlens.session.key_rows import ROWS, Row, key_frames
+from heatlens.session.keys.key_choice import Chosen, KeyId, key_of, moved
+from heatlens.session.keys.key_drag import KeyDrag, Move, Places
+from heatlens.session.keys.key_rows import ROWS, Row, key_frames
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.probe import Rect

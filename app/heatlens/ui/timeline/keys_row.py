@@ -8,8 +8,8 @@ from imgui_bundle import imgui
 from heatlens.model.curve import Key
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter
-from heatlens.session.key_choice import key_of
-from heatlens.session.key_rows import CAMERA
+from heatlens.session.keys.key_choice import key_of
+from heatlens.session.keys.key_rows import CAMERA
 from heatlens.session.session import Session
 from heatlens.ui import probe, widgets
 from heatlens.ui.timeline.tool_row import Tool, button_width, checkbox_width, tool_row

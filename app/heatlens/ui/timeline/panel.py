@@ -5,9 +5,9 @@ import math
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.frames import FrameRange
-from heatlens.session.frame_states import Run
-from heatlens.session.pull_recording import RecordingState
+from heatlens.session.live.pull_recording import RecordingState
 from heatlens.session.session import Session
+from heatlens.session.time.frame_states import Run
 from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_editor import curve_editor
 from heatlens.ui.timeline.dope_sheet import dope_sheet

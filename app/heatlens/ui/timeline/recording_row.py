@@ -7,7 +7,7 @@ from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.session.pull_recording import (
+from heatlens.session.live.pull_recording import (
     TOLERANCE_LEAST,
     TOLERANCE_MOST,
     PullRecording,

@@ -2,10 +2,10 @@
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.rendered_frames.frame_store import MEGABYTE
-from heatlens.session.preferences import MEGABYTES_MOST
 from heatlens.session.session import Session
+from heatlens.session.settings.preferences import MEGABYTES_MOST
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.view import TimelineView
 

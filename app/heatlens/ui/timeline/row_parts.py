@@ -2,7 +2,7 @@
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.session.key_rows import Row
+from heatlens.session.keys.key_rows import Row
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 

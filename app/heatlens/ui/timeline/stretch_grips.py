@@ -2,7 +2,7 @@
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.session.key_stretch import KeyStretch
+from heatlens.session.keys.key_stretch import KeyStretch
 from heatlens.ui import probe, theme
 from heatlens.ui.timeline.scale import TimeScale
 

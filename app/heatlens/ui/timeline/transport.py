@@ -7,14 +7,14 @@ from typing import cast
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.errors import InputError
+from heatlens.base.errors import InputError
 from heatlens.model.frames import check_frame, check_frames_per_second
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import parse_timecode
-from heatlens.plate.timecode import timecode_of
+from heatlens.plate.header.timecode import timecode_of
 from heatlens.sequence.sequence import MissingPolicy
-from heatlens.session.playback import Ending
 from heatlens.session.session import Session
+from heatlens.session.time.playback import Ending
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.rendered_panel import rendered_label
 from heatlens.ui.timeline.tool_row import Tool, tool_row

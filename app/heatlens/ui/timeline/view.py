@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field
 
-from heatlens.session.focus_track import FocusTrack
-from heatlens.session.key_drag import KeyDrag
-from heatlens.session.key_stretch import KeyStretch
+from heatlens.session.keys.key_drag import KeyDrag
+from heatlens.session.keys.key_stretch import KeyStretch
+from heatlens.session.time.focus_track import FocusTrack
 from heatlens.ui.timeline.curve_axis import CurveLine
 from heatlens.ui.timeline.scale import TimeScale
 

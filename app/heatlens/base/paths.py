@@ -1,0 +1,79 @@
+"""Find shaders and assets, beside the package (wheel) or at the top of a checkout.
+
+This module also makes the error for a file that cannot be opened.
+"""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+from heatlens.base.errors import InputError
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def home_dir() -> Path:
+    """Return the user's home, or the root folder for a user who has none, as in a container."""
+    home = os.path.expanduser("~")
+    return Path(os.sep if home == "~" else home)
+
+
+def pictures_dir() -> Path:
+    """Return the user's folder of pictures, else the home folder."""
+    home = home_dir()
+    named = os.environ.get("XDG_PICTURES_DIR")
+    folder = Path(named) if named else home / "Pictures"
+    return folder if folder.is_dir() else home
+
+
+def folder_to_write_in(path: Path) -> Path:
+    """Return the folder of a file, to write other files beside it.
+
+    Return the user's folder of pictures if the file comes with the program, or if nothing may be
+    written beside it.
+    """
+    beside = path.absolute().parent
+    is_own = beside.resolve() == data_dir("assets").resolve()
+    return pictures_dir() if is_own or not os.access(beside, os.W_OK) else beside
+
+
+def unreadable(path: Path, error: OSError | None = None) -> InputError:
+    """Return the error for a file that cannot be opened."""
+    if os.path.isdir(path):  # raises nothing, unlike Path.is_dir of a name that is too long
+        return InputError(f"{path} is a folder, not a file.")
+    if not os.path.lexists(path):
+        return InputError(f"{path} is not there.")
+    why = (error.strerror or str(error)) if error is not None else "it is no file"
+    return InputError(f"{path} cannot be read: {why}.")
+
+
+def file_bytes(path: Path) -> bytes:
+    """Return the content of a file; raise OSError for a pipe or a device, which may never end."""
+    return file_and_status(path)[0]
+
+
+def file_and_status(path: Path) -> tuple[bytes, os.stat_result]:
+    """Return the content and the status of the same opened file; raises OSError as `file_bytes`."""
+    # A pipe that nobody writes to would make this wait; the status of what was opened cannot change
+    # between the check and the reading, as that of a name can.
+    opened = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with open(opened, "rb") as file:
+        status = os.fstat(opened)
+        if not stat.S_ISREG(status.st_mode):
+            raise OSError(errno.EINVAL, "it is no file", str(path))
+        return file.read(), status
+
+
+def data_dir(name: str) -> Path:
+    """Return the folder `shaders` or `assets`, in a wheel or a checkout.
+
+    importlib.resources cannot see the top level of a checkout.
+    """
+    for parent in (_PACKAGE, _PACKAGE.parents[1]):
+        if (parent / name).is_dir():
+            return parent / name
+    raise InputError(
+        f"heatlens is not installed completely: there is no folder {name!r} beside {_PACKAGE} or "
+        "two folders up. Install it again with pip."
+    )

@@ -1,0 +1,49 @@
+"""The parser that all commands on one frame of a plate or a 3D scene share."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+from heatlens.commands.options.lens_options import add_lens_options
+from heatlens.commands.options.plate_options import add_plate_options
+from heatlens.commands.options.scene_options import add_framing_options
+from heatlens.commands.options.value_types import whole
+
+AddOptions = Callable[[argparse.ArgumentParser], None]
+
+
+def add_frame_command(
+    commands: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    name: str,
+    *,
+    words: tuple[str, str, str],
+    own: AddOptions,
+    blur: AddOptions,
+    run: Callable[[argparse.Namespace], int],
+) -> None:
+    """Add the command `name`; `words` are its one-line help, its description and its examples.
+
+    `own` adds the options of this command alone, `blur` those of the blur; the options of the lens,
+    the plate and the scene are the same for all commands.
+    """
+    brief, description, epilog = words
+    parser = commands.add_parser(
+        name,
+        help=brief,
+        description=description,
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "plate",
+        type=Path,
+        help="EXR with colour and depth, or - for one on standard input; or a scene: .glb, .gltf, "
+        ".obj, .ply, .stl, .usd; or demo",
+    )
+    own(parser)
+    add_lens_options(parser)
+    blur(parser)
+    add_plate_options(parser)
+    group = add_framing_options(parser)
+    group.add_argument("--frame", type=whole, metavar="N", help="of the animation (default: first)")
+    parser.set_defaults(run=run)

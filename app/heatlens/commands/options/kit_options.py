@@ -1,0 +1,96 @@
+"""The options of lens kits: apply the properties and the limits of a kit's lenses."""
+
+import argparse
+from dataclasses import replace
+from typing import Any
+
+from heatlens.base.errors import InputError
+from heatlens.commands.options.field_options import flag_of
+from heatlens.commands.output.say import say
+from heatlens.documents.lens_kits import kit_shelf
+from heatlens.model.lens import Lens
+from heatlens.model.lens_kit import LensKit
+from heatlens.model.shot import Shot
+
+# The fields of Lens that a kit limits, and the options that set them.
+_BOUNDED = {
+    "focal_length_mm": ("focal_length",),
+    "f_stop": ("f_stop",),
+    "focus_distance_m": ("focus_distance", "focus_at"),
+}
+
+
+def add_kit_option(group: "argparse._ArgumentGroup") -> None:
+    """Add --lens-kit."""
+    group.add_argument(
+        "--lens-kit",
+        metavar="NAME[:LENGTH]",
+        help="use a lens of a kit, such as vintage-primes:50: its focal length, character, widest "
+        "stop and close focus; `heatlens kits` lists them",
+    )
+    group.add_argument(
+        "--breathe",
+        action="store_true",
+        help="let the view breathe with the focus as the lens of the kit does (default: it stays); "
+        "--breathing sets it for a lens without a kit",
+    )
+
+
+def kit_of(args: argparse.Namespace) -> LensKit | None:
+    """Return the kit of the options. Raises InputError if there is no such kit."""
+    return None if args.lens_kit is None else kit_shelf().chosen(args.lens_kit)[0]
+
+
+def kit_values(args: argparse.Namespace) -> dict[str, Any]:
+    """Return the fields of Lens from --lens-kit: the character, and the focal length if given.
+
+    Raises InputError if two focal lengths are given.
+    """
+    if args.lens_kit is None:
+        if args.breathe:
+            raise InputError(
+                "--breathe lets the view change as the lens of a kit does: give --lens-kit, or "
+                "--breathing with a ratio."
+            )
+        return {}
+    kit, length_mm = kit_shelf().chosen(args.lens_kit)
+    values = kit.character.opening | ({"breathing": _any_breathing(kit)} if args.breathe else {})
+    if length_mm is None:
+        return values
+    if args.focal_length not in (None, length_mm):
+        raise InputError(
+            f"--lens-kit {args.lens_kit} and {flag_of(Lens, 'focal_length_mm')} "
+            f"{args.focal_length:g} give two focal lengths: give one."
+        )
+    return {**values, "focal_length_mm": length_mm}
+
+
+def _any_breathing(kit: LensKit) -> float:
+    """Return the breathing of any lens; the kit replaces it by that of the lens in use."""
+    return next((lens.breathing for lens in kit.lenses if lens.breathing != 1.0), 1.0)
+
+
+def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
+    """Return the lens limited to what the kit of the options allows, and print any change.
+
+    Raises InputError if an option requests something that the kit does not have.
+    """
+    kit = kit_of(args)
+    if kit is None:
+        return lens
+    refusal = kit.refusal(lens)
+    bounded = kit.followed(None, lens)
+    if args.breathing is not None:
+        bounded = replace(bounded, breathing=args.breathing)
+    changed = [name for name in _BOUNDED if getattr(bounded, name) != getattr(lens, name)]
+    if any(getattr(args, option, None) is not None for n in changed for option in _BOUNDED[n]):
+        raise InputError(refusal)
+    if refusal:
+        say(f"{refusal} It is taken as far as the lens goes.")
+    return bounded
+
+
+def shot_with_kit(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with the kit of the options, its lens within the kit."""
+    kit = kit_of(args)
+    return shot if kit is None else replace(shot, kit=kit, lens=lens_of_kit(args, shot.lens))

@@ -1,0 +1,173 @@
+"""The options of the lens: given values come first, then the plate's header; all are printed."""
+
+import argparse
+from collections.abc import Mapping
+from typing import Any
+
+from heatlens.base.errors import InputError
+from heatlens.commands.options.field_options import add_fields, attributes_of, flag_of, typed_fields
+from heatlens.commands.options.kit_options import add_kit_option, kit_values, lens_of_kit
+from heatlens.commands.output.say import say
+from heatlens.model.aperture import APERTURE_FIELDS
+from heatlens.model.filmback import filmback_named
+from heatlens.model.lens import Lens
+from heatlens.model.measured_distance import measured_text
+from heatlens.model.measured_from import MeasuredFrom
+from heatlens.plate.focus_pick import depth_at_m, no_distances
+from heatlens.plate.header.header_lens import MissingLensError, plate_lens
+from heatlens.plate.opening_picture import opening_notes, read_opening_image
+from heatlens.plate.plate import Plate
+
+# Without these no lens can be made; what the plate's header tells need not be given.
+_NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
+_MEASURED = ("measured_from", "pupil_offset_mm")
+_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "model", "breathing", *_MEASURED)
+_FLAGS = {name: flag_of(Lens, name) for name in (*_NEEDED, "model")}
+_GIVEN_WITH = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or --focus-at"}
+
+
+def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> None:
+    """Add the group `lens` to `parser`: the values of a lens, --filmback and --focus-at.
+
+    If `can_pick` is False, --focus-at is left out, because there is no picture to pick from yet.
+    """
+    group = parser.add_argument_group(
+        "lens",
+        "Values not given are taken from the plate's header or the scene's camera, where these "
+        "have them.",
+    )
+    add_fields(group, Lens, ["focal_length_mm"])
+    back = group.add_mutually_exclusive_group()
+    add_fields(back, Lens, ["sensor_width_mm"])
+    back.add_argument("--filmback", metavar="NAME", help='a film back by name, as "Super 35"')
+    add_fields(group, Lens, ["f_stop"])
+    focus = group.add_mutually_exclusive_group()
+    add_fields(focus, Lens, ["focus_distance_m"])
+    if can_pick:
+        focus.add_argument(
+            "--focus-at", metavar="X,Y", help="focus on the surface at this pixel of the picture"
+        )
+    add_fields(group, Lens, _OTHERS)
+    add_kit_option(group)
+
+
+def sensor_width_of(args: argparse.Namespace) -> float | None:
+    """Return the width in mm of --sensor-width or --filmback; None if neither is given.
+
+    Raises InputError for an unknown film back.
+    """
+    name: str | None = getattr(args, "filmback", None)
+    width_mm: float | None = getattr(args, "sensor_width", None)
+    return width_mm if name is None else filmback_named(name).width_mm
+
+
+def given_lens(args: argparse.Namespace) -> dict[str, Any]:
+    """Return the fields of Lens that the options give, except what --focus-at finds.
+
+    Raises InputError for an invalid distance, an unknown film back, an unknown lens kit or an
+    aperture image that cannot be read.
+    """
+    _read_image(args)
+    values = {**kit_values(args), **typed_fields(args, Lens, (*_NEEDED, *_OTHERS))}
+    _measure_from_pupil(values)
+    width_mm = sensor_width_of(args)
+    return values if width_mm is None else {**values, "sensor_width_mm": width_mm}
+
+
+def _read_image(args: argparse.Namespace) -> None:
+    """Put the picture of --aperture-image in the place of its path, once. Raises InputError."""
+    if not isinstance(args.aperture_image, str):
+        return
+    args.aperture_image = read_opening_image(args.aperture_image)
+    say(*opening_notes(args.aperture_image, bool(args.blades or args.blade_curvature)))
+
+
+def _measure_from_pupil(values: dict[str, Any]) -> None:
+    """Convert the given focus to a distance from the entrance pupil. Raises InputError."""
+    start = values.get("measured_from", MeasuredFrom.PUPIL)
+    if "pupil_offset_mm" in values and start is MeasuredFrom.PUPIL:
+        raise InputError("--pupil-offset needs --distances-from film-plane.")
+    if "focus_distance_m" in values:
+        offset_m = start.offset_m(values.get("pupil_offset_mm", 0.0))
+        values["focus_distance_m"] -= offset_m
+        if offset_m and values["focus_distance_m"] <= 0:
+            raise InputError(
+                f"A focus at {values['focus_distance_m'] + offset_m:g} m from the film plane lies "
+                f"behind an entrance pupil {offset_m:g} m in front of it."
+            )
+
+
+def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
+    """Return the lens of the options and the plate's header, and a sentence on each value."""
+    values, sources = given_lens(args), sources_of(args)
+    if plate.coc_px is not None:
+        return _lens_of_coc(args, plate, values)
+    if args.focus_at is not None:
+        values["focus_distance_m"] = depth_at_m(plate, *pixel_of(args.focus_at))
+    try:
+        found = plate_lens(plate, values)
+    except MissingLensError as error:
+        raise InputError(error.sentence(_GIVEN_WITH)) from None
+    changed = {"assumed full frame": f"assumed full frame; {_FLAGS['sensor_width_mm']} changes it"}
+    told = {field: changed.get(source, source) for field, source in found.sources.items()}
+    lens = lens_of_kit(args, found.lens)
+    return lens, f"lens: {lens_words(lens, {**told, **sources})}"
+
+
+def sources_of(args: argparse.Namespace) -> dict[str, str]:
+    """Return what gives each field of Lens: an option, or a camera or key that stands for one."""
+    back = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
+    focus = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
+    typed = {**_FLAGS, "sensor_width_mm": back, "focus_distance_m": focus}
+    if args.focal_length is None:
+        typed["focal_length_mm"] = f"--lens-kit {args.lens_kit}"
+    typed |= getattr(args, "origins", {})
+    given = given_lens(args)
+    return {
+        field: option
+        for field, option in typed.items()
+        if field in given or (field == "focus_distance_m" and args.focus_at is not None)
+    }
+
+
+def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
+    """Return each value of a lens with its origin."""
+    values = {
+        "focal_length_mm": f"focal length {lens.focal_length_mm:g} mm",
+        "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
+        "f_stop": f"f/{lens.f_stop:g}",
+        "focus_distance_m": _focus_words(lens),
+        "model": f"discs of a {lens.model.facts.words}",
+    }
+    return ", ".join(f"{text} ({sources[field]})" for field, text in values.items())
+
+
+def _focus_words(lens: Lens) -> str:
+    """Return the focus as text, and from where it is measured if that is not the pupil."""
+    told = measured_text(lens, lens.focus_distance_m)
+    is_usual = lens.measured_from is MeasuredFrom.PUPIL
+    return f"focus {told}" if is_usual else f"focus {told} from the {lens.measured_from.words}"
+
+
+def _lens_of_coc(
+    args: argparse.Namespace, plate: Plate, values: Mapping[str, Any]
+) -> tuple[Lens, str]:
+    """Return a lens for a plate with circles of confusion, of which only the aperture is used."""
+    if args.focus_at is not None:
+        raise no_distances(plate)
+    said = ["lens: none needed, the plate holds circles of confusion"]
+    ignored = (*attributes_of(Lens, (*_NEEDED, "model")), "filmback")
+    given = [name for name in ignored if getattr(args, name) is not None]
+    said += [f"--{name.replace('_', '-')} is not used" for name in given]
+    return plate_lens(plate, values).lens, ", ".join(said)
+
+
+def pixel_of(text: str) -> tuple[int, int]:
+    """Parse X,Y for --focus-at. Raises InputError for anything else."""
+    try:
+        x, y = (int(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            f"--focus-at takes a pixel as X,Y, got {text!r}. Example: 960,540."
+        ) from None
+    return x, y

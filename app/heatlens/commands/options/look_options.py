@@ -1,0 +1,74 @@
+"""The options of the view transform, which all commands that write display pictures share.
+
+The default is what the window shows: the first view of the current OpenColorIO config.
+"""
+
+import argparse
+from pathlib import Path
+
+from heatlens.base.errors import InputError
+from heatlens.color.color_config import ColorConfig, default_view, load_color_config
+from heatlens.color.input_space import input_space_of
+from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
+from heatlens.commands.options.field_options import add_fields, typed_fields
+from heatlens.commands.output.say import say
+from heatlens.model.look_options import PLAIN_VIEW, LookOptions
+from heatlens.plate.header.channels import Header
+from heatlens.plate.parts.header_read import read_color_header
+
+
+def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
+    """Add --ocio, --display, --view, --input-space, --gamma and --exposure; return their group."""
+    group = parser.add_argument_group(
+        "look",
+        "For pictures and movies; EXR stays scene-linear. The default looks as in the window.",
+    )
+    add_fields(group, LookOptions)
+    return group
+
+
+def look_of(args: argparse.Namespace) -> LookOptions:
+    """Return the options of the look as a value."""
+    return LookOptions(**typed_fields(args, LookOptions))
+
+
+def color_header(path: Path | None, color_layer: str | None, eye: str | None = None) -> Header:
+    """Return the header of a plate's colours; it is empty if there is no plate.
+
+    It is also empty if the plate cannot be read, which is reported when the plate is needed.
+    """
+    if path is None:
+        return {}
+    try:
+        return read_color_header(path, color_layer, eye)
+    except InputError:
+        return {}
+
+
+def transform_of(look: LookOptions, attributes: Header) -> ViewTransform:
+    """Return the view transform of the options for a plate whose header has `attributes`.
+
+    Doubtful choices are printed. Raises InputError if the config cannot be used, or does not have
+    the given names.
+    """
+    config = _config(look)
+    light = input_space_of(config, attributes, look.input_space or "")
+    if light.note:
+        say(light.note)
+    if config is None:
+        return srgb_transform(light.name, light.turned_from)
+    display = look.display or config.default_display
+    view = look.view or default_view(config, display, attributes)
+    return view_transform(config, display, view, light.name, light.turned_from)
+
+
+def say_seen_through(transform: ViewTransform) -> None:
+    """Print the view transform that a picture was made with."""
+    say(f"seen through {transform.view} on {transform.display}")
+
+
+def _config(look: LookOptions) -> ColorConfig | None:
+    """Load the config; return None if the plain sRGB curve was requested."""
+    if look.view == PLAIN_VIEW and look.ocio is None and look.display is None:
+        return None
+    return load_color_config(look.ocio)

@@ -1,0 +1,169 @@
+"""The options for viewing a 3D scene, and the first shot of a scene with these options."""
+
+import argparse
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from heatlens.base.errors import InputError
+from heatlens.commands.options.kit_options import shot_with_kit
+from heatlens.commands.options.lens_options import given_lens, lens_words, pixel_of, sources_of
+from heatlens.commands.options.timing_options import add_timing_options, timing_of
+from heatlens.model.frames import check_within
+from heatlens.model.framing import Framing, WorldAxis
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.model.units import parse_scene_unit_m
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.scene.first_shot import FirstShot, first_shot
+from heatlens.scene.placing import Placing
+
+if TYPE_CHECKING:
+    from heatlens.render import FrameRenderer  # `info`, which has some of these, draws nothing
+
+_FOCUS = "focus_distance_m"
+
+
+def add_framing_options(
+    parser: argparse.ArgumentParser, has_rate: bool = False
+) -> "argparse._ArgumentGroup":
+    """Add --size, --scene-camera and the options of its timing; return their group.
+
+    `has_rate` says that the command has an option --fps already.
+    """
+    group = parser.add_argument_group("3D scene", "How it is viewed; not for plates.")
+    group.add_argument(
+        "--size", type=size_of, metavar="WxH", help="of the picture (default 1280x720)"
+    )
+    group.add_argument(
+        "--scene-camera",
+        metavar="NAME",
+        help="camera of the scene to use (default: its first; without one, the view shows it all)",
+    )
+    add_timing_options(group, has_rate)
+    add_placing_options(group)
+    return group
+
+
+def add_placing_options(group: "argparse._ArgumentGroup") -> None:
+    """Add --up-axis and --meters-per-unit."""
+    group.add_argument(
+        "--up-axis",
+        type=axis_of,
+        metavar="x|y|z",
+        help="up axis of a PLY, STL or OBJ, which do not define it (default: a guess)",
+    )
+    group.add_argument(
+        "--meters-per-unit",
+        type=unit_of,
+        metavar="UNIT",
+        help="unit of a PLY, STL or OBJ: m, cm, mm, ft, in, or a number of metres (default: a "
+        "guess by its size)",
+    )
+
+
+def placing_of(args: argparse.Namespace) -> Placing:
+    """Return the given up axis and unit for a scene whose file does not define them."""
+    return Placing(args.up_axis, args.meters_per_unit)
+
+
+def axis_of(text: str) -> WorldAxis:
+    """Parse x, y or z; argparse turns the error into its own sentence."""
+    try:
+        return WorldAxis(text.lower())
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of x, y and z.") from None
+
+
+def unit_of(text: str) -> float:
+    """Parse a unit to metres; argparse turns the error into its own sentence."""
+    try:
+        return parse_scene_unit_m(text)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """Parse WxH; argparse turns the error into its own sentence."""
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
+    size = (int(match[1]), int(match[2])) if match else (0, 0)
+    if min(size) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size in pixels. Example: 1920x1080")
+    return size
+
+
+def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
+    """Return the first shot of the scene `text` with the lens and the framing of the options.
+
+    Raises InputError if the scene cannot be read or has no such camera, or the lens lacks a value.
+    """
+    if args.focus_at is not None:
+        raise InputError(
+            "--focus-at needs a picture, and a scene has none before it is rendered: give "
+            "--focus-distance."
+        )
+    return _checked(args, text, _first_shot(args, text))
+
+
+def load_scene(
+    args: argparse.Namespace, renderer: "FrameRenderer", defocus: DefocusSettings
+) -> tuple[Shot, int, tuple[str, ...]]:
+    """Load the scene that `args.plate` names to the GPU.
+
+    Return the shot, the frame, and sentences on the scene and on each value of the lens. Raises
+    InputError if the scene cannot be read or has no such frame, or the lens is not complete.
+    """
+    text = str(args.plate)
+    first = _first_shot(args, text)
+    frame = first.frame if args.frame is None else args.frame
+    check_within(first.shot.frames, text, (frame,))
+    renderer.load_scene(first.scene)
+    if args.focus_at is not None:
+        plate = renderer.look(first.shot, frame).plate
+        focus_m = depth_at_m(plate, *pixel_of(args.focus_at))
+        first = _first_shot(args, text, {_FOCUS: focus_m})
+    _checked(args, text, first)
+    said = (*first.scene.notes, said_of_lens(args, first, frame))
+    return replace(first.shot, defocus=defocus), frame, said
+
+
+def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with the given size and camera."""
+    framing = shot.framing or Framing()
+    if args.size is not None:
+        framing = replace(framing, width_px=args.size[0], height_px=args.size[1])
+    if args.scene_camera is not None:
+        framing = replace(framing, camera=args.scene_camera, track=None)
+    if args.up_axis is not None:
+        framing = replace(framing, up_axis=args.up_axis)
+    if args.meters_per_unit is not None:
+        framing = replace(framing, meters_per_unit=args.meters_per_unit)
+    return replace(shot, framing=framing)
+
+
+def said_of_lens(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
+    """Return a sentence on the lens at a frame, with the origin of each value."""
+    words = lens_words(first.shot.lens_at(frame), {**first.sources, **sources_of(args)})
+    return f"lens at frame {frame}: {words}"
+
+
+def _first_shot(
+    args: argparse.Namespace, text: str, found: dict[str, Any] | None = None
+) -> FirstShot:
+    lens = {**given_lens(args), **(found or {})}
+    timing, placing = timing_of(args, text), placing_of(args)
+    first = first_shot(text, args.size, args.scene_camera, lens, timing, placing)
+    return replace(first, shot=shot_with_kit(args, first.shot))
+
+
+def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:
+    """Raise InputError if the f-stop or the focus is missing, because blur must not be assumed.
+
+    A picture without a lens needs neither.
+    """
+    needed = {"f_stop": "--f-stop", _FOCUS: "--focus-distance"}
+    missing = [option for name, option in needed.items() if name in first.assumed]
+    if missing and not getattr(args, "pinhole", False):
+        options = " and ".join(missing)
+        raise InputError(f"{text}: the scene does not define the whole lens. Give {options}.")
+    return first

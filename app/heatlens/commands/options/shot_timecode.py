@@ -1,0 +1,40 @@
+"""Find the timecode of frames: what a shot sets, else what the header of its first file tells."""
+
+from collections.abc import Callable
+
+from heatlens.base.errors import InputError
+from heatlens.files.picture_formats import is_picture
+from heatlens.model.shot import Shot
+from heatlens.model.timecode import Timecode
+from heatlens.plate.header.timecode import timecode_of
+from heatlens.plate.parts.header_read import read_headers
+from heatlens.sequence.sequence import Sequence, find_sequence
+
+
+def first_timecode(sequence: Sequence) -> tuple[int, Timecode] | None:
+    """Return the first frame that has a file, and the timecode in its header, if there is one."""
+    path = sequence.path_at(sequence.present[0])
+    headers = [] if is_picture(path) else read_headers(path)
+    timecodes = (timecode_of(attributes) for attributes in headers)
+    timecode = next((one for one in timecodes if one is not None), None)
+    return None if timecode is None else (sequence.present[0], timecode)
+
+
+def shot_timecodes(shot: Shot, first: int) -> Callable[[int], Timecode | None]:
+    """Return a function for the timecode of a frame; `first` is the first frame of a still shot."""
+    started = None if shot.start_timecode is not None else _first_of(shot)
+    rate = shot.frames_per_second
+
+    def timecode_at(frame: int) -> Timecode | None:
+        told = None if started is None else started[1].later(frame - started[0], rate)
+        return shot.timecode_at(frame, told, first)
+
+    return timecode_at
+
+
+def _first_of(shot: Shot) -> tuple[int, Timecode] | None:
+    """Return a frame and its timecode; None for scenes and plates that cannot be read yet."""
+    try:
+        return None if shot.source is None else first_timecode(find_sequence(shot.source))
+    except InputError:
+        return None

@@ -1,0 +1,82 @@
+"""Numbers as they are typed; argparse puts the option before what is said of one that is none."""
+
+import argparse
+import math
+import re
+
+from heatlens.commands.output.say import say
+
+_MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, '"': 25.4}
+
+
+def whole(text: str) -> int:
+    """Parse a whole number."""
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+
+
+def number(text: str) -> float:
+    """Parse a number, also as 2,8; its range is checked by whoever knows it."""
+    try:
+        return float(with_point(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def with_point(text: str) -> str:
+    """Turn 2,8 into 2.8. Three digits after the comma may be thousands, and stay as they are."""
+    return re.sub(r"^([-+]?\d+),(\d{1,2}|\d{4,})(?!\d|,)", r"\1.\2", text.strip())
+
+
+def f_number(text: str) -> float:
+    """Parse the N of f/N: 2.8, f/2.8, F2,8.
+
+    For T2.8 it explains that the blur has another number.
+    """
+    match = re.fullmatch(r"(?i)\s*(f\s*/?|t\s*/?)?\s*(.*?)\s*", text)
+    assert match is not None  # everything is matched
+    try:
+        value = float(with_point(match[2]))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not a number for an f-stop. Examples: 2.8, f/2.8"
+        ) from None
+    if (match[1] or "").lower().startswith("t"):
+        say(
+            f"{text} is taken as f/{value:g}. A T-stop also counts what the glass swallows; the "
+            "blur is that of the f-stop, which is a little lower."
+        )
+    return value
+
+
+def millimetres(text: str) -> float:
+    """Parse a length on the lens or sensor: 50, 50mm, 5cm, 2in.
+
+    Without a unit it is millimetres.
+    """
+    match = re.fullmatch(r"(?i)\s*(.*?)\s*(mm|cm|m|in|\")?\s*", text)
+    assert match is not None  # everything is matched
+    try:
+        return float(with_point(match[1])) * _MILLIMETRES[(match[2] or "mm").lower()]
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not a number of millimetres. Examples: 50, 50mm"
+        ) from None
+
+
+def finite(text: str) -> float:
+    """Parse a finite number."""
+    value = number(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+    return value
+
+
+def positive(text: str) -> float:
+    """Parse a finite number above 0."""
+    value = finite(text)
+    if value <= 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
+    return value

@@ -1,0 +1,73 @@
+"""Accept `-` for a file: standard input as a plate, standard output for a picture."""
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from heatlens.base.errors import InputError
+from heatlens.base.stopping import unfinished
+
+DASH = "-"
+# The first bytes of files -> the extension with which they are read.
+_MAGIC = {
+    b"\x76\x2f\x31\x01": ".exr",
+    b"\x89PNG": ".png",
+    b"\xff\xd8\xff": ".jpg",
+    b"II*\0": ".tif",
+    b"MM\0*": ".tif",
+    b"\x93NUMPY": ".npy",
+}
+
+
+@contextmanager
+def file_of_input(path: Path) -> Iterator[Path]:
+    """Yield `path`; for `-` a temporary file with the content of standard input.
+
+    Raises InputError if it is no picture, or if standard input is a terminal.
+    """
+    if str(path) != DASH:
+        yield path
+        return
+    if sys.stdin is None or sys.stdin.isatty():
+        raise InputError("- is standard input, and nothing is piped into it.")
+    with _folder() as folder:
+        data = sys.stdin.buffer.read()
+        suffix = next((end for magic, end in _MAGIC.items() if data.startswith(magic)), None)
+        if suffix is None:
+            found = "is empty" if not data else "is neither an EXR nor a PNG, JPEG or TIFF"
+            raise InputError(f"Standard input {found}.")
+        spooled = folder / f"stdin{suffix}"
+        spooled.write_bytes(data)
+        yield spooled
+
+
+@contextmanager
+def file_for_output(path: Path) -> Iterator[Path]:
+    """Yield `path`; for `-` an EXR to write, which then goes to standard output.
+
+    Raises InputError if that is a terminal.
+    """
+    if str(path) != DASH:
+        yield path
+        return
+    if sys.stdout.isatty():
+        raise InputError("- is standard output, and a terminal shows no EXR: pipe it on.")
+    with _folder() as folder:
+        spooled = folder / "stdout.exr"
+        yield spooled
+        sys.stdout.buffer.write(spooled.read_bytes())
+        sys.stdout.buffer.flush()
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    """Yield a temporary folder, and remove it in any case."""
+    folder = Path(tempfile.mkdtemp(prefix="heatlens-"))
+    with unfinished(folder):
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)

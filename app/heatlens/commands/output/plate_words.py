@@ -1,0 +1,66 @@
+"""Print how a plate was read, and doubts about the lens, before a command starts to work."""
+
+from collections.abc import Iterable
+
+from heatlens.base.errors import InputError
+from heatlens.camera.samples import CameraSamples
+from heatlens.commands.output.say import say
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot import Shot
+from heatlens.plate.overscan_need import OverscanNeed, overscan_need
+from heatlens.plate.plate import Plate
+from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
+from heatlens.plate.read import read_plate
+from heatlens.source.named import source_of
+
+
+def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions) -> None:
+    """Print how the depth was read and why, all repairs, the lens, and doubts.
+
+    Raises InputError for the first doubt if `options` are strict.
+    """
+    say_reading(plate, said_of_lens)
+    say(*lens_notes(plate, lens, options.scene_unit_m, options.strict))
+
+
+def say_breathing(lens: Lens, plate: Plate | None) -> None:
+    """Print the effect of breathing on the picture of a plate or a scene, if there is any."""
+    say(*breathing_notes(lens, plate))
+
+
+def say_reading(plate: Plate, said_of_lens: str) -> None:
+    """Print how the depth was read and why, all repairs, and the lens."""
+    say(depth_note(plate), *plate.notes, said_of_lens)
+
+
+def say_doubts_of_shot(
+    shot: Shot, plate: Plate | None, camera: CameraSamples | None = None
+) -> None:
+    """Print doubts about a shot's lens at its keys, for the depths of its `first_plate`.
+
+    So are doubts about the unit of the focus of `camera`, and the effect of breathing.
+    """
+    if plate is None:
+        say(*breathing_notes(shot.lens, None))
+    else:
+        say(*shot_notes(shot, plate, () if camera is None else camera.focus_without_unit_m))
+
+
+def overscan_of_shot(shot: Shot, plate: Plate | None, frames: Iterable[int]) -> OverscanNeed | None:
+    """Return the overscan that some frames need, for the depths of the `first_plate`."""
+    if plate is None:
+        return None
+    return overscan_need(plate, {frame: shot.lens_at(frame) for frame in frames})
+
+
+def first_plate(shot: Shot) -> Plate | None:
+    """Return the first plate of a shot; None for a scene, and if it cannot be read.
+
+    An error is reported when the frame is rendered; the plates may appear later.
+    """
+    try:
+        first = None if shot.source is None else source_of(shot).first_file
+        return None if first is None else read_plate(first, shot.plate_options)
+    except InputError:
+        return None

@@ -1,0 +1,238 @@
+"""`heatlens shot new`: write a shot file from options, even before the first frame exists."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.base.errors import InputError
+from heatlens.camera.into_shot import with_camera
+from heatlens.camera.samples import CameraSamples
+from heatlens.commands.options.blur_options import add_blur_options, settings_of
+from heatlens.commands.options.given_options import refuse_unused
+from heatlens.commands.options.kit_options import shot_with_kit
+from heatlens.commands.options.lens_options import add_lens_options
+from heatlens.commands.options.plate_options import add_plate_options, plate_options
+from heatlens.commands.options.scene_options import add_framing_options
+from heatlens.commands.options.shot_camera import (
+    add_camera_option,
+    camera_of,
+    decided_otherwise,
+    said_of,
+    with_camera_values,
+)
+from heatlens.commands.options.value_types import number
+from heatlens.commands.output.pipes import DASH, file_of_input
+from heatlens.commands.output.plate_words import first_plate, say_doubts_of_shot
+from heatlens.commands.output.say import say, tell
+from heatlens.commands.shots.shot_keys import KEYED, Keys, keys_of, mark_of
+from heatlens.commands.sources.shot_plate import on_frames_of_plate
+from heatlens.commands.sources.source_commands import commands_for
+from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.model.frames import FRAMES_PER_SECOND, parse_frame_range
+from heatlens.model.interpolation import Interpolation
+from heatlens.model.lens import Lens
+from heatlens.model.marks import DistanceMark, Mark
+from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
+from heatlens.model.pull import frames_too_close
+from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
+from heatlens.model.units import format_distance
+from heatlens.sequence.names import frames_text
+
+_DESCRIPTION = """\
+Writes a shot file: the plate or 3D scene, the lens with its keys, focus marks, frames and blur. The
+plate's frames may be rendered later, unless the lens is to be taken from their header.
+"""
+_EPILOG = """\
+examples:
+  heatlens shot new 'plate.####.exr' -o s.heatlens.json --focal-length 50 --sensor-width 36 \\
+      --f-stop 1.3 --key focus@1001=0.94 --key focus@1024=3.83
+  heatlens shot new 'plate.####.exr' -o s.heatlens.json --key focus@1001=6ft3in \\
+      --key focus@1024=inf:linear --key f-stop@1010=2.8 --mark A=6ft3in --mark B@960,540
+  heatlens shot new scene.glb -o s.heatlens.json --f-stop 2 --focus-distance 3 --size 1920x1080
+"""
+
+
+def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `new` to `heatlens shot`."""
+    parser = actions.add_parser(
+        "new",
+        help="write a shot file",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "plate",
+        help="pattern of its files, such as 'plate.####.exr', or one; or a 3D scene; or - for the "
+        "lens of a plate on standard input",
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{SHOT_SUFFIX} to write")
+    parser.add_argument("--overwrite", action="store_true", help="replace a shot that is there")
+    add_camera_option(parser)
+    _add_time_options(parser)
+    add_lens_options(parser)
+    add_blur_options(parser)
+    add_plate_options(parser)
+    add_framing_options(parser, has_rate=True)
+    parser.set_defaults(run=run)
+
+
+def _add_time_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("over time")
+    group.add_argument(
+        "--key",
+        action="append",
+        default=[],
+        metavar="PARAMETER@FRAME=VALUE[:PATH]",
+        help="focus, f-stop, focal-length or squeeze at a frame, and the path to the next key: "
+        f"{', '.join(Interpolation)} (default smooth); may be repeated",
+    )
+    group.add_argument(
+        "--mark",
+        action="append",
+        default=[],
+        metavar="NAME=DISTANCE",
+        help="focus mark at a distance, or NAME@X,Y at a pixel of the picture; may be repeated",
+    )
+    group.add_argument(
+        "--focus-interpolation",
+        choices=FOCUS_SCALES,
+        default="dioptres",
+        help="interpolate focus between keys in dioptres, like a focus ring (default), or metres",
+    )
+    group.add_argument(
+        "--frames", metavar="FIRST-LAST", help="default: those of the plate, else of the keys"
+    )
+    group.add_argument("--in-out", metavar="FIRST-LAST", help="the part to play (default all)")
+    group.add_argument(
+        "--fps", type=number, metavar="N", help=f"default: the camera's, else {FRAMES_PER_SECOND:g}"
+    )
+    group.add_argument(
+        "--start-timecode",
+        metavar="HH:MM:SS:FF",
+        help="timecode of the first frame (default: what the headers of the plates tell)",
+    )
+    group.add_argument(
+        "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, for warnings"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the shot; print what was found, and frames nearer than the close focus."""
+    _check_output(args.output, args.overwrite)
+    shot = _piped_shot(args) if args.plate == DASH else _shot_of(args)
+    write_shot(args.output, shot)
+    close = frames_too_close(shot)
+    if close:
+        limit = format_distance(shot.lens.close_focus_m or 0.0)
+        say(f"focus is nearer than the close focus of {limit} at frames {frames_text(close)}.")
+    tell(str(args.output))
+    return 0
+
+
+def _piped_shot(args: argparse.Namespace) -> Shot:
+    """Return the shot of a plate on standard input, which has no name to find it again."""
+    with file_of_input(Path(DASH)) as plate:
+        shot = _shot_of(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
+    say(
+        "standard input has no file name, so the shot names no plate: give one with "
+        "`heatlens export --plate`."
+    )
+    return replace(shot, source=None)
+
+
+def _shot_of(args: argparse.Namespace) -> Shot:
+    """Return the shot of the options, after checking each key."""
+    keys = keys_of(args.key)
+    camera = on_frames_of_plate(args, camera_of(args))
+    kept = decided_otherwise(args, keys)
+    given = args if camera is None else with_camera_values(args, camera, kept)
+    given = _with_first_keys(given, keys)
+    refuse_unused(args, args.plate, settings_of(args).method)
+    shot = _with_options(args, commands_for(args.plate).new_shot(given, camera))
+    if camera is not None:
+        shot = with_camera(shot, _from_pupil(camera, shot.lens), kept)
+        say(*camera.notes, said_of(camera, shot, args.camera, kept))
+    shot = _with_keys(shot, keys)
+    _say_outside(shot)
+    say_doubts_of_shot(shot, first_plate(shot), camera)
+    return shot
+
+
+def _say_outside(shot: Shot) -> None:
+    """Warn of keys outside the shot, which are allowed but mostly typing mistakes."""
+    span = shot.frames
+    outside = [f"{frame:g}" for frame in shot.key_frames if span is not None and frame not in span]
+    if outside:
+        which = "a key" if len(outside) == 1 else "keys"
+        kept = "it is kept and counts" if len(outside) == 1 else "they are kept and count"
+        where = f"{which} outside at {', '.join(outside)}"
+        say(f"{shot.source} has frames {span}, with {where}: {kept} for the frames between keys.")
+
+
+def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with the values that come only from options."""
+    if args.close_focus is not None:
+        shot = replace(
+            shot,
+            lens=replace(shot.lens, close_focus_m=parse_measured_m(shot.lens, args.close_focus)),
+        )
+    made = replace(
+        shot_with_kit(args, shot),
+        defocus=settings_of(args),
+        plate_options=plate_options(args),
+        marks=(*shot.marks, *(_mark_from_pupil(mark_of(text), shot.lens) for text in args.mark)),
+        in_out=parse_frame_range(args.in_out) if args.in_out else None,
+    ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
+    return made if args.start_timecode is None else made.started_at(args.start_timecode)
+
+
+def _with_keys(shot: Shot, keys: Keys) -> Shot:
+    """Return the shot with its keys; each must make a possible lens."""
+    for parameter, typed in keys.items():
+        if parameter is LensParameter.FOCUS_DISTANCE:
+            typed = [replace(key, value=from_pupil_m(shot.lens, key.value)) for key in typed]
+        shot = shot.with_curve(parameter, replace(shot.curves.of(parameter), keys=tuple(typed)))
+    for frame in shot.key_frames:
+        shot.lens_at(frame)
+    return shot
+
+
+def _from_pupil(camera: CameraSamples, lens: Lens) -> CameraSamples:
+    """Return the camera with its focus distances converted to distances from the entrance pupil."""
+    if camera.focus_distance_m is None or not lens.measuring_offset_m:
+        return camera
+    focus_m = tuple(from_pupil_m(lens, distance_m) for distance_m in camera.focus_distance_m)
+    return replace(camera, focus_distance_m=focus_m)
+
+
+def _mark_from_pupil(mark: Mark, lens: Lens) -> Mark:
+    if not isinstance(mark, DistanceMark) or not lens.measuring_offset_m:
+        return mark
+    return replace(mark, distance_m=from_pupil_m(lens, mark.distance_m))
+
+
+def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:
+    """Return the options with the first key of each keyed parameter as its value."""
+    given = argparse.Namespace(**vars(args))
+    given.origins = {**getattr(args, "origins", {}), **dict.fromkeys(map(str, keys), "--key")}
+    for parameter, option in KEYED.values():
+        if parameter in keys:
+            _say_unused(args, option)
+            setattr(given, option, keys[parameter][0].value)
+    if LensParameter.FOCUS_DISTANCE in keys:
+        _say_unused(args, "focus_at")
+        given.focus_distance, given.focus_at = repr(given.focus_distance), None
+    return given
+
+
+def _say_unused(args: argparse.Namespace, option: str) -> None:
+    if getattr(args, option) is not None:
+        say(f"--{option.replace('_', '-')} is not used: keys set it at every frame.")
+
+
+def _check_output(path: Path, overwrite: bool) -> None:
+    if not path.name.endswith(SHOT_SUFFIX) or path.name == SHOT_SUFFIX:
+        raise InputError(f"{path}: the name of a shot file must end in {SHOT_SUFFIX}.")
+    if path.is_file() and not overwrite:
+        raise InputError(f"{path} already exists. Replace it with --overwrite.")

@@ -1,0 +1,50 @@
+"""What the command line does with a source, whatever its kind."""
+
+import argparse
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from heatlens.base.errors import InputError
+from heatlens.camera.samples import CameraSamples
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.source.kinds import kind_of
+
+if TYPE_CHECKING:
+    from heatlens.render import FrameRenderer  # `info` draws nothing
+
+Line = tuple[str, str]  # label and value
+
+
+class SourceCommands:
+    """Reads one kind of source on the command line; this base refuses everything in words.
+
+    Each method prints how the source was read. Raises InputError if it cannot be read, or the lens
+    is not complete. See `SourceKind.commands`.
+    """
+
+    def load(
+        self, args: argparse.Namespace, renderer: "FrameRenderer", settings: DefocusSettings
+    ) -> tuple[Shot, int]:
+        """Load `args.plate` to the GPU, and return its shot and the frame (render, study)."""
+        self._refuse(args.plate)
+
+    def shot(self, args: argparse.Namespace) -> Shot:
+        """Return a shot of `args.shot` with the lens of the options (export)."""
+        self._refuse(args.shot)
+
+    def new_shot(self, args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
+        """Return a shot of `args.plate` with its lens, frames and frame rate (shot new)."""
+        self._refuse(args.plate)
+
+    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list[Line]]:
+        """Return the facts of `text` for programs, and as lines for people (info)."""
+        self._refuse(text)
+
+    def _refuse(self, text: object) -> NoReturn:
+        raise InputError(f"{text}: {kind_of(str(text)).refusal}")
+
+
+def commands_for(text: object) -> SourceCommands:
+    """Return the commands for the kind of the source `text`."""
+    found: SourceCommands = kind_of(str(text)).commands()
+    return found

@@ -1,0 +1,91 @@
+"""Decode Open Sound Control messages of a controller or tablet as values of channels.
+
+Source: the OSC 1.0 specification, decoded by `python-osc`. The address of a message is the name of
+its channel, and its first number is the value. Addresses that end in /focus_distance_m, /f_stop or
+/focal_length_mm are values of the lens itself.
+"""
+
+import logging
+import math
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from threading import get_ident
+from typing import Any
+
+from heatlens.base.errors import InputError
+from heatlens.live.ring.assembly import Sender
+from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.otrk_packet import RingPacketError
+
+_VALUES = ("focus_distance_m", "f_stop", "focal_length_mm")
+_NAME_LETTERS = 80
+_MOST = 1e9
+
+
+class OscDecoder:
+    """Decodes OSC messages and bundles. Raises InputError without the library."""
+
+    lost = 0  # every datagram is complete
+
+    def __init__(self) -> None:
+        try:
+            from pythonosc import osc_packet
+        except ImportError as error:
+            raise InputError("OSC needs: pip install 'heatlens[ring]'") from error
+        self._packets = osc_packet
+
+    def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
+        """Return one sample of all messages of a datagram. Raise RingPacketError if not OSC."""
+        try:
+            with _warnings_refused():
+                messages = [timed.message for timed in self._packets.OscPacket(datagram).messages]
+            told = [(message.address, tuple(message.params)) for message in messages]
+        except Exception as error:  # the library raises various errors for invalid data
+            raise RingPacketError("a datagram is not one of OSC") from error
+        channels = dict(_numbers(told))
+        if not channels:
+            raise RingPacketError("a message of OSC holds no number")
+        return (_sample(channels, sender),)
+
+
+class _Refusing(logging.Handler):
+    """Raises an error for a warning of the thread that made this handler."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self._thread = get_ident()
+
+    def handle(self, record: logging.LogRecord) -> bool:
+        """Raise RingPacketError."""
+        if record.thread == self._thread:
+            raise RingPacketError("a datagram of OSC holds what is unknown")
+        return False
+
+
+@contextmanager
+def _warnings_refused() -> Iterator[None]:
+    """Refuse what the library only warns of: it would print the bytes of a stranger."""
+    root, refusing = logging.getLogger(), _Refusing()
+    root.addHandler(refusing)
+    try:
+        yield
+    finally:
+        root.removeHandler(refusing)
+
+
+def _numbers(told: Iterable[tuple[str, tuple[object, ...]]]) -> Iterable[tuple[str, float]]:
+    for address, parameters in told:
+        first = next((p for p in parameters if isinstance(p, int | float)), None)
+        if first is not None and math.isfinite(first) and abs(first) <= _MOST:
+            yield address[:_NAME_LETTERS], float(first)
+
+
+def _sample(channels: dict[str, float], sender: Sender) -> LensSample:
+    values: dict[str, Any] = {
+        name: value
+        for address, value in channels.items()
+        for name in _VALUES
+        if address.rpartition("/")[2] == name and value > 0
+    }
+    others = {a: v for a, v in channels.items() if a.rpartition("/")[2] not in _VALUES}
+    return LensSample(str(sender[0]) if sender else "", **values, channels=others)

@@ -1,0 +1,134 @@
+"""Keep the newest lens values of each sender, independent of the protocol."""
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from threading import Lock
+
+from heatlens.live.ring.lens_sample import LensSample
+
+MAX_SOURCES = 16
+SILENT_AFTER_S = 1.0  # a camera without samples for this long counts as silent
+_RATE_OVER = 50  # number of samples to average the rate over
+Numbered = tuple[int, LensSample]  # a sample with its version number
+_LOG_MOST = 4096  # samples kept for recording: 4 s at 1,000 a second
+
+
+@dataclass
+class RingSource:
+    """The samples of one sender.
+
+    `sample` has the latest of every value that was ever sent; `begun_s` and `heard_s` are of the
+    first and the last sample, on the clock of the receiver. `log` has the latest samples, each
+    with its version number.
+    """
+
+    sample: LensSample
+    begun_s: float
+    heard_s: float
+    times_s: deque[float] = field(default_factory=lambda: deque(maxlen=_RATE_OVER))
+    log: deque[Numbered] = field(default_factory=lambda: deque(maxlen=_LOG_MOST))
+
+    @property
+    def rate_hz(self) -> float:
+        """The number of samples per second; 0 before the second one."""
+        span_s = self.times_s[-1] - self.times_s[0] if self.times_s else 0.0
+        return (len(self.times_s) - 1) / span_s if span_s > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Heard:
+    """The state of the sources at a moment.
+
+    sample    the newest values of the followed source; None before its first sample
+    sources   names of all sources, in the order in which they were first heard
+    rate_hz, age_s   samples per second, and time since the last sample
+    version   increases with every sample of any source
+    silent_after_s   age from which the source is silent; infinite for one that sends only changes
+    """
+
+    sample: LensSample | None
+    sources: tuple[str, ...]
+    rate_hz: float
+    age_s: float
+    version: int
+    silent_after_s: float = SILENT_AFTER_S
+
+    @property
+    def is_silent(self) -> bool:
+        """True if the source has stopped sending."""
+        return self.sample is not None and self.age_s > self.silent_after_s
+
+
+class RingSources:
+    """Keeps the newest values of a limited number of senders; any thread may call it."""
+
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, silent_after_s: float = SILENT_AFTER_S
+    ) -> None:
+        """Begin without sources; `clock` returns seconds. For `silent_after_s` see `Heard`."""
+        self._silent_after_s = silent_after_s
+        self.version = 0
+        self._clock = clock
+        self._sources: dict[str, RingSource] = {}
+        self._followed = ""  # name of the source that is meant by None
+        self._lock = Lock()
+
+    def keep(self, sample: LensSample) -> None:
+        """Add a sample to its source; a new source can replace the one silent for longest."""
+        now_s = self._clock()
+        with self._lock:
+            known = self._sources.get(sample.source)
+            if known is None:
+                self._make_room()
+                known = self._sources[sample.source] = RingSource(sample, now_s, now_s)
+            known.sample, known.heard_s = sample.after(known.sample), now_s
+            known.times_s.append(now_s)
+            self.version += 1
+            known.log.append((self.version, known.sample))
+
+    def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
+        """Return the samples of a source after a version, each with its own version.
+
+        The oldest comes first. Each has all values as they were then. For None see `heard`.
+        """
+        with self._lock:
+            chosen = self._chosen(source)
+            log = () if chosen is None else chosen.log
+            return tuple(numbered for numbered in log if numbered[0] > version)
+
+    def heard(self, source: str | None = None) -> Heard:
+        """Return the present state of `source`; None is the source that was heard first.
+
+        After it has fallen silent, None is the source that began to speak then, if there is one: a
+        tracker that is started again has another name.
+        """
+        with self._lock:
+            names, chosen = tuple(self._sources), self._chosen(source)
+            if chosen is None:
+                return Heard(None, names, 0.0, 0.0, self.version)
+            age_s = self._clock() - chosen.heard_s
+            return Heard(
+                *(chosen.sample, names, chosen.rate_hz, age_s, self.version, self._silent_after_s)
+            )
+
+    def _chosen(self, source: str | None) -> RingSource | None:
+        if source is not None:
+            return self._sources.get(source)
+        if self._followed not in self._sources:
+            self._followed = next(iter(self._sources), "")
+        followed = self._sources.get(self._followed)
+        if followed is None or not self._is_silent(followed):
+            return followed
+        later = (name for name, one in self._sources.items() if one.begun_s > followed.heard_s)
+        speaking = (name for name in later if not self._is_silent(self._sources[name]))
+        self._followed = next(speaking, self._followed)
+        return self._sources[self._followed]
+
+    def _is_silent(self, source: RingSource) -> bool:
+        return self._clock() - source.heard_s > self._silent_after_s
+
+    def _make_room(self) -> None:
+        while len(self._sources) >= MAX_SOURCES:
+            del self._sources[min(self._sources, key=lambda name: self._sources[name].heard_s)]

@@ -1,0 +1,41 @@
+"""Parse the address on which a stream is received, and open its listening socket."""
+
+import socket
+
+from heatlens.base.errors import InputError
+
+DEFAULT_HOST = "127.0.0.1"  # only this machine, because the protocol has no password
+DEFAULT_PORT = 14158
+
+
+def parse_address(text: str) -> tuple[str, int]:
+    """Parse "[HOST:]PORT"; the default host is this machine.
+
+    An IPv6 host stands in brackets. Port 0 takes a free one. Raises InputError for anything else.
+    """
+    host, colon, port = text.strip().rpartition(":")
+    if host.startswith("[") and host.endswith("]"):
+        host = host[1:-1]
+    elif ":" in host:
+        host, colon = "", ":"  # an IPv6 address without brackets, which ends in no port
+    if (colon and not host) or not (port.isascii() and port.isdigit() and int(port) < 65536):
+        raise InputError(
+            f"{text!r} is not an address to listen on: give PORT or HOST:PORT, such as "
+            f"{DEFAULT_PORT} or 0.0.0.0:{DEFAULT_PORT}."
+        )
+    return host or DEFAULT_HOST, int(port)
+
+
+def listening_socket(host: str, port: int) -> socket.socket:
+    """Return a socket that waits for clients at `host`:`port`."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        listener = socket.create_server((host, port), family=family)
+    except (OSError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(
+            f"Cannot listen on {host}:{port} ({reason}): give another port or the address of this "
+            "machine; tev itself, or another heatlens, may be listening there already."
+        ) from error
+    listener.setblocking(False)
+    return listener

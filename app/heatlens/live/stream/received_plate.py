@@ -1,0 +1,105 @@
+"""Make a plate of an image that a renderer is still sending, like one of a file with its channels.
+
+A pixel that has not arrived yet is black, transparent and infinitely far.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.base.errors import InputError
+from heatlens.live.stream.chosen_image import ChosenImage, header_of
+from heatlens.live.stream.images import TevImage, not_sent
+from heatlens.live.stream.names import plate_path
+from heatlens.model.boxes import Box
+from heatlens.model.lens_model import LensModel
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.depth.depth import finite_range
+from heatlens.plate.depth_read import read_depth_of
+from heatlens.plate.header.camera_header import camera_at_header
+from heatlens.plate.header.channel_choice import ColorChoice, choose_color, choose_depth
+from heatlens.plate.header.channels import Header, Part
+from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
+from heatlens.plate.read import read_color
+
+
+def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str, Any]) -> Plate:
+    """Make the plate of an image; `lens` holds header entries that describe its lens.
+
+    Raises InputError if the channels are not enough for a plate, or no depth has arrived yet.
+    """
+    image = chosen.image
+    path = plate_path(image.name)
+    header = {**header_of(image), **lens}
+    parts: list[Part] = [(header, dict(image.planes))]
+    choice = choose_color(path, [header], options.color_layer)
+    missing = _missing_in(path, image, _depth_key(path, header, choice, options))
+    color, color_notes = read_color(path, parts, choice)
+    depth = read_depth_of(path, parts, choice, options)
+    is_coc = depth.report.convention.facts.is_coc
+    depth.values[missing] = 0.0 if is_coc else math.inf
+    box = Box(0, 0, image.width, image.height)
+    return Plate(
+        path=path,
+        pixels=read_pixels(color, depth.values, is_coc),
+        has_alpha=choice.alpha is not None,
+        data_window=box,
+        display_window=box,
+        pixel_aspect_ratio=1.0,
+        camera=_camera(header),
+        depth=depth.report if is_coc else _report_with(depth.report, depth.values),
+        aovs=chosen.aovs,
+        attributes={},
+        missing_count=int(np.count_nonzero(missing)),
+        notes=(*choice.notes, *color_notes, *depth.notes),
+    )
+
+
+def _camera(header: Header) -> CameraHeader:
+    """Return the lens of the header; the default lens model is that of a CG renderer."""
+    camera = camera_at_header([header])
+    if camera.model is not None:
+        return camera
+    sources = {**camera.sources, "model": "a running renderer sends the picture"}
+    return replace(camera, model=LensModel.RENDERER, sources=sources)
+
+
+def _depth_key(
+    path: Path, header: Header, choice: ColorChoice, options: PlateOptions
+) -> str | None:
+    """Return the channel of the depth; None if the depth comes from a file."""
+    if options.depth_source is not None:
+        return None
+    is_coc = options.depth_convention.facts.is_coc
+    return choose_depth(path, [header], options.depth_channel, choice, is_coc).key
+
+
+def _missing_in(path: Path, image: TevImage, depth_key: str | None) -> NDArray[np.bool_]:
+    """Return a mask of missing depth, and fill all missing pixels with neutral values in place.
+
+    Missing depth repeats values that have arrived, so that it does not influence the guess of the
+    depth convention.
+    """
+    missing_depth = np.zeros((image.height, image.width), bool)
+    for key, plane in image.planes.items():
+        missing = not_sent(plane)
+        if key != depth_key:
+            plane[missing] = 0.0
+            continue
+        if missing.all():
+            raise InputError(f"{path}: no pixel of its depth channel {key!r} has arrived yet.")
+        plane[missing] = np.resize(plane[~missing], np.count_nonzero(missing))
+        missing_depth = missing
+    return missing_depth
+
+
+def _report_with(report: DepthReport, depth_m: FloatImage) -> DepthReport:
+    """Return `report` with the range of `depth_m`."""
+    infinite_count = int(np.count_nonzero(np.isinf(depth_m)))
+    near_m, far_m = finite_range(depth_m, infinite_count)
+    return replace(report, near_m=near_m, far_m=far_m, infinite_count=infinite_count)

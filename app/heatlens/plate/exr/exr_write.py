@@ -1,0 +1,114 @@
+"""Write channels to an EXR file, completely or not at all."""
+
+import io
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import OpenEXR
+
+from heatlens.base.errors import InputError
+from heatlens.files.atomic_file import write_whole
+from heatlens.files.quiet import quiet_library
+from heatlens.model.boxes import Box
+from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.plate.windows import header_at_box
+
+__all__ = ["COMPRESSIONS", "JOB_ATTRIBUTE", "lens_attributes", "write_exr"]
+
+# Compressions that other programs read. All are lossless except the last two, which are lossy
+# for half floats only.
+COMPRESSIONS = ("none", "rle", "zips", "zip", "piz", "dwaa", "dwab")
+
+# Header entry of an exported frame: what it was made of. It must not be copied to other files.
+JOB_ATTRIBUTE = "heatlens:job"
+
+_HALF_MAX = 65504.0
+_MEASURES = ("z", "depth", "coc")  # these need more digits than a half float has
+
+
+def write_exr(
+    path: str | os.PathLike[str],
+    channels: Mapping[str, np.ndarray[Any, Any]],
+    data_window: Box,
+    display_window: Box,
+    pixel_aspect_ratio: float = 1.0,
+    attributes: Mapping[str, Any] | None = None,
+    half: bool = True,
+    compression: str = "zip",
+    kept: Mapping[str, np.ndarray[Any, Any]] | None = None,
+) -> None:
+    """Write `channels` by name, each (H, W) over `data_window`; Z, depth and coc stay float.
+
+    The channels of `kept` are written unchanged in their own type: half, float or integers.
+
+    Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
+    the library cannot write (bytes, and in older versions rationals) are left out. Raises
+    InputError, and leaves an existing file at `path` unchanged, if the file cannot be written or a
+    channel has another size.
+    """
+    header = writable_attributes(attributes or {}) | {
+        "compression": _compression(compression),
+        "type": OpenEXR.scanlineimage,
+        "dataWindow": header_at_box(data_window),
+        "displayWindow": header_at_box(display_window),
+        "pixelAspectRatio": float(pixel_aspect_ratio),
+    }
+    shape = (data_window.height, data_window.width)
+    stored = {name: _stored(name, values, shape, half) for name, values in channels.items()}
+    stored |= {
+        name: np.ascontiguousarray(values)
+        for name, values in (kept or {}).items()
+        if name not in stored
+    }
+    encoded = io.BytesIO()  # on a full disk the library would silently write an incomplete file
+    try:
+        with quiet_library():
+            OpenEXR.File(header, stored).write(encoded)
+    except RuntimeError as error:
+        raise InputError(f"{path} could not be written: {error}.") from error
+    write_whole(path, encoded.getvalue())
+
+
+def _stored(
+    name: str, values: np.ndarray[Any, Any], shape: tuple[int, int], half: bool
+) -> np.ndarray[Any, Any]:
+    """Return `values` in the type and memory order of the file.
+
+    The array must be contiguous: the library writes the memory of a view, not its elements.
+    """
+    if values.shape != shape:
+        raise InputError(
+            f"Channel {name!r} has {values.shape} values, but the data window needs {shape} "
+            "(height, width)."
+        )
+    if half and name.rpartition(".")[2].lower() not in _MEASURES:
+        return np.ascontiguousarray(np.clip(values, -_HALF_MAX, _HALF_MAX), dtype=np.float16)
+    return np.ascontiguousarray(values, dtype=np.float32)
+
+
+def _compression(name: str) -> Any:
+    """Return the library's constant for one of COMPRESSIONS."""
+    if name not in COMPRESSIONS:
+        raise InputError(f"No EXR compression {name!r}: choose one of {', '.join(COMPRESSIONS)}.")
+    return getattr(OpenEXR, f"{'NO' if name == 'none' else name.upper()}_COMPRESSION")
+
+
+def writable_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attributes that the library can write, testing each in a file of one pixel.
+
+    The library has no list of the types it can write, and a single bad attribute spoils the file.
+    """
+    return {name: value for name, value in attributes.items() if _can_write(name, value)}
+
+
+def _can_write(name: str, value: Any) -> bool:
+    """Return True if a file with only this attribute can be written."""
+    header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, name: value}
+    try:
+        with quiet_library():
+            OpenEXR.File(header, {"Y": np.zeros((1, 1), np.float16)}).write(io.BytesIO())
+    except (RuntimeError, ValueError, TypeError):
+        return False
+    return True

@@ -1,0 +1,178 @@
+"""Read lens metadata of cameras on set, from the headers of EXR files and from tables.
+
+The known names are those of ARRI (Meta Extract, and `com.arri.camera.` in headers), of Cooke /i and
+Zeiss eXtended Data as cameras pass them on, of RED and of Sony. Names are compared without path,
+unit, case and punctuation, so that "Lens Focus Distance", "lens_focus_distance_m" and
+"com.arri.camera.LensFocusDistance" are the same.
+"""
+
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from heatlens.model.units import FOOT_M, INCH_M
+from heatlens.plate.header.shoot_values import (
+    distance,
+    focal_length,
+    is_missing,
+    linear_iris,
+    squeeze,
+    stop,
+)
+
+_FOCUS = ("lensfocusdistance", "focusdistance", "focusdist", "lensdistance", "focus")
+_LENGTH = ("lensfocallength", "focallength", "lenszoom", "zoom", "length")
+_F_STOP = ("lensfstop", "fstop", "fnumber", "lensfnumber")
+_T_STOP = (
+    *("lenststop", "tstop", "tnumber", "lensiris", "iris", "lensaperture", "aperture"),
+    *("aperturevalue", "lenststopnumber", "iriststop"),
+)
+_LINEAR_IRIS = ("lenslineariris",)  # ARRI: thousandths of a stop, 1000 is T1
+_SQUEEZE = ("lenssqueeze", "lenssqueezefactor", "anamorphicsqueeze", "squeeze")
+_UNDERSTOOD = "Focus Distance, Focal Length, F-Stop, T-Stop, Iris, Squeeze"
+_LIKE_A_LENS = re.compile(r"lens|foc|fok|iris|stop|apert|blend|zoom|brenn|dist", re.IGNORECASE)
+_NAMED = 8  # columns in a sentence
+_FAR = 1000.0
+_ALIKE = 0.05  # two columns may tell one value in roundings of their own
+_DISTANCE_UNIT = ("lensdistanceunit", "distanceunit", "lensunit")
+_UNITS_M = {
+    **dict.fromkeys(("m", "meter", "metre", "meters", "metres", "metric"), 1.0),
+    **dict.fromkeys(("mm", "millimeter", "millimetre"), 1e-3),
+    **dict.fromkeys(("cm", "centimeter", "centimetre"), 1e-2),
+    **dict.fromkeys(("ft", "feet", "foot", "imperial"), FOOT_M),
+    **dict.fromkeys(("in", "inch", "inches"), INCH_M),
+}
+_UNIT_AT_END = re.compile(r"(?:[(\[]\s*([a-z]+)\s*[)\]]|[_ ]([a-z]+))\s*$")
+_VENDOR = re.compile(r"arri|cooke|zeiss|sony|red\b", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class ShootLens:
+    """The values of a lens in the metadata of one frame; None for missing ones.
+
+    sources     field -> the name of the entry that gave it
+    has_unit    False if the distance had no unit and metres were assumed
+    unreadable  field -> the name of an entry whose value cannot be read, where no other gave one
+    conflicts   field -> the name of an entry that tells another value than the one that was taken
+    """
+
+    focus_distance_m: float | None = None
+    focal_length_mm: float | None = None
+    f_stop: float | None = None
+    t_stop: float | None = None
+    squeeze: float | None = None
+    sources: Mapping[str, str] = field(default_factory=dict)
+    has_unit: bool = True
+    unreadable: Mapping[str, str] = field(default_factory=dict)
+    conflicts: Mapping[str, str] = field(default_factory=dict)
+
+
+def shoot_lens(
+    entries: Mapping[str, Any], unit_m: float | None = None, given_m: float | None = None
+) -> ShootLens:
+    """Return the lens values in the entries of a header or the cells of a table row.
+
+    `unit_m` is the length in metres of the unit of distances, for metadata that does not name one,
+    and `given_m` that which a person says. A unit beside a value goes before `given_m`, and that
+    before the unit of a name. Zero, as cameras write it for what they do not know, counts as
+    missing. Impossible values count as unreadable.
+    """
+    names = {_plain(name): name for name in entries}
+    values: dict[str, Any] = {}
+    sources: dict[str, str] = {}
+    unreadable: dict[str, str] = {}
+    conflicts: dict[str, str] = {}
+
+    def take(target: str, known: tuple[str, ...], parse: Callable[[str], float | None]) -> None:
+        for name in (names[plain] for plain in known if plain in names):
+            if is_missing(entries[name]):
+                continue
+            value = parse(name)
+            if value is None:
+                unreadable.setdefault(target, name)
+            elif target not in values:
+                values[target], sources[target] = value, name
+            elif not _are_alike(values[target], value):
+                conflicts.setdefault(target, name)
+        if target in values:
+            unreadable.pop(target, None)
+
+    def unit_of(name: str) -> float | None:
+        told = distance(entries[name])
+        own_m = None if told is None else told.unit_m
+        return own_m or given_m or _unit_of(name, names, entries) or unit_m
+
+    def metres(name: str) -> float | None:
+        told = distance(entries[name])
+        return None if told is None else told.in_metres(unit_of(name) or 1.0)
+
+    def millimetres(name: str) -> float | None:
+        told = focal_length(entries[name])
+        return None if told is None else told.in_millimetres(_named_unit(name))
+
+    take("focus_distance_m", _FOCUS, metres)
+    take("focal_length_mm", _LENGTH, millimetres)
+    take("f_stop", _F_STOP, lambda name: stop(entries[name]))
+    take("t_stop", _LINEAR_IRIS, lambda name: linear_iris(entries[name]))
+    take("t_stop", _T_STOP, lambda name: stop(entries[name]))
+    take("squeeze", _SQUEEZE, lambda name: squeeze(entries[name]))
+    focus = sources.get("focus_distance_m")
+    has_unit = focus is None or unit_of(focus) is not None
+    return ShootLens(
+        **values, sources=sources, has_unit=has_unit, unreadable=unreadable, conflicts=conflicts
+    )
+
+
+def not_understood(columns: Iterable[str]) -> str:
+    """Return a sentence on columns that say nothing of a lens here; "" where all do."""
+    known = {*_FOCUS, *_LENGTH, *_F_STOP, *_T_STOP, *_LINEAR_IRIS, *_SQUEEZE, *_DISTANCE_UNIT}
+    unknown = [name for name in columns if _plain(name) not in known]
+    if not unknown:
+        return ""
+    unknown.sort(key=lambda name: not _LIKE_A_LENS.search(name))
+    more = f" and {len(unknown) - _NAMED} more" if len(unknown) > _NAMED else ""
+    return (
+        f"Not understood of its columns: {', '.join(map(repr, unknown[:_NAMED]))}{more}; "
+        f"understood are names such as {_UNDERSTOOD}."
+    )
+
+
+def _are_alike(one: float, other: float) -> bool:
+    """Return whether two numbers may be roundings of one value; all beyond 1000 are far."""
+    return math.isclose(min(one, _FAR), min(other, _FAR), rel_tol=_ALIKE)
+
+
+def is_of_shoot(name: str) -> bool:
+    """Return True for a header entry of a camera on set, False for one of a CG renderer."""
+    plain = _plain(name)
+    return plain.startswith("lens") or bool(_VENDOR.search(name))
+
+
+def _plain(name: str) -> str:
+    """Return the last component of a name, without unit, as lower-case letters and digits."""
+    last = re.split(r"[/:]|\.(?=[A-Za-z])", name.strip())[-1]
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", last).lower()
+    return re.sub(r"[^a-z0-9]", "", _UNIT_AT_END.sub(_without_unit, words))
+
+
+def _without_unit(match: re.Match[str]) -> str:
+    unit = match[1] or match[2]
+    return "" if unit in _UNITS_M else match[0]
+
+
+def _unit_of(name: str, names: Mapping[str, str], entries: Mapping[str, Any]) -> float | None:
+    named = _named_unit(name)
+    if named is not None:
+        return named
+    units = (
+        str(entries[names[plain]]).strip().lower() for plain in _DISTANCE_UNIT if plain in names
+    )
+    return next((_UNITS_M[unit] for unit in units if unit in _UNITS_M), None)
+
+
+def _named_unit(name: str) -> float | None:
+    """Return the metres in the unit at the end of a name, as in "Focus (ft)"; None without one."""
+    match = _UNIT_AT_END.search(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
+    return None if match is None else _UNITS_M.get(match[1] or match[2])

@@ -1,0 +1,225 @@
+"""Present photos and other pictures as parts of a file, in the form in which EXR files are read.
+
+Colour becomes scene-linear and premultiplied. Facts about the camera and the primaries are put
+into the header under their EXR names; facts about a depth, under `PICTURE_FACTS`.
+"""
+
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Literal, assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageCms
+
+from heatlens.base.errors import InputError
+from heatlens.model.boxes import Box
+from heatlens.model.plate_options import DepthConvention, PictureCurve
+from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.plate.header.channels import Header, Part
+from heatlens.plate.header.primaries import P3_D65
+from heatlens.plate.picture.display import srgb_decoded
+from heatlens.plate.picture.inner_depth import inner_depth
+from heatlens.plate.picture.picture_open import RawPicture, open_picture, picture_info
+from heatlens.plate.plate import FloatImage
+from heatlens.plate.windows import header_at_box, resized_nearest
+
+# Header entry that is 1 for a display-referred picture, whose values are no light of a scene. It is
+# copied to renders of that picture, so that they are viewed in the same way.
+FOR_THE_EYE = "heatlens:forTheEye"
+PICTURE_FACTS = (
+    "heatlens:pictureFacts"  # header entry that holds a `PictureFacts`; never written to a file
+)
+_FULL_FRAME_MM = (36.0, 24.0)
+_EXIF_FOCAL_35MM = 0xA405
+# Channels of a grey picture may differ by this part of the range: JPEG adds a little colour.
+_SHARE_COLORED = 0.02
+
+Kind = Literal["color", "depth"]
+
+
+@dataclass(frozen=True)
+class PictureFacts:
+    """Facts about a picture besides its pixels.
+
+    notes       sentences about the colour
+    full_scale  value of white of a depth in integers, None for floating point
+    convention  convention of the depth if the file states it, else None
+    why         one sentence on how the convention is known
+    """
+
+    notes: tuple[str, ...] = ()
+    full_scale: float | None = None
+    convention: DepthConvention | None = None
+    why: str = ""
+
+
+def picture_facts(header: Header) -> PictureFacts | None:
+    """Return the facts about a picture; None for a part of an EXR."""
+    facts = header.get(PICTURE_FACTS)
+    return facts if isinstance(facts, PictureFacts) else None
+
+
+def color_parts(path: Path, curve: PictureCurve) -> list[Part]:
+    """Read R, G, B and A of a picture as linear light, and Z if the picture holds a depth."""
+    raw = open_picture(path)
+    straight, notes = _linear(path, raw, curve)
+    if straight.shape[2] in (2, 4):
+        straight[:, :, :-1] *= straight[:, :, -1:]
+    names = {1: "Y", 2: "YA", 3: "RGB", 4: "RGBA"}[straight.shape[2]]
+    channels = {name: np.ascontiguousarray(straight[:, :, i]) for i, name in enumerate(names)}
+    found = inner_depth(path, raw.info)
+    if found is None:
+        return [_part(channels, raw, PictureFacts(notes))]
+    channels["Z"] = resized_nearest(_upright(found.values, straight, raw), straight.shape[:2])
+    facts = PictureFacts((*notes, *found.notes), found.full_scale, found.convention, found.why)
+    return [_part(channels, raw, facts)]
+
+
+def depth_parts(path: Path) -> list[Part]:
+    """Read a depth picture as Z, with the values that are stored in the file.
+
+    Raises InputError for a coloured picture, because the colours of a colour map have no order.
+    """
+    raw = open_picture(path)
+    values = raw.values[:, :, : 3 if raw.values.shape[2] >= 3 else 1].astype(np.float32)
+    spread = float((values.max(axis=2) - values.min(axis=2)).max())
+    if spread > _SHARE_COLORED * (raw.full_scale or max(float(np.ptp(values)), 1e-30)):
+        raise InputError(
+            f"{path} is coloured, so it is not a depth, or a depth shown with a colour map: export "
+            "it in grey, best with 16 bits."
+        )
+    facts = PictureFacts(full_scale=raw.full_scale)
+    return [_part({"Z": np.ascontiguousarray(values[:, :, 0])}, raw, facts)]
+
+
+def picture_header(path: Path) -> Header:
+    """Read the header that `color_parts` would give, without the pixels."""
+    size, info = picture_info(path)
+    return _header((), size, info, PictureFacts()) | _for_the_eye(not info.get("is_light"))
+
+
+def _for_the_eye(is_so: bool) -> Header:
+    """Return the header entry that marks a display-referred picture, if it `is_so`."""
+    return {FOR_THE_EYE: 1} if is_so else {}
+
+
+def _part(channels: dict[str, FloatImage], raw: RawPicture, facts: PictureFacts) -> Part:
+    height, width = raw.values.shape[:2]
+    header = _header(tuple(channels), (width, height), raw.info, facts)
+    return header | _for_the_eye(raw.full_scale is not None), dict(channels)
+
+
+def _header(
+    channels: tuple[str, ...], size: tuple[int, int], info: dict[str, Any], facts: PictureFacts
+) -> Header:
+    window = header_at_box(Box(0, 0, *size))
+    header: Header = {
+        "channels": [SimpleNamespace(name=c, xSampling=1, ySampling=1) for c in channels],
+        "compression": "NO_COMPRESSION",
+        "dataWindow": window,
+        "displayWindow": window,
+        PICTURE_FACTS: facts,
+    }
+    if "display p3" in _profile_name(info).lower():
+        header["chromaticities"] = P3_D65.chromaticities
+    return header | _camera(info)
+
+
+def _camera(info: dict[str, Any]) -> dict[str, Any]:
+    """Return header entries with the 35 mm equivalent focal length from EXIF, on full frame.
+
+    The f-stop is left out, because on a larger sensor the same f-stop gives more blur.
+    """
+    tags = info.get("exif_tags", {})
+    try:
+        focal_mm = float(tags.get(_EXIF_FOCAL_35MM, 0))
+    except (TypeError, ValueError, ZeroDivisionError):
+        return {}
+    if not 1 <= focal_mm <= 2000:
+        return {}
+    lens = lens_attributes(focal_mm, 1.0, 1.0, *_FULL_FRAME_MM)
+    return {name: lens[name] for name in ("pinholeFocalLength", "sensorOverallDimensions")}
+
+
+def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImage, tuple[str, ...]]:
+    """Return linear light (H, W, C) with unchanged alpha, and notes on how it was decided."""
+    values, profile_notes = _in_known_primaries(path, raw)
+    if raw.full_scale is not None:
+        values = values.astype(np.float32) / np.float32(raw.full_scale)
+    values = values.astype(np.float32)
+    is_srgb = _is_srgb(curve, raw)
+    colors = values.shape[2] - (values.shape[2] in (2, 4))
+    if is_srgb:
+        values[:, :, :colors] = srgb_decoded(values[:, :, :colors])
+    if curve is not PictureCurve.AUTO:
+        return values, profile_notes
+    bits = raw.values.dtype.itemsize * 8
+    note = (
+        f"{path}: {bits} bits, taken as sRGB and converted to linear light; "
+        "--picture-curve linear takes them as light."
+        if is_srgb
+        else f"{path}: floating point, taken as scene-linear light; --picture-curve srgb converts "
+        "it from sRGB."
+    )
+    return values, (note, *profile_notes)
+
+
+def _is_srgb(curve: PictureCurve, raw: RawPicture) -> bool:
+    """Return whether the values are sRGB; with AUTO, integers are and floats are not."""
+    match curve:
+        case PictureCurve.AUTO:
+            return raw.full_scale is not None
+        case PictureCurve.SRGB:
+            return True
+        case PictureCurve.LINEAR:
+            return False
+        case _:
+            assert_never(curve)
+
+
+def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tuple[str, ...]]:
+    """Return values in the primaries of sRGB or P3; other profiles are converted to sRGB."""
+    name = _profile_name(raw.info)
+    lower = name.lower()
+    if not name or "srgb" in lower or raw.values.shape[2] < 3:
+        return raw.values, ()
+    if "display p3" in lower:
+        return raw.values, (f"{path}: its profile is {name}, whose primaries are used.",)
+    if raw.values.dtype != np.uint8:
+        return raw.values, (f"{path}: its profile {name} is not used; taken as sRGB.",)
+    colors = Image.fromarray(np.ascontiguousarray(raw.values[:, :, :3]))
+    try:
+        profile = ImageCms.ImageCmsProfile(BytesIO(raw.info["icc_profile"]))
+        turned = ImageCms.profileToProfile(colors, profile, ImageCms.createProfile("sRGB"))
+    except (ImageCms.PyCMSError, OSError):
+        return raw.values, (f"{path}: its profile {name} cannot be used; taken as sRGB.",)
+    values = raw.values.copy()
+    values[:, :, :3] = np.asarray(turned)
+    return values, (f"{path}: converted from its profile {name} to sRGB.",)
+
+
+def _profile_name(info: dict[str, Any]) -> str:
+    """Return the name of the colour profile; "" if there is none or it cannot be read."""
+    data = info.get("icc_profile")
+    if not data:
+        return ""
+    try:
+        return ImageCms.getProfileDescription(ImageCms.ImageCmsProfile(BytesIO(data))).strip()
+    except (ImageCms.PyCMSError, OSError):
+        return ""
+
+
+def _upright(depth: FloatImage, color: FloatImage, raw: RawPicture) -> FloatImage:
+    """Rotate the depth as EXIF says the colour is rotated."""
+    turn = raw.info.get("exif_tags", {}).get(0x0112, 1)
+    if turn in (5, 6, 7, 8) and (depth.shape[0] > depth.shape[1]) == (
+        color.shape[0] > color.shape[1]
+    ):
+        return depth  # it is stored upright already
+    image = Image.fromarray(depth)
+    methods = {2: 0, 3: 3, 4: 1, 5: 5, 6: 4, 7: 6, 8: 2}
+    turned = image.transpose(Image.Transpose(methods[turn])) if turn in methods else image
+    return np.asarray(turned, np.float32)

@@ -1,0 +1,221 @@
+"""Read the stored values of pictures other than EXR: PNG, JPEG, TIFF, HEIC, AVIF, PFM, NumPy.
+
+Pillow reads pictures with 8 bits a channel, and single channels of 16 or 32 bits. Pictures that it
+would silently reduce to 8 bits are read by OpenImageIO. That is an optional extra, and so is HEIC.
+"""
+
+import contextlib
+import importlib.util
+import os
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageOps, UnidentifiedImageError, features
+
+from heatlens.base.errors import InputError
+from heatlens.base.paths import unreadable
+from heatlens.base.printable import one_line
+from heatlens.files.apart import called_apart
+from heatlens.files.limits import allow_for, is_bounded
+from heatlens.files.quiet import quiet_library
+from heatlens.plate.exr.exr_limits import MAX_SIDE_PX
+
+_MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
+_HEIC = (".heic", ".heif")
+_HEAD_BYTES = 4096  # of an AVIF, which holds its description
+
+
+@dataclass(frozen=True, eq=False)
+class RawPicture:
+    """Stored values (H, W, C) of 8, 16 or 32 bits, with 1 to 4 channels, and their metadata.
+
+    `info` is what Pillow found beside the pixels: profile, EXIF, segments, depth images.
+    """
+
+    values: NDArray[Any]
+    info: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def full_scale(self) -> float | None:
+        """The value of white for integers; None for floating point."""
+        kind = self.values.dtype
+        return float(np.iinfo(kind).max) if kind.kind in "ui" else None
+
+
+def open_picture(path: Path) -> RawPicture:
+    """Read a whole picture. Raises InputError that names the file if it cannot be read."""
+    if _is_for_own_process(path):
+        return called_apart(open_picture, path, str(path))
+    if path.suffix.lower() == ".npy":
+        return RawPicture(_array(path))
+    with refusals(path), _opened(path) as image:
+        if image is None or _is_cut_by_pillow(image):
+            return RawPicture(_by_openimageio(path), _info(image))
+        upright = ImageOps.exif_transpose(image)
+        upright = upright.convert(_MODES[upright.mode]) if upright.mode in _MODES else upright
+        values = np.array(upright)
+        info = _info(image)
+    return RawPicture(values if values.ndim == 3 else values[:, :, None], info)
+
+
+def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
+    """Read (width, height) and the metadata without decoding the pixels, where possible."""
+    if _is_for_own_process(path):
+        return called_apart(picture_info, path, str(path))
+    if path.suffix.lower() == ".npy":
+        height, width = _array(path).shape[:2]
+        return (width, height), {}
+    with refusals(path), _opened(path) as image:
+        if image is None:  # floating point: Pillow knows all other kinds
+            height, width = _by_openimageio(path).shape[:2]
+            return (width, height), {"is_light": True}
+        return image.size, _info(image) | {"is_light": image.mode == "F"}
+
+
+def _is_for_own_process(path: Path) -> bool:
+    """Return True for HEIC, whose library is large and may crash, unless this is that process."""
+    if path.suffix.lower() not in _HEIC or importlib.util.find_spec("pillow_heif") is None:
+        return False
+    allow_for(path)
+    return not is_bounded()
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Image.Image | None]:
+    """Open the file without decoding its pixels; yield None if Pillow does not know the format."""
+    if path.suffix.lower() in _HEIC:
+        _with_heic(path)
+    if not os.path.isfile(path):  # opening a pipe would wait for its writer
+        raise unreadable(path)
+    with path.open("rb") as file:  # raises an OSError that says why it cannot be opened
+        _check_avif(path, file.read(_HEAD_BYTES))
+    try:
+        image = Image.open(path)
+    except UnidentifiedImageError:
+        yield None
+        return
+    with image:
+        _check_size(path, image.size)
+        yield image
+
+
+@contextlib.contextmanager
+def refusals(path: Path) -> Iterator[None]:
+    """Turn every failure of the libraries into an InputError of one line.
+
+    For a damaged file they can raise anything, so the block must contain nothing but their calls.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # damage either leads to an error or does not matter
+            yield
+    except InputError:
+        raise
+    except FileNotFoundError as error:
+        raise unreadable(path, error) from error
+    except Image.DecompressionBombError as error:
+        raise InputError(f"{path} has too many pixels ({error}).") from error
+    except Exception as error:
+        said = one_line(error) or type(error).__name__
+        raise InputError(
+            f"{path} cannot be read: it is damaged, or of a kind that heatlens does not know "
+            f"({said})."
+        ) from error
+
+
+def _is_cut_by_pillow(image: Image.Image) -> bool:
+    """Return True if Pillow would reduce the picture from 16 bits to 8."""
+    is_color = image.mode in ("RGB", "RGBA", "LA", "RGBX")
+    return is_color and any(";16" in str(tile[-1]) for tile in getattr(image, "tile", ()))
+
+
+def _by_openimageio(path: Path) -> NDArray[Any]:
+    """Read values (H, W, C) in the type that the file has."""
+    if importlib.util.find_spec("OpenImageIO") is None:
+        raise InputError(
+            f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
+            "pip install 'heatlens[pictures]'."
+        )
+    library: Any = importlib.import_module("OpenImageIO")
+    with quiet_library():
+        return _read_by(library, path)
+
+
+def _read_by(library: Any, path: Path) -> NDArray[Any]:
+    opened = library.ImageInput.open(str(path))
+    if opened is None:
+        said = one_line(library.geterror())
+        raise InputError(f"{path} is not a picture that heatlens can read ({said}).")
+    spec = opened.spec()
+    _check_size(path, (spec.width, spec.height))
+    values = opened.read_image(library.UNKNOWN)
+    opened.close()
+    if values is None:
+        raise InputError(f"{path} is damaged or cut short ({one_line(opened.geterror())}).")
+    pixels: NDArray[Any] = np.asarray(values)[:, :, :4]
+    return pixels
+
+
+def _array(path: Path) -> NDArray[Any]:
+    """Read values (H, W, C) of a NumPy file that holds only numbers."""
+    with refusals(path):
+        values = np.load(path, allow_pickle=False)
+        values = values.squeeze() if values.ndim > 2 and 1 in values.shape else values
+        if values.ndim not in (2, 3) or values.dtype.kind not in "fui" or not values.size:
+            raise InputError(
+                f"{path} holds an array of shape {values.shape} of {values.dtype}; a picture is "
+                "(height, width) or (height, width, channels) of numbers."
+            )
+    _check_size(path, (values.shape[1], values.shape[0]))
+    pixels: NDArray[Any] = values if values.ndim == 3 else values[:, :, None]
+    return pixels
+
+
+def _check_avif(path: Path, head: bytes) -> None:
+    """Refuse an AVIF that is not read as it is: Pillow gives 8 bits of those that have more.
+
+    Source: AOMedia, AV1 Codec ISO Media File Format Binding, section 2.3.
+    """
+    if head[4:12] != b"ftypavif":
+        return
+    if not features.check("avif"):
+        raise InputError(f"{path}: AVIF needs Pillow 11.3 or newer: pip install -U pillow.")
+    at = head.find(b"av1C")
+    if at >= 0 and head[at + 6 : at + 7] and head[at + 6] & 0b0100_0000:
+        raise InputError(
+            f"{path} has more than 8 bits a channel, which AVIF is not read with: convert it to a "
+            "PNG or TIFF of 16 bits, or to EXR."
+        )
+
+
+def _with_heic(path: Path) -> None:
+    """Register the HEIC reader with Pillow."""
+    if importlib.util.find_spec("pillow_heif") is None:
+        raise InputError(f"{path}: HEIC needs pip install 'heatlens[heic]'.")
+    importlib.import_module("pillow_heif").register_heif_opener()
+
+
+def _info(image: Image.Image | None) -> dict[str, Any]:
+    """Return the metadata of a picture; a depth image as its values and its metadata."""
+    if image is None:
+        return {}
+    info: dict[str, Any] = {str(name): value for name, value in image.info.items()}
+    info["depth_images"] = [
+        (np.asarray(found.to_pillow()), found.info.get("metadata") or {})
+        for found in info.get("depth_images", ())
+    ]
+    info["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
+    info["segments"] = list(getattr(image, "applist", ()))
+    return info
+
+
+def _check_size(path: Path, size: tuple[int, int]) -> None:
+    if not all(0 < side <= MAX_SIDE_PX for side in size):
+        raise InputError(
+            f"{path} has {size[0]} x {size[1]} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
+        )

@@ -1,0 +1,130 @@
+"""Write a picture seen through the lens to a file, for the window and the command line alike."""
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.base.errors import InputError
+from heatlens.files.output_check import check_folder, check_writable, make_folder
+from heatlens.model.boxes import Box
+from heatlens.model.breathing import as_seen
+from heatlens.model.lens import Lens
+from heatlens.plate.exr.exr_write import lens_attributes, write_exr
+from heatlens.plate.picture.display import srgb_encoded
+from heatlens.plate.picture.png_write import EYE_SUFFIXES, write_png
+from heatlens.plate.plate import FloatImage, Plate
+from heatlens.plate.windows import moved_to_window
+
+PICTURE_SUFFIXES = (".exr", *EYE_SUFFIXES)
+Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display values
+
+
+def write_picture(
+    path: Path,
+    pixels: FloatImage,
+    plate: Plate,
+    lens: Lens,
+    proxy: float,
+    *,
+    half: bool = True,
+    compression: str = "zip",
+    encode: Encode = srgb_encoded,
+    more_channels: Mapping[str, FloatImage] | None = None,
+    more_attributes: Mapping[str, Any] | None = None,
+    kept_channels: Mapping[str, NDArray[Any]] | None = None,
+) -> None:
+    """Write `pixels`, (H, W, 4) premultiplied at `proxy` scale, in the format of the suffix.
+
+    An EXR is scene-linear, over the plate's windows, with the plate's metadata and `lens` in its
+    header and 16 bits a channel if `half`. `more_channels` of the same size and `more_attributes`
+    are added; `kept_channels` are written bit for bit. Other formats are converted by `encode`, and
+    show the display window, as players do. A missing folder is made, inside an existing one. Raises
+    InputError if the file cannot be written.
+    """
+    make_folder(path.parent)
+    if path.suffix.lower() in EYE_SUFFIXES:
+        shown = in_display_window(pixels, plate, proxy)
+        write_png(path, shown if plate.has_alpha else shown[..., :3], encode=encode)
+        return
+    names = "RGBA" if plate.has_alpha else "RGB"
+    write_exr(
+        path,
+        {**{name: pixels[..., i] for i, name in enumerate(names)}, **(more_channels or {})},
+        scaled_window(plate.data_window, proxy, pixels.shape[1::-1]),
+        scaled_window(plate.display_window, proxy),
+        plate.pixel_aspect_ratio,
+        {**plate.attributes, **lens_header(plate, lens), **(more_attributes or {})},
+        half=half,
+        compression=compression,
+        kept=kept_channels,
+    )
+
+
+def check_output(path: Path, plate: Path, *beside: Path) -> None:
+    """Raise InputError for an output that would fail only after rendering or destroy an input.
+
+    `beside` are other input files, which need not exist.
+    """
+    if path.suffix.lower() not in PICTURE_SUFFIXES:
+        raise InputError(f"{path}: the output must end in {', '.join(PICTURE_SUFFIXES)}.")
+    check_folder(path)
+    check_writable(path if path.parent.is_dir() else path.parent)
+    if os.path.isdir(path):
+        raise InputError(f"{path} is a folder: give the name of a file to write.")
+    if _is_same(path, plate):
+        raise InputError(f"{path} is the plate itself: give another name for the output.")
+    if any(_is_same(path, other) for other in beside):
+        raise InputError(f"{path} is a part of {plate.name}: give another name for the output.")
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    return os.path.exists(path) and os.path.exists(other) and os.path.samefile(path, other)
+
+
+def lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
+    """Return the lens as header attributes; none if the plate holds circles of confusion.
+
+    The height of the sensor follows from the shape of the picture, as in camera files: it decides
+    the vertical angle, while the height in a header may be that of a whole sensor, of which the
+    picture is a part.
+    """
+    if plate.coc_px is not None:
+        return {}
+    lens, window = as_seen(lens), plate.display_window
+    height_mm = lens.sensor_width_mm * window.height / (window.width * plate.pixel_aspect_ratio)
+    return lens_attributes(
+        lens.focal_length_mm,
+        lens.f_stop,
+        lens.focus_distance_m,
+        lens.sensor_width_mm,
+        height_mm,
+        model=lens.model,
+    )
+
+
+def in_display_window(
+    pixels: FloatImage, plate: Plate, proxy: float, outside: FloatImage | None = None
+) -> FloatImage:
+    """Return `pixels`, (H, W, n) over the data window at `proxy` scale, over the display window.
+
+    Overscan is cut off, and what the renderer did not write is `outside`, (n,) values, else 0.
+    """
+    window = scaled_window(plate.data_window, proxy, pixels.shape[1::-1])
+    seen = scaled_window(plate.display_window, proxy)
+    if window == seen:
+        return pixels
+    count = pixels.shape[2]
+    fill = np.zeros(count, np.float32) if outside is None else outside
+    moved = (moved_to_window(pixels[..., i], window, seen, float(fill[i])) for i in range(count))
+    return np.stack(list(moved), axis=-1)
+
+
+def scaled_window(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:
+    """Return the window `box` at proxy scale; `size` (width, height) overrides the rounded size."""
+    x0, y0 = round(box.x0 * scale), round(box.y0 * scale)
+    width, height = size or (max(1, round(box.width * scale)), max(1, round(box.height * scale)))
+    return Box(x0, y0, x0 + width, y0 + height)

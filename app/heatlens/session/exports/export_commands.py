@@ -1,0 +1,103 @@
+"""Export frames, a movie or the lens as a camera in another process."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.base.errors import HeatlensError
+from heatlens.model.frames import FrameRange
+from heatlens.model.option import words_of
+from heatlens.session.exports.export_process import ExportRun, ExportState
+from heatlens.session.exports.export_settings import ExportSettings, proposed_settings
+from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.worker import Worker
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.pictures.picture_look import PictureLook
+from heatlens.session.shot.editing import Editing
+from heatlens.session.time.timeline import Timeline
+
+
+class ExportCommands(Worker):
+    """Exports the open shot as it is at the start of the export, and reports how it ended."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        timeline: Timeline,
+        look: PictureLook,
+        say: Callable[[str], None],
+        wake: Callable[[], None],
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._timeline = timeline
+        self._look = look
+        self._say = say
+        self.run = ExportRun(wake)
+        self.settings = ExportSettings()
+        self.shot_name: Callable[[], str] = str  # of its file, for the burn-in
+        self._of: str | None = None  # the source that folder and name were proposed for
+        self._reported: ExportState | None = None  # the export whose end was reported
+
+    @property
+    def why_not(self) -> str:
+        """The reason why nothing can be exported now; "" if exporting is possible."""
+        return "" if self.run.is_busy else self._source.once_only
+
+    @property
+    def played(self) -> FrameRange | None:
+        """The frames from in to out, which are exported if no others are named; None for a still.
+
+        The shot file of a sequence need not tell its frames: the files on disk do.
+        """
+        return self._timeline.timed_shot.played
+
+    def propose(self) -> None:
+        """Propose folder and name if another plate has been opened since the last proposal."""
+        plate, source = self._source.plate, self._editing.shot.source
+        if plate is not None and source != self._of:
+            self.settings, self._of = proposed_settings(plate.path), source
+        is_single = self.played is None or self.played.count == 1
+        self.settings = replace(self.settings, is_single=is_single)
+
+    def export(self) -> None:
+        """Start to export the frames or the movie that is set in the panel."""
+        job = self.settings.job(self._look.options(), self._look.guides, self.shot_name())
+        shot = self.settings.shot_of(self._timeline.timed_shot)
+        self._begin(lambda: self.run.export(shot, self.settings.output, job))
+
+    def write_camera(self) -> None:
+        """Start to write the lens as a camera file."""
+        self._begin(lambda: self.run.camera(self._timeline.timed_shot, self.settings.camera_output))
+
+    def write_sheet(self, path: Path, title: str) -> None:
+        """Start to write the focus pull as a page to print for the set, with a table beside it."""
+        if self.run.is_busy:
+            self._say(Problem("An export is under way: the pull sheet has to wait for its end."))
+            return
+        words = ["--title", title, *words_of(self._look.options())]
+        try:
+            self.run.sheet(self._timeline.timed_shot, str(path), words)
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def _begin(self, run: Callable[[], None]) -> None:
+        try:
+            Path(self.settings.folder).expanduser().mkdir(parents=True, exist_ok=True)
+            run()
+        except OSError as error:
+            self._say(f"{self.settings.folder} cannot be made: {error.strerror or error}.")
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def poll(self) -> None:
+        """Report how an export has ended; call this once a frame."""
+        state = self.run.state
+        if state is not None and state.code is not None and state is not self._reported:
+            self._reported = state
+            self._say(state.said if state.code == 0 or state.is_stopped else Problem(state.said))
+
+    def close(self) -> None:
+        """Stop an export and keep its finished frames."""
+        self.run.close()

@@ -1,0 +1,219 @@
+"""Exports while the window goes on: `heatlens export`, `camera` and `shot sheet` as processes.
+
+A process of its own has its own OpenGL, holds up nothing, and leaves whole files if it is stopped.
+"""
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Thread, current_thread, main_thread
+
+from heatlens.base.errors import FAULT_CODE
+from heatlens.base.faults import faults_reported, told_error
+from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.export.output import MOVIE_SUFFIXES
+from heatlens.model.shot import Shot
+
+_PATIENCE_S = 2.0  # until an export that was asked to stop is killed
+_KILLED_S = 1.0  # until the system has cleared away what was killed
+_STOPS = (signal.SIGINT, signal.SIGTERM)
+_TITLES = {"shot sheet": "pull sheet"}
+_STOPPED = (128 + signal.SIGTERM, -signal.SIGTERM, -signal.SIGKILL)
+
+
+@dataclass
+class ExportState:
+    """How far an export is, as its process tells it."""
+
+    title: str
+    done: int = 0
+    frames: int = 0
+    left_s: float | None = None
+    said: str = ""  # the last sentence of the process
+    code: int | None = None  # None: it goes on
+    output: str = ""  # the pattern of the frames, or the file
+    told: str = ""  # a sentence that the process has about what it wrote
+
+    @property
+    def is_stopped(self) -> bool:
+        """Return True where it was stopped by hand."""
+        return self.code in _STOPPED
+
+    @property
+    def when_stopped(self) -> str:
+        """What stays of an export that is stopped, in a sentence."""
+        if Path(self.output).suffix.lower() in MOVIE_SUFFIXES:
+            return "A movie is whole or not there; exporting again begins it anew."
+        return "Finished frames stay; exporting again goes on with the rest."
+
+
+class ExportRun:
+    """Runs one process at a time and follows what it says."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        """Take `wake`, which is called on a thread when the export has news."""
+        self._wake = wake
+        self._process: subprocess.Popen[str] | None = None
+        self._follower: Thread | None = None
+        self.state: ExportState | None = None  # of the latest one
+
+    @property
+    def is_busy(self) -> bool:
+        """Return True while a process goes on."""
+        return self.state is not None and self.state.code is None
+
+    def export(self, shot: Shot, output: str, job: str = "") -> None:
+        """Begin to write the frames of `shot` to `output`; `job` is the text of a job file."""
+        self._start("export", shot, output, ("--progress", "json"), job)
+
+    def camera(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
+        """Begin to write the lens of `shot` as a camera file."""
+        self._start("camera", shot, output, words)
+
+    def sheet(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
+        """Begin to write the pull sheet of `shot`; `words` are options of the command."""
+        self._start("shot sheet", shot, output, ("--progress", "json", *words))
+
+    def cancel(self) -> None:
+        """Ask it to stop; what is finished stays, and a later export goes on from there.
+
+        One that has not stopped after a while is killed. Nobody waits for it here.
+        """
+        if self._process is not None and self.is_busy:
+            _stop(self._process)
+
+    def close(self) -> None:
+        """Stop it and wait until it has ended, which does not take long."""
+        self.cancel()
+        if self._follower is not None:
+            self._follower.join(_PATIENCE_S + _KILLED_S)
+
+    def _start(
+        self, command: str, shot: Shot, output: str, words: Sequence[str], job: str = ""
+    ) -> None:
+        """Start the process and follow it. If that fails, nothing is left of it."""
+        title = f"{_TITLES.get(command, command)} to {output}"
+        with faults_reported(f"The {title} could not begin"), ExitStack() as undone:
+            folder = tempfile.TemporaryDirectory(prefix="heatlens-")
+            undone.enter_context(folder)
+            path = Path(folder.name) / f"window{SHOT_SUFFIX}"
+            write_shot(path, shot)
+            if job:
+                job_path = Path(folder.name) / "job.json"
+                job_path.write_text(job, encoding="utf-8")
+                words = (*words, "--job", str(job_path))
+            process = _started([*command.split(), str(path), "-o", output, *words])
+            undone.enter_context(process)  # closes its pipes
+            undone.callback(process.kill)
+            state = ExportState(title, output=output)
+            follower = Thread(target=self._follow, args=(process, state, folder), daemon=True)
+            follower.start()
+            undone.pop_all()  # now the follower removes the folder when the process has ended
+        self._process, self.state, self._follower = process, state, follower
+
+    def _follow(
+        self,
+        process: "subprocess.Popen[str]",
+        state: ExportState,
+        folder: "tempfile.TemporaryDirectory[str]",
+    ) -> None:
+        """Read what the process prints until it ends, then set its exit code; on a thread."""
+        try:
+            with folder, process:
+                self._read(process, state)
+            code = process.returncode
+            state.said = _closing_sentence(code, state)
+        except Exception as error:  # without an exit code the window would wait for ever
+            state.said, code = str(told_error(error, f"{state.title} failed")), FAULT_CODE
+        state.code = code
+        self._wake()
+
+    def _read(self, process: "subprocess.Popen[str]", state: ExportState) -> None:
+        errors = Thread(target=self._listen, args=(process, state), daemon=True)
+        errors.start()
+        assert process.stdout is not None
+        try:
+            for line in process.stdout:
+                _take(line, state)
+                self._wake()
+        except Exception:
+            _stop(process)
+            raise
+        finally:
+            errors.join()
+
+    def _listen(self, process: "subprocess.Popen[str]", state: ExportState) -> None:
+        assert process.stderr is not None
+        for line in process.stderr:
+            state.said = line.strip().removeprefix("heatlens: ")
+
+
+def _started(words: Sequence[str]) -> "subprocess.Popen[str]":
+    """Start the heatlens command with these words as a process."""
+    # -P: a file in the current folder that is called like one of Python's must not be run.
+    line = [sys.executable, "-P", "-m", "heatlens", *words]
+    with _signals_heard_by_children():
+        return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@contextmanager
+def _signals_heard_by_children() -> Iterator[None]:
+    """Start processes that answer stop signals, also where this one was started to ignore them.
+
+    What is ignored stays ignored in a child, as in that of `heatlens x &` in a script; a signal
+    that has a handler has its usual effect there. Only the main thread may set handlers.
+    """
+    if current_thread() is not main_thread():
+        yield
+        return
+    ignored = [number for number in _STOPS if signal.getsignal(number) is signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, lambda *_: None)
+    try:
+        yield
+    finally:
+        for number in ignored:
+            signal.signal(number, signal.SIG_IGN)
+
+
+def _stop(process: "subprocess.Popen[str]") -> None:
+    """Ask `process` to stop; kill it after a while if it has not."""
+    process.terminate()  # heard from its first moment on, unlike Ctrl-C
+    Thread(target=_kill_late, args=(process,), daemon=True).start()
+
+
+def _kill_late(process: "subprocess.Popen[str]") -> None:
+    """Kill a process that was asked to stop and goes on; on a thread."""
+    try:
+        process.wait(_PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+
+
+def _closing_sentence(code: int, state: ExportState) -> str:
+    """Return what the window says after exit code `code`: of a failure, the command's words."""
+    if code == 0:
+        return f"Done: {state.title}. {state.told}".strip()
+    if code in _STOPPED:
+        return f"Stopped: {state.title}. {state.when_stopped}"
+    return state.said
+
+
+def _take(line: str, state: ExportState) -> None:
+    """Take the event of a line of `--progress json`; leave out any other line, such as a name."""
+    try:
+        event = json.loads(line)
+    except ValueError:
+        return
+    if not isinstance(event, dict):
+        return
+    state.frames = event.get("frames", state.frames)
+    state.done = event.get("done", state.done)
+    state.left_s = event.get("seconds_left", state.left_s)
+    state.told = event.get("told", state.told)

@@ -1,0 +1,97 @@
+"""What the user wants to export, as the panel shows it and as the exporting process takes it."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from heatlens.base.paths import folder_to_write_in
+from heatlens.export.job_file import job_text
+from heatlens.export.options import ExportOptions, in_panel
+from heatlens.model.guides import NO_GUIDES, Guides
+from heatlens.model.look_options import LookOptions
+from heatlens.model.settings import Quality
+from heatlens.model.shot import Shot
+
+FRAME_KINDS = {
+    "EXR, scene-linear": ".exr",
+    "PNG, as it looks": ".png",
+    "JPEG, as it looks": ".jpg",
+    "TIFF, as it looks": ".tif",
+    "ProRes movie": ".mov",
+    "H.264 movie": ".mp4",
+}
+CAMERA_KINDS = {
+    "USD": ".usda",
+    "Nuke": ".nk",
+    "Blender": ".py",
+    "JSON": ".json",
+    "table (CSV)": ".csv",
+}
+_MOVIES = (".mov", ".mp4")
+
+
+@dataclass(frozen=True)
+class ExportSettings(ExportOptions):
+    """What is to be exported, as the panel shows it, with the options of every export.
+
+    folder, name    where to, and the name before the number of the frame
+    quality         "" for that of the shot
+    with_guides     the guides of the window are drawn into the pictures
+    is_single       the shot has one frame, whose file needs no number unless frames are named
+    """
+
+    folder: str = ""
+    name: str = ""
+    kind: str = "EXR, scene-linear"
+    quality: str = ""
+    with_guides: bool = False
+    camera_kind: str = "USD"
+    is_single: bool = False
+
+    @property
+    def output(self) -> str:
+        """The path pattern of the frames, or the path of the movie."""
+        suffix = FRAME_KINDS[self.kind]
+        is_single = self.is_single and not self.frames
+        number = "" if is_single or suffix in _MOVIES else ".####"
+        return str(Path(self.folder) / f"{self.name}{number}{suffix}")
+
+    @property
+    def camera_output(self) -> str:
+        """The path of the camera file."""
+        return str(Path(self.folder) / f"{self.name}{CAMERA_KINDS[self.camera_kind]}")
+
+    @property
+    def is_linear(self) -> bool:
+        """Return True if the output is scene-linear and not made for a display."""
+        return FRAME_KINDS[self.kind] == ".exr"
+
+    def shot_of(self, shot: Shot) -> Shot:
+        """Return the shot at the quality that is to be exported."""
+        if not self.quality:
+            return shot
+        return replace(shot, defocus=replace(shot.defocus, quality=Quality(self.quality)))
+
+    def job(self, look: LookOptions, guides: Guides = NO_GUIDES, shot: str = "") -> str:
+        """Return the options as `heatlens export --job` reads them; EXR has no look, no guides.
+
+        `shot` is the name of the shot in the burn-in.
+        """
+        options = ExportOptions(**{n: getattr(self, n) for n in in_panel(self.is_linear)})
+        if self.is_linear:
+            return job_text(options)
+        drawn = replace(guides, opacity=_opacity(guides)) if self.with_guides else NO_GUIDES
+        return job_text(replace(options, shot_name=shot), look, drawn)
+
+
+def _opacity(guides: Guides) -> float:
+    """Return the opacity of the matte; the default if there is none."""
+    return NO_GUIDES.opacity if guides.aspect is None else guides.opacity
+
+
+def proposed_settings(plate: Path) -> ExportSettings:
+    """Propose an export of a plate next to its file, under the same name.
+
+    What comes with the program, or lies where nothing may be written, goes to the user's pictures.
+    """
+    name = plate.name.split(".")[0]
+    return ExportSettings(str(folder_to_write_in(plate) / f"{name}_dof"), name)

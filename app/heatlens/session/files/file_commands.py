@@ -1,0 +1,267 @@
+"""Open, reload and save files that the user names, and remember how they were read."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.base.paths import folder_to_write_in, home_dir
+from heatlens.documents.shot_file import SHOT_SUFFIX
+from heatlens.files.picture_formats import PICTURES_READ
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.picture.picture_write import PICTURE_SUFFIXES
+from heatlens.scene.scene_read import SCENE_SUFFIXES
+from heatlens.sequence.depth_files import picture_and_depth
+from heatlens.session.files.folder_walk import Chosen, Purpose
+from heatlens.session.files.plate_reading import PlateReading
+from heatlens.session.files.shot_documents import ShotDocuments
+from heatlens.session.lens.camera_import import CameraImport
+from heatlens.session.lens.image_import import OpeningImageImport
+from heatlens.session.loop.worker import Worker
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.pictures.picture_commands import PictureCommands
+from heatlens.session.pictures.reference import ReferenceLoader
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shot.editing import Editing
+from heatlens.session.shot.start import GivenOptions
+from heatlens.source.opened import Opened
+
+PURPOSES = {
+    purpose.key: purpose
+    for purpose in (
+        Purpose(
+            "open",
+            "Open a plate or a scene",
+            "Open",
+            (".exr", *PICTURES_READ, *SCENE_SUFFIXES),
+            "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
+        ),
+        Purpose(
+            "behind",
+            "Add a picture of what lies behind",
+            "Add",
+            (".exr", *PICTURES_READ),
+            "With depth, of the same camera: a clean plate, a background, a character with alpha.",
+        ),
+        Purpose("reference", "Open a reference", "Open", (".exr", *PICTURES_READ), "Shown as B."),
+        Purpose(
+            "save",
+            "Save the picture",
+            "Save",
+            PICTURE_SUFFIXES,
+            ".exr: scene-linear, with the lens in its header.   .png: as it looks here.",
+            is_save=True,
+        ),
+        Purpose(
+            "camera",
+            "Import the lens of a camera",
+            "Import",
+            (".usd", ".usda", ".usdc", ".usdz", ".json", ".csv"),
+            "Focal length, f-stop, focus and film back, with keys for what moves.",
+        ),
+        Purpose(
+            "opening",
+            "Take a picture as the opening of the lens",
+            "Take",
+            (".exr", *PICTURES_READ),
+            "White lets light through, black none.   Lamps behind the focus show it upright.",
+        ),
+        Purpose(
+            "sheet",
+            "Write the pull sheet",
+            "Write",
+            (".html",),
+            "Keys with picture, timecode, mark and distances; a table (.csv) is written beside it.",
+            is_save=True,
+        ),
+        Purpose("shot", "Open a shot", "Open", (SHOT_SUFFIX,), "A shot and its plate."),
+        Purpose(
+            "save shot",
+            "Save the shot",
+            "Save",
+            (SHOT_SUFFIX,),
+            "Lens, keys, marks and how the plate is read; text that people can read.",
+            is_save=True,
+        ),
+    )
+}
+
+
+class FileCommands(Worker):
+    """The commands of the File menu; dialogs ask for the names."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        documents: ShotDocuments,
+        pictures: PictureCommands,
+        references: ReferenceLoader,
+        preferences: Preferences,
+        given: GivenOptions,
+        write_sheet: Callable[[Path, str], None],
+        say: Callable[[str], None],
+        wake: Callable[[], None],
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._documents = documents
+        self._pictures = pictures
+        self._references = references
+        self._preferences = preferences
+        self._given = given
+        self._say = say
+        self.reading = PlateReading(source, editing, preferences)
+        self.openings = OpeningImageImport(editing, say, wake)
+        self.cameras = CameraImport(source, editing, say, wake)
+        self._write_sheet = write_sheet
+
+    # Opening
+
+    def open(self, text: str, options: PlateOptions | None = None) -> None:
+        """Open a file, pattern, folder or shot; the present source stays until it has arrived."""
+        self._say("")  # clear the error of an earlier file
+        if not self._documents.opens(text):
+            found = options or self.options_for(text)
+            self._source.open(text, found, timing=self._given.timing_of(text))
+
+    def open_first(self) -> None:
+        """Open the file that the command line named, if any."""
+        text, given = self._given.start.source, self._given.start.plate_options
+        if not text or self._documents.opens(text):
+            return
+        is_stream = self._source.stream is not None and text == self._source.stream.text
+        found = given if is_stream else self._first_options(text, given)
+        self._source.open(text, found, timing=self._given.timing_of(text))
+
+    def open_dropped(self, names: Sequence[str]) -> None:
+        """Open a dropped picture with its depth file, if the names match; else the first file."""
+        pair = picture_and_depth(names)
+        if pair is None:
+            self.open(names[0])
+            return
+        picture, depth = pair
+        self.open(picture, replace(self.options_for(picture), depth_source=depth))
+
+    def options_for(self, text: str) -> PlateOptions:
+        """Return the plate options for `text`: from the command line, or remembered.
+
+        If the command line named no file, its options are for the first file that is opened.
+        """
+        is_given = not self._given.start.source and not self._given.has_opened
+        given = self._given.start.plate_options if is_given else PlateOptions()
+        return self._first_options(text, given)
+
+    def _first_options(self, text: str, given: PlateOptions) -> PlateOptions:
+        """Return the given options, or the remembered ones if none were given."""
+        if replace(given, focal_length_mm=None, sensor_width_mm=None) != PlateOptions():
+            return given
+        kept = self._preferences.options_for(text)
+        return replace(
+            kept,
+            focal_length_mm=given.focal_length_mm or kept.focal_length_mm,
+            sensor_width_mm=given.sensor_width_mm or kept.sensor_width_mm,
+        )
+
+    def reload(self) -> None:
+        """Read the plate or the scene again as it is on disk now."""
+        opened = self._source.opened
+        if opened is not None and opened.again is not None:
+            framing = self._editing.shot.framing
+            timing = None if framing is None else framing.timing
+            self._source.open(opened.text, opened.options, self._editing.frame, timing)
+        elif opened is not None:
+            self._say(self._source.once_only)
+
+    # Choosing
+
+    def may_choose(self, key: str) -> bool:
+        """Return True if a file can be chosen for this purpose; report why not otherwise."""
+        if self._source.plate is None and PURPOSES[key].is_save:
+            self._say("Nothing is open that could be saved.")
+        elif key == "behind" and not self.reading.is_possible:
+            self._say("Pictures behind are added to a plate, and none is open.")
+        elif key == "save shot" and self._source.once_only:
+            self._say(self._source.once_only)
+        else:
+            return True
+        return False
+
+    def first_folder(self, key: str) -> Path:
+        """Return the folder in which a dialog begins: the last one used, or that of the plate.
+
+        A shot is saved beside its file. For saving beside a plate of the program itself, the folder
+        is the user's one of pictures.
+        """
+        shot_path = self._documents.path
+        if key == "save shot" and shot_path is not None:
+            return shot_path.parent
+        plate, is_save = self._source.plate, PURPOSES[key].is_save
+        if plate is None:
+            here = home_dir()
+        else:
+            here = folder_to_write_in(plate.path) if is_save else plate.path.absolute().parent
+        return Path(self._preferences.now.folders.get(key, here))
+
+    def first_name(self, key: str) -> str:
+        """Return the file name that a save dialog proposes."""
+        plate = self._source.plate
+        if key == "save shot":
+            return self._documents.proposed_name()
+        if key == "sheet" and plate is not None:
+            return f"{plate.path.name.split('.')[0]}.pull.html"
+        return f"{plate.path.stem}.dof.exr" if plate is not None else ""
+
+    def take(self, chosen: Chosen) -> None:
+        """Apply the choice of a dialog."""
+        key = chosen.purpose.key
+        self._preferences.looked_in(key, chosen.path.parent)
+        if key in ("open", "shot"):
+            self.open(str(chosen.path))
+        elif key == "reference":
+            frame = self._editing.frame
+            self._references.open(chosen.entry.file_at(frame) if chosen.entry else chosen.path)
+        elif key == "behind":
+            self.reading.add_behind(chosen.entry, chosen.path)
+        elif key == "camera":
+            self.cameras.begin(chosen.path)
+        elif key == "opening":
+            self.openings.begin(
+                chosen.entry.file_at(self._editing.frame) if chosen.entry else chosen.path
+            )
+        elif key == "save shot":
+            self._documents.save_as(chosen.path.absolute())
+        elif key == "sheet":
+            title = self._documents.title.removesuffix(" *") or chosen.path.name.split(".")[0]
+            self._write_sheet(chosen.path.absolute(), title)
+        else:
+            self._pictures.save(chosen.path)
+
+    # Called by the session
+
+    def arrived(self, opened: Opened) -> None:
+        """Remember an opened file."""
+        self.reading.arrived(opened)
+        if opened.again is not None and opened.again.files is not None:
+            self._preferences.opened(opened.text)
+
+    def poll(self) -> None:
+        """Continue requested work; call this once a frame."""
+        self.reading.follow()
+        self._follow_stream()
+        self.cameras.poll()
+        self.openings.poll()
+
+    def _follow_stream(self) -> None:
+        """Read a stream's frames with the options of the Plate panel, or of the shot after an undo.
+
+        A recovered shot names its source as a path; that is replaced by the stream's name.
+        """
+        stream, reading, now = self._source.stream, self.reading, self._editing.shot
+        if stream is None or not stream.is_shown:
+            return
+        if reading.options == stream.options:
+            reading.options = now.plate_options
+        stream.options = reading.options
+        shot = replace(now, source=stream.text, plate_options=stream.options)
+        if shot != now:
+            self._editing.edit(shot)

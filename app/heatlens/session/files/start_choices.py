@@ -1,0 +1,134 @@
+"""The choices of the start screen, and whether it is shown."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.base.paths import data_dir, home_dir
+from heatlens.documents.shot_file import is_shot_file
+from heatlens.scene.scene_name import DEMO
+from heatlens.session.files.file_commands import FileCommands
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.settings.recent_files import RecentFiles
+from heatlens.session.shot.start import GivenOptions
+from heatlens.session.time.playback import Playback
+from heatlens.source.kinds import kind_of
+
+_RECENT_MAX = 6  # so that all cards together have digit keys
+
+
+@dataclass(frozen=True)
+class Card:
+    """A choice on the start screen.
+
+    title    its name
+    words    the line under the name
+    text     the source to open, see FileCommands.open; None opens the file dialog
+    kind     the kind of a recent file, in a word; "" for permanent choices
+    picture  the name of a picture in assets/, or None
+    """
+
+    title: str
+    words: str
+    text: str | None
+    kind: str = ""
+    picture: str | None = None
+
+
+class StartChoices:
+    """The start screen: whether it is shown, and its choices."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        playback: Playback,
+        files: FileCommands,
+        recent: RecentFiles,
+        given: GivenOptions,
+    ) -> None:
+        self._source = source
+        self._playback = playback
+        self._files = files
+        self._recent = recent
+        self._given = given
+        self.is_wanted = False
+        if not given.start.source:
+            self.show()
+
+    def show(self) -> None:
+        """Show the start screen instead of the picture; the open source stays open."""
+        self.is_wanted = True
+        self._playback.stop()
+        self._recent.look()
+
+    def opened(self) -> None:
+        """Leave the start screen, because a source has been opened."""
+        self.is_wanted = False
+
+    def leave(self) -> None:
+        """Go back to the picture, if there is one."""
+        if self._source.plate is not None:
+            self.is_wanted = False
+
+    def refused(self) -> None:
+        """Show the start screen if the source of the command line cannot be opened."""
+        is_idle = self._source.opener.opening is None and not self._source.is_waiting
+        if is_idle and not self._given.has_opened and not self.is_wanted:
+            self.show()
+
+    @property
+    def has_nothing(self) -> bool:
+        """True if nothing has been opened yet, so that panels have nothing to show."""
+        return self.is_wanted and self._source.plate is None
+
+    @property
+    def most_recent(self) -> int:
+        """The largest number of recent files once the check of them has ended."""
+        return min(self._recent.most, _RECENT_MAX)
+
+    def cards(self) -> tuple[Card, ...]:
+        """Return the permanent choices, then the recent files that still exist."""
+        stream = self._source.stream
+        still = str(data_dir("assets") / "still_life.exr")
+        listen = () if stream is None else (_listen(stream.text, stream.address),)
+        fixed = (*_built_in(still), *listen)
+        known = {card.text for card in fixed}
+        recent = [text for text in self._recent.found if text not in known]
+        return (*fixed, *map(_recent, recent[:_RECENT_MAX]))
+
+    def take(self, card: Card) -> bool:
+        """Open a choice; return False if the file dialog is needed.
+
+        The start screen stays until the source is open.
+        """
+        if card.text is None:
+            return False
+        self._files.open(card.text)
+        stream = self._source.stream
+        if stream is not None and card.text == stream.text:
+            self.is_wanted = False  # the viewport has its own notice while it waits for a stream
+        return True
+
+
+def _built_in(still: str) -> tuple[Card, ...]:
+    return (
+        Card("Demo scene", "A street at night, made for focus", DEMO, picture="demo.webp"),
+        Card("Still life", "A plate: one frame with depth", still, picture="focus_fruit.png"),
+        Card("Open ...", "A plate, a sequence or a 3D scene", None),
+    )
+
+
+def _listen(text: str, address: str) -> Card:
+    return Card("Listen to a renderer", f"What it sends to {address}", text)
+
+
+def _recent(text: str) -> Card:
+    path, home = Path(text), home_dir()
+    folder = path.parent
+    inside = folder.is_relative_to(home) and home != Path(home.anchor)
+    words = str(Path("~") / folder.relative_to(home)) if inside else str(folder)
+    return Card(path.name, words, text, word_of(text))
+
+
+def word_of(text: str) -> str:
+    """Return the kind of a recent file in a word, judged by its name."""
+    return "Shot" if is_shot_file(text) else kind_of(text).word(text)

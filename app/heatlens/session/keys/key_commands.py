@@ -1,0 +1,149 @@
+"""The commands on keys; each is one undo step, and reports why it is impossible if so."""
+
+from collections.abc import Callable
+
+from heatlens.base.errors import HeatlensError
+from heatlens.model.interpolation import Interpolation
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.session.keys.key_choice import (
+    Chosen,
+    Copied,
+    all_keys,
+    copied,
+    deleted,
+    eased,
+    interpolated,
+    keys_at,
+    moved,
+    pasted,
+    with_keys_here,
+)
+from heatlens.session.keys.key_rows import CAMERA, Row, RowChoice, key_count
+from heatlens.session.loop.messages import Problem
+from heatlens.session.shot.editing import Editing
+
+
+class KeyCommands:
+    """Keeps the selection and the copied keys, and runs the commands on them."""
+
+    def __init__(
+        self,
+        editing: Editing,
+        rows: RowChoice,
+        set_camera_key: Callable[[], None],
+        say: Callable[[str], None],
+    ) -> None:
+        self._editing = editing
+        self.rows = rows
+        self._set_camera_key = set_camera_key
+        self._say = say
+        self._chosen: Chosen = frozenset()
+        self._copied: Copied = ()
+
+    @property
+    def chosen(self) -> Chosen:
+        """The chosen keys that still exist."""
+        return self._chosen & all_keys(self._editing.shot)
+
+    def choose(self, keys: Chosen) -> None:
+        """Select these keys and no others."""
+        self._chosen = keys
+
+    def choose_between(self, row: Row, first: float, last: float) -> None:
+        """Select the keys of a row from the first to the last frame."""
+        keys = all_keys(self._editing.shot)
+        self._chosen = frozenset(k for k in keys if k.row is row and first <= k.frame <= last)
+
+    def choose_all(self) -> None:
+        """Select every key of every row."""
+        self._chosen = all_keys(self._editing.shot)
+
+    @property
+    def meant(self) -> Chosen:
+        """The keys that commands act on: the chosen ones, or those at the playhead if none are."""
+        return self.chosen or keys_at(self._editing.shot, self._editing.frame)
+
+    def set_here(self) -> None:
+        """Set keys at the playhead, for the camera if its row is selected, else for the lens.
+
+        For the lens, the focus and every parameter with keys get one.
+        """
+        if self.rows.chosen is CAMERA:
+            self._set_camera_key()
+            return
+        frame = self._editing.frame
+        self._editing.settle()
+        self._editing.keep_tried()
+        self._do(lambda shot: with_keys_here(shot, frame))
+
+    def toggle_here(self, parameter: LensParameter) -> None:
+        """Set a key of one parameter at the playhead, or remove the one that is there."""
+        shot, frame = self._editing.shot, self._editing.frame
+        if shot.curves.of(parameter).key_at(frame) is None:
+            self._do(lambda shot: shot.with_key(frame, parameter))
+        else:
+            self._do(lambda shot: shot.without_key(frame, parameter))
+
+    def delete(self) -> None:
+        """Delete the chosen keys, or those at the playhead."""
+        frame = self._editing.frame
+        self._do(lambda shot: deleted(shot, self.meant, frame))
+
+    def copy(self) -> None:
+        """Copy the keys for `paste`."""
+        if self.meant:
+            self._copied = copied(self._editing.shot, self.meant)
+            self._say(f"{_count(len(self.meant))} copied.")
+
+    def paste(self) -> None:
+        """Paste the copied keys from the playhead on."""
+        if not self._copied:
+            self._say("No keys were copied.")
+            return
+        self._do_and_choose(lambda shot: pasted(shot, self._copied, self._editing.frame))
+
+    def move(self, by_frames: float) -> None:
+        """Move the keys by a number of frames; a negative number moves them earlier."""
+        if by_frames:
+            before = self._editing.shot
+            self._do_and_choose(lambda shot: moved(shot, self.meant, by_frames))
+            self.tell_of_replaced(before)
+
+    def tell_of_replaced(self, before: Shot) -> None:
+        """Report how many keys were removed since `before` because others were moved onto them."""
+        gone = key_count(before) - key_count(self._editing.shot)
+        if gone > 0:
+            self._say(f"{_count(gone)} made room for what was moved there. Ctrl+Z undoes it.")
+
+    def interpolate(self, interpolation: Interpolation) -> None:
+        """Set the interpolation after each of the keys."""
+        self._do(lambda shot: interpolated(shot, self.meant, interpolation))
+
+    def ease(self, influence_percent: float, is_out: bool) -> None:
+        """Set the ease out or in of the keys; dragging the number is one undo step."""
+        try:
+            self._editing.edit(eased(self._editing.shot, self.meant, influence_percent, is_out))
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def _do_and_choose(self, change: Callable[[Shot], tuple[Shot, Chosen]]) -> None:
+        came: list[Chosen] = []
+
+        def change_and_note(shot: Shot) -> Shot:
+            after, chosen = change(shot)
+            came.append(chosen)
+            return after
+
+        self._do(change_and_note)
+        if came:
+            self._chosen = came[0]
+
+    def _do(self, change: Callable[[Shot], Shot]) -> None:
+        try:
+            self._editing.do(change(self._editing.shot))
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+
+def _count(keys: int) -> str:
+    return "One key" if keys == 1 else f"{keys} keys"

@@ -1,0 +1,102 @@
+"""Select and drag keys with the mouse: click, selection box, drag. Drawing is elsewhere.
+
+Each step of a drag starts from the shot at its beginning, so that keys that the dragged ones pass
+over are restored.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from heatlens.base.errors import HeatlensError
+from heatlens.model.shot import Shot
+from heatlens.session.keys.key_choice import Chosen, KeyId, all_keys, rippled
+from heatlens.session.keys.keys_in_hand import KeysInHand
+from heatlens.session.loop.messages import Problem
+
+Place = tuple[float, float]
+Places = dict[KeyId, Place]  # the screen position of every key
+# (shot, chosen keys, frames to move by, screen units moved upwards) -> new shot and chosen keys
+Move = Callable[[Shot, Chosen, int, float], tuple[Shot, Chosen]]
+
+
+@dataclass(frozen=True)
+class _Held:
+    """The state at the press of the mouse button."""
+
+    kind: Literal["move", "ripple", "box"]
+    at: Place
+    shot: Shot
+    chosen: Chosen
+    key: KeyId | None = None
+
+
+class KeyDrag(KeysInHand[_Held]):
+    """Follows the mouse over keys: `press`, then `drag` in every frame, then `release`."""
+
+    @property
+    def box_from(self) -> Place | None:
+        """The corner where the current selection box begins; None without one."""
+        return self._held.at if self._held is not None and self._held.kind == "box" else None
+
+    @property
+    def is_holding(self) -> bool:
+        """True while the mouse button is down."""
+        return self._held is not None
+
+    def press(self, at: Place, places: Places, reach: float, shift: bool, ctrl: bool) -> None:
+        """Begin to drag the nearest key within `reach` screen units, or begin a selection box."""
+        keys, shot = self._keys, self._editing.shot
+        self._editing.settle()
+        key = nearest(at, places, reach)
+        if key is None:
+            keys.choose(keys.chosen if shift else frozenset())
+            self._held = _Held("box", at, shot, keys.chosen)
+            return
+        self._keys.rows.choose(key.row)
+        if shift:
+            keys.choose(keys.chosen ^ {key})
+        elif key not in keys.chosen:
+            keys.choose(frozenset({key}))
+        self._held = _Held("ripple" if ctrl else "move", at, shot, keys.chosen, key)
+
+    def drag(self, at: Place, places: Places, per_frame: float, move: Move) -> None:
+        """Follow the pointer."""
+        held = self._held
+        if held is None:
+            return
+        keys = self._keys
+        if held.kind == "box":
+            keys.choose(held.chosen | inside(held.at, at, places))
+            return
+        frames, up = round((at[0] - held.at[0]) / per_frame), held.at[1] - at[1]
+        try:
+            if held.kind == "ripple" and held.key is not None:
+                frames = max(frames, -self._room(held))
+                shot, chosen = rippled(held.shot, held.key.frame, frames), frozenset[KeyId]()
+            else:
+                shot, chosen = move(held.shot, held.chosen, frames, up)
+            self._editing.edit(shot)
+            keys.choose(chosen)
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def _room(self, held: _Held) -> int:
+        """Return how many frames earlier the keys can move until they meet the previous one."""
+        assert held.key is not None
+        earlier = [key.frame for key in all_keys(held.shot) if key.frame < held.key.frame]
+        return int(held.key.frame - max(earlier)) - 1 if earlier else 10**6
+
+
+def nearest(at: Place, places: Places, reach: float) -> KeyId | None:
+    """Return the nearest key within a square around the pointer; None if there is none."""
+    near = [key for key, p in places.items() if max(abs(p[0] - at[0]), abs(p[1] - at[1])) <= reach]
+    return min(
+        near, key=lambda k: abs(places[k][0] - at[0]) + abs(places[k][1] - at[1]), default=None
+    )
+
+
+def inside(corner: Place, other: Place, places: Places) -> Chosen:
+    """Return the keys in a box."""
+    (x0, x1), (y0, y1) = (sorted(pair) for pair in zip(corner, other, strict=True))
+    return frozenset(k for k, (x, y) in places.items() if x0 <= x <= x1 and y0 <= y <= y1)

@@ -1,0 +1,110 @@
+"""Commands for the lens at the playhead and for the quality and shape of its blur."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from enum import StrEnum
+from typing import TypeVar
+
+from heatlens.base.errors import HeatlensError
+from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.f_stops import stepped
+from heatlens.model.lens import Lens
+from heatlens.model.settings import Bokeh, Quality
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.header.start_lens import StartLens
+from heatlens.plate.plate import Plate
+from heatlens.session.lens.kit_commands import KitCommands
+from heatlens.session.loop.messages import Problem
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.shot.editing import Editing
+
+_NUDGE = 1 / 250  # one notch, as a share of the length of the focus bar
+_AT_INFINITY = 1e-4  # dioptres
+
+Choice = TypeVar("Choice", bound=StrEnum)
+
+
+class LensCommands:
+    """Changes of the lens; each can be undone."""
+
+    def __init__(self, source: OpenSource, editing: Editing, say: Callable[[str], None]) -> None:
+        self._source = source
+        self._editing = editing
+        self._say = say
+        self.kits = KitCommands(editing, say)
+        self.start_lens: StartLens | None = None  # the lens of the open source, and its origin
+
+    def focus_at(self, pixel: tuple[int, int]) -> None:
+        """Focus on the object at a pixel of the display window; do nothing outside the picture."""
+        plate, pixel = self._source.plate, self._source.frame_px(self._editing.lens, pixel)
+        pixel = self._source.plate_px(self._editing.shot, pixel)
+        if plate is None or not _is_inside(plate, pixel):
+            return
+        try:
+            self.focus(depth_at_m(plate, *pixel))
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def focus(self, distance_m: float) -> None:
+        """Focus at a distance in m."""
+        self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=distance_m))
+
+    def nudge_focus(self, notches: float) -> None:
+        """Focus nearer (positive) or farther by a number of notches of the focus bar."""
+        histogram = self._source.histogram
+        if histogram is not None:
+            self._editing.edit_lens(nudged(self._editing.lens, histogram, notches))
+
+    def focus_at_infinity(self) -> None:
+        """Focus at infinity if the plate has distances."""
+        if self._source.histogram is not None:
+            self._editing.edit_lens(focused_at(self._editing.lens, 0.0))
+
+    def step_f_stop(self, steps: int) -> None:
+        """Close the aperture by a number of thirds of a stop; a negative number opens it."""
+        lens = self._editing.lens
+        self._editing.edit_lens(replace(lens, f_stop=stepped(lens.f_stop, steps)))
+
+    def reset(self) -> None:
+        """Reset the lens to that of the plate's header or of the command line."""
+        if self.start_lens is not None:
+            self._editing.edit_lens(self.start_lens.lens)
+
+    def next_quality(self) -> None:
+        """Switch to the next quality tier; the first follows the last."""
+        shot = self._editing.shot
+        defocus = replace(shot.defocus, quality=_next(list(Quality), shot.defocus.quality))
+        self._editing.edit(replace(shot, defocus=defocus))
+
+    def next_bokeh(self) -> None:
+        """Switch to the next shape of the blur; the first follows the last."""
+        shot = self._editing.shot
+        defocus = replace(shot.defocus, bokeh=_next(list(Bokeh), shot.defocus.bokeh))
+        self._editing.edit(replace(shot, defocus=defocus))
+
+
+def focused_at(lens: Lens, dioptres: float) -> Lens:
+    """Return the lens focused at `dioptres` (1/m); 0 is infinity.
+
+    The focus distance always stays beyond the focal length.
+    """
+    if dioptres <= _AT_INFINITY:
+        return replace(lens, focus_distance_m=float("inf"))
+    least_m = 1.02e-3 * lens.focal_length_mm
+    return replace(lens, focus_distance_m=max(1.0 / dioptres, least_m))
+
+
+def nudged(lens: Lens, histogram: DepthHistogram, notches: float) -> Lens:
+    """Return the lens focused nearer (positive) or farther by `notches` of the focus bar."""
+    step = notches * _NUDGE * histogram.most_dioptres
+    return focused_at(lens, max(1.0 / lens.focus_distance_m + step, 0.0))
+
+
+def _next(choices: list[Choice], now: Choice) -> Choice:
+    return choices[(choices.index(now) + 1) % len(choices)]
+
+
+def _is_inside(plate: Plate, pixel: tuple[int, int]) -> bool:
+    """Return True if this pixel of the display window lies in the plate."""
+    window = plate.display_window
+    return plate.data_window.contains(pixel[0] + window.x0, pixel[1] + window.y0)

@@ -1,0 +1,287 @@
+"""The commands on focus marks: set them, focus on them, pull to them, follow them."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from heatlens.base.background import Background
+from heatlens.base.errors import HeatlensError, InputError
+from heatlens.frame_cache.cache import Damaged, FrameCache
+from heatlens.model.frames import FrameRange
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark, next_mark_name
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.pull import (
+    EASE_PERCENT,
+    PullShape,
+    follow,
+    held_focus,
+    reversed_focus,
+    shaped_pull,
+)
+from heatlens.model.shot import Shot
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.plate import Plate
+from heatlens.plate.read import read_plate
+from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.worker import Worker
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.scenes.point_following import Following
+from heatlens.session.scenes.scene_commands import SceneCommands
+from heatlens.session.shot.editing import Editing
+from heatlens.session.time.focus_track import mark_m
+from heatlens.session.time.timeline import Timeline
+
+_Measured = tuple[PointMark, FrameRange, dict[int, float]]  # distances in m by frame
+PULL_FRAMES = 18  # first length of a pull: three quarters of a second at 24 fps
+
+
+class MarkCommands(Worker):
+    """The commands on focus marks; each is one undo step."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        timeline: Timeline,
+        scenes: SceneCommands,
+        say: Callable[[str], None],
+        wake: Callable[[], None],
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._timeline = timeline
+        self._scenes = scenes
+        self._say = say
+        self.pull_from: str | None = None  # the name of a mark; None for the current focus
+        self.pull_to = ""
+        self.pull_frames = self._wished_frames = PULL_FRAMES
+        self.pull_ease_percent = EASE_PERCENT
+        self.pull_shape = PullShape.EASE
+        self.pulls_made = 0  # counts pulls since the program started
+        self._wake = wake
+        self._following: Following | None = None  # the measurement in progress, in a scene
+        self._reader: Background[_Measured] = Background(wake)
+
+    @property
+    def is_reading(self) -> bool:
+        """True while frames are read or drawn to follow a mark."""
+        return self._reader.is_busy or self._following is not None
+
+    # One mark
+
+    def set_here(self) -> None:
+        """Set a mark at the distance in focus."""
+        marks, distance_m = self._editing.shot.marks, self._editing.lens.focus_distance_m
+        self._add(DistanceMark(next_mark_name(marks), distance_m))
+
+    def set_point(self, pixel: tuple[int, int]) -> None:
+        """Set a mark on the object at a pixel of the display window."""
+        plate = self._source.plate
+        if plate is None:
+            return
+        pixel = self._source.frame_px(self._editing.lens, pixel)
+        try:
+            depth_at_m(plate, *self._source.plate_px(self._editing.shot, pixel))
+        except HeatlensError as error:
+            self._say(Problem(error))
+            return
+        name = next_mark_name(self._editing.shot.marks)
+        self._add(PointMark(name, float(pixel[0]), float(pixel[1])))
+
+    def _add(self, mark: Mark) -> None:
+        self.pull_to = mark.name
+        self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
+        self._say(f"Mark {mark.name} is set. Shift+M pulls the focus to it.")
+
+    def change(self, before: Mark, after: Mark) -> None:
+        """Change the name or smoothing of a mark; raise HeatlensError if the name is in use."""
+        marks = tuple(after if mark == before else mark for mark in self._editing.shot.marks)
+        self._editing.do(replace(self._editing.shot, marks=marks))
+        self.pull_to = after.name if self.pull_to == before.name else self.pull_to
+        self.pull_from = after.name if self.pull_from == before.name else self.pull_from
+
+    def delete(self, mark: Mark) -> None:
+        """Delete the mark."""
+        marks = tuple(other for other in self._editing.shot.marks if other != mark)
+        self._editing.do(replace(self._editing.shot, marks=marks))
+
+    def distance_m(self, mark: Mark, frame: int | None = None) -> float | None:
+        """Return the distance of a mark in m, on the loaded plate or at another frame.
+
+        Another frame must be of a scene or in memory; otherwise the loaded plate is used. Return
+        None if the distance is unknown.
+        """
+        if isinstance(mark, ObjectMark):
+            return self._scenes.object_m(mark.object_name, frame)
+        cache, plate = self._timeline.cache, self._source.plate
+        if isinstance(mark, PointMark) and self._source.has_camera:
+            return self._in_scene_m(mark, frame)
+        if frame is not None and cache is not None:
+            found = cache.get(frame)
+            plate = found if isinstance(found, Plate) else plate
+        return mark_m(plate, mark)
+
+    def _in_scene_m(self, mark: PointMark, frame: int | None) -> float | None:
+        pixel = int(mark.x_px), int(mark.y_px)
+        if frame is None or frame == self._editing.frame:
+            x, y = self._source.plate_px(self._editing.shot, pixel)
+            return mark_m(self._source.plate, replace(mark, x_px=x, y_px=y))
+        return self._scenes.point_m(*pixel, frame)
+
+    def go(self, mark: Mark) -> None:
+        """Focus on the mark."""
+        try:
+            distance_m = self._asked_m(mark, None)
+            self._editing.settle()
+            self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=distance_m))
+            self._editing.settle()
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def _asked_m(self, mark: Mark, frame: int | None) -> float:
+        distance_m = self.distance_m(mark, frame)
+        if distance_m is None:
+            raise InputError(f"Mark {mark.name} has no distance here: it lies outside the picture.")
+        return distance_m
+
+    # Focus pulls
+
+    def named(self, name: str | None) -> Mark | None:
+        """Return the mark with this name."""
+        return next((mark for mark in self._editing.shot.marks if mark.name == name), None)
+
+    def begin_pull(self) -> None:
+        """Suggest a pull from the playhead: as long as the last one, if it fits."""
+        left = self._last_frame - self._editing.frame
+        self.pull_frames = int(min(self._wished_frames, left)) if left > 0 else self._wished_frames
+        if self.named(self.pull_to) is None:
+            self.pull_to = self._editing.shot.marks[-1].name
+
+    def lengthen_pull(self, frames: int) -> None:
+        """Set the number of frames of pulls from now on."""
+        self.pull_frames = self._wished_frames = frames
+
+    @property
+    def _last_frame(self) -> float:
+        """The last frame of the open source; None for a still."""
+        timeline = self._timeline
+        return timeline.frames.last if timeline.is_sequence and timeline.frames else math.inf
+
+    @property
+    def pull_past_end(self) -> str:
+        """A sentence if the pull would end after the last frame; else ""."""
+        last, end = self._last_frame, self._editing.frame + self.pull_frames
+        if end <= last:
+            return ""
+        return f"The pull ends at frame {end}, but {last:g} is the last: the focus will not arrive."
+
+    def pull(self) -> None:
+        """Set keys for a pull from the playhead to the chosen mark."""
+        target, origin = self.named(self.pull_to), self.named(self.pull_from)
+        if target is None:
+            self._say("Choose the mark to pull to.")
+            return
+        start = self._editing.frame
+        try:
+            from_m = self._editing.lens.focus_distance_m
+            if origin is not None:
+                from_m = self._asked_m(origin, start)
+            to_m = self._asked_m(target, start + self.pull_frames)
+            frames, ease = self.pull_frames, self.pull_ease_percent
+            shape, shot = self.pull_shape, self._editing.shot
+            self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))
+            self.pulls_made += 1
+            if self.pull_past_end:
+                self._say(self.pull_past_end)
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def reverse_pull(self) -> None:
+        """Reverse the focus in time between in and out point."""
+        played = self._timeline.played
+        self._do(lambda shot: reversed_focus(shot, played))
+
+    def hold_focus(self) -> None:
+        """Hold the current focus from the playhead to the next key."""
+        frame = self._editing.frame
+        self._do(lambda shot: held_focus(shot, frame))
+
+    def _do(self, change: Callable[[Shot], Shot]) -> None:
+        try:
+            self._editing.do(change(self._editing.shot))
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def follow(self, mark: PointMark | ObjectMark) -> None:
+        """Keep the focus on a mark from in to out; read or draw frames that are not in memory."""
+        frames = self._timeline.played
+        if isinstance(mark, ObjectMark):
+            self._scenes.follow(mark, frames)
+            return
+        self._following = self._scenes.following(mark, frames)
+        if self._following is not None:
+            self._say(self._following.words)
+        elif self._timeline.cache is not None:
+            self._read(self._timeline.cache, mark, frames)
+        else:
+            self._say("Only points in a sequence or a scene can be followed.")
+
+    def _read(self, cache: FrameCache, mark: PointMark, frames: FrameRange) -> None:
+        opened = self._source.opened
+        options = PlateOptions() if opened is None else opened.settled
+        reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
+        if reads:
+            self._say(f"Reading {reads} frames to follow {mark.name} ...")
+        self._reader.start(lambda: (mark, frames, _measured(cache, options, mark, frames)))
+
+    def poll(self) -> None:
+        """Apply finished measurements; call this once a frame."""
+        try:
+            found = self._reader.poll() or self._drawn()
+            if found is not None:
+                mark, frames, distances_m = found
+                self._editing.do(_followed(self._editing.shot, mark, frames, distances_m))
+                self._say(f"The focus follows {mark.name} from {frames.first} on.")
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def _drawn(self) -> _Measured | None:
+        """Continue to measure through a scene; return the measurement once it is complete.
+
+        Raise HeatlensError if a frame cannot be measured, which ends the measurement.
+        """
+        following, self._following = self._following, None
+        if following is None:
+            return None
+        following.go_on()
+        if following.is_done:
+            return following.mark, following.frames, following.distances_m
+        self._following = following
+        self._say(following.words)
+        self._wake()  # or the loop would sleep
+        return None
+
+
+def _followed(
+    shot: Shot, mark: PointMark, frames: FrameRange, distances_m: dict[int, float]
+) -> Shot:
+    return follow(shot, mark, frames, lambda frame, x, y: distances_m[frame])
+
+
+def _measured(
+    cache: FrameCache, options: PlateOptions, mark: PointMark, frames: FrameRange
+) -> dict[int, float]:
+    """Measure the distance of a point at each frame; runs on a thread.
+
+    Raise HeatlensError for a damaged frame.
+    """
+    distances_m = {}
+    for frame in frames:
+        stands_in = cache.sequence.shown_frame(frame)
+        assert stands_in is not None  # a sequence has at least one frame to hold
+        found = cache.get(stands_in)
+        if isinstance(found, Damaged):
+            raise InputError(found.sentence)
+        plate = found or read_plate(cache.sequence.path_at(stands_in), options)
+        distances_m[frame] = depth_at_m(plate, int(mark.x_px), int(mark.y_px))
+    return distances_m

@@ -1,0 +1,244 @@
+"""The source that is open in the window: opened on a thread, and its pictures fed to the GPU."""
+
+from collections.abc import Callable
+
+from heatlens.model.boxes import Box
+from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.framing import SceneTiming
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot import Shot
+from heatlens.model.timecode import Timecode
+from heatlens.model.view_geometry import PictureShape
+from heatlens.plate.breathing_window import picture_point, plate_pixel
+from heatlens.plate.header.timecode import timecode_of
+from heatlens.plate.plate import Plate
+from heatlens.render import FrameRenderer
+from heatlens.scene.placing import Placing
+from heatlens.scene.scene import Scene
+from heatlens.session.opened.gpu_picture import GpuPicture
+from heatlens.session.opened.picture_feed import PictureFeed, Playhead, feed_of
+from heatlens.source.disk_watch import DiskWatch
+from heatlens.source.kinds import kind_of
+from heatlens.source.opened import Opened
+from heatlens.source.opener import SourceOpener
+from heatlens.source.stream_source import StreamSource
+
+
+class OpenSource:
+    """The open source of any kind, kept until the next one has a picture."""
+
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        wake: Callable[[], None],
+        stream: StreamSource | None = None,
+        placing_of: Callable[[str], Placing] = lambda _text: Placing(),
+    ) -> None:
+        """Create it; `stream` is a renderer that may send frames, or None.
+
+        `placing_of` tells what the user said of a scene whose file does not say its unit and which
+        way is up.
+
+        The stream is closed together with this object.
+        """
+        self.stream = stream
+        if stream is not None:
+            stream.wake = wake
+        self.opener = SourceOpener(wake, stream, placing_of)
+        self.opened: Opened | None = None
+        self.picture = GpuPicture(renderer)
+        self.feed = PictureFeed(self.picture)
+        self._watch = DiskWatch()
+
+    def open(
+        self,
+        text: str,
+        options: PlateOptions,
+        frame: int | None = None,
+        timing: SceneTiming | None = None,
+    ) -> None:
+        """Begin to open a file, pattern, folder, scene or the stream, see `SourceOpener`."""
+        self.opener.open(text, options, frame, timing)
+
+    def arrived(self) -> Opened | None:
+        """Return a newly opened source once its picture is on the GPU, and close the previous one.
+
+        Raise HeatlensError if opening failed; the previous source stays open.
+        """
+        opened = self.opener.poll()
+        if opened is None:
+            return None
+        feed = feed_of(opened, self.picture)
+        self.picture.begin_axis()
+        try:
+            feed.begin()
+        except BaseException:
+            opened.close()
+            raise
+        self._close_opened()
+        self.opened, self.feed, self._watch.cache = opened, feed, opened.cache
+        if self.stream is not None:
+            self.stream.show(opened.text == self.stream.text)
+        return opened
+
+    def _close_opened(self) -> None:
+        if self.opened is not None:
+            self.opened.close()
+        self.opened = self._watch.cache = None
+
+    # What is open
+
+    @property
+    def renderer(self) -> FrameRenderer:
+        """The renderer that has the picture."""
+        return self.picture.renderer
+
+    @property
+    def scene(self) -> Scene | None:
+        """The 3D scene with the shot's placement; None if no scene is open."""
+        return None if self.opened is None else self.feed.scene
+
+    @property
+    def once_only(self) -> str:
+        """A sentence why frames cannot be rendered again later; "" if they can."""
+        opened = self.opened
+        if opened is None or opened.again is not None:
+            return ""
+        return kind_of(opened.text).refusal
+
+    @property
+    def is_sequence(self) -> bool:
+        """True if it has more than one frame."""
+        frames = None if self.opened is None else self.opened.frames
+        return frames is not None and frames.count > 1
+
+    @property
+    def has_camera(self) -> bool:
+        """True if what is open is seen by a camera that moves, as a 3D scene is."""
+        return self.opened is not None and kind_of(self.opened.text).has_camera
+
+    def picture_shape(self, shot: Shot) -> PictureShape:
+        """Return the shape of the display window; one pixel while nothing is open."""
+        if self.plate is None:
+            return PictureShape(1, 1)
+        _, window = self.windows(shot)
+        return PictureShape(window.width, window.height, self.plate.pixel_aspect_ratio)
+
+    @property
+    def is_waiting(self) -> bool:
+        """True while nothing is shown and a stream waits for its first frame."""
+        return self.plate is None and self.stream is not None and self.stream.is_wanted
+
+    # The picture on the GPU, see `GpuPicture`
+
+    @property
+    def plate(self) -> Plate | None:
+        """The picture before the blur; None while there is none."""
+        return self.picture.plate
+
+    @property
+    def histogram(self) -> DepthHistogram | None:
+        """The histogram of its distances; None if it has none."""
+        return self.picture.histogram
+
+    @property
+    def version(self) -> int:
+        """The number of pictures uploaded so far, which identifies the current one."""
+        return self.picture.version
+
+    @property
+    def is_finer(self) -> bool:
+        """True if the latest picture is the previous one with less noise."""
+        return self.picture.is_finer
+
+    @property
+    def is_black(self) -> bool:
+        """True if a missing frame is shown as black."""
+        return self.picture.is_black
+
+    @property
+    def problem(self) -> str:
+        """A sentence why the frame cannot be shown; "" if it can."""
+        return self.picture.problem
+
+    def is_settled_at(self, frame: int) -> bool:
+        """Return True if this frame is shown, or cannot be."""
+        return self.picture.is_settled and self.picture.frame == frame
+
+    @property
+    def wanted(self) -> object:
+        """The last request to the frame cache; a change means that other frames are read."""
+        return self.feed.wanted
+
+    # How pictures come to the GPU, see `PictureFeed`
+
+    @property
+    def is_good(self) -> bool:
+        """True if the picture is good enough to be blurred."""
+        return self.feed.is_good
+
+    @property
+    def is_whole(self) -> bool:
+        """True if the picture has its final quality."""
+        return self.feed.is_whole
+
+    def show(self, shot: Shot, playhead: Playhead) -> None:
+        """Have the picture at the playhead on the GPU, now or as soon as it is read."""
+        self.feed.show(shot, playhead)
+
+    def follow(self, shot: Shot, frame: int) -> None:
+        """Redraw after a change of the shot since `show`, if the picture depends on it."""
+        self.feed.follow(shot, frame)
+
+    def refine(self, slice_s: float) -> None:
+        """Improve the picture for about `slice_s` seconds while nothing moves."""
+        self.feed.refine(slice_s)
+
+    def refresh(self) -> None:
+        """Take over unrequested frames. Raise HeatlensError if GPU memory is full."""
+        self.feed.refresh()
+
+    def seen(self, shot: Shot) -> Shot:
+        """Return the shot that is drawn now: a scene is drawn smaller while something moves."""
+        return self.feed.seen(shot)
+
+    def windows(self, shot: Shot) -> tuple[Box, Box]:
+        """Return data and display window of the whole picture, not of a smaller preview."""
+        return self.feed.windows(shot)
+
+    def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
+        """Return the pixel of the plate on the GPU under one of the display window."""
+        return self.feed.plate_px(shot, pixel)
+
+    def frame_px(self, lens: Lens, pixel: tuple[int, int]) -> tuple[int, int]:
+        """Return the pixel of the plate's frame that is visible at a pixel of the picture.
+
+        A breathing lens shows another part of a plate's frame; a scene is drawn as the lens sees
+        it, so both pixels are the same.
+        """
+        is_cut = self.plate is not None and not self.has_camera
+        return plate_pixel(self.plate, lens, pixel) if is_cut and self.plate else pixel
+
+    def picture_point(self, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
+        """Return where a point of the frame lies in the picture, the inverse of `frame_px`."""
+        is_cut = self.plate is not None and not self.has_camera
+        return picture_point(self.plate, lens, point) if is_cut and self.plate else point
+
+    def timecode_at(self, shot: Shot, frame: int) -> tuple[int, Timecode] | None:
+        """Return the frame of the shown plate and its timecode; None if it has no timecode."""
+        told = None if self.plate is None else timecode_of(self.plate.attributes)
+        timecode = shot.timecode_at(frame, told)
+        return None if timecode is None else (frame, timecode)
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the seconds until `refine` has something to do; None if it has nothing."""
+        return self.feed.seconds_until_needed()
+
+    def close(self) -> None:
+        """Stop every thread."""
+        self._watch.close()
+        self.opener.close()
+        if self.stream is not None:
+            self.stream.close()
+        self._close_opened()

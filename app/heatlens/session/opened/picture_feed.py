@@ -1,0 +1,262 @@
+"""Feeds: they bring the pictures of each kind of source to the GPU while the window shows it."""
+
+from dataclasses import dataclass, replace
+
+from heatlens.base.errors import InputError
+from heatlens.frame_cache.cache import Damaged, Direction
+from heatlens.model.boxes import Box
+from heatlens.model.framing import Framing
+from heatlens.model.settings import PROXY_MIN
+from heatlens.model.shot import Shot
+from heatlens.rendered_frames.kept_picture import KeptPicture
+from heatlens.scene.placing import placed
+from heatlens.scene.scene import Scene
+from heatlens.sequence.sequence import MissingPolicy
+from heatlens.session.opened.gpu_picture import GpuPicture
+from heatlens.session.opened.scene_preview import ScenePreview
+from heatlens.source.kinds import kind_of
+from heatlens.source.opened import Opened
+from heatlens.source.opened_plates import OpenedPlates
+from heatlens.source.opened_scene import OpenedScene
+from heatlens.source.stream_source import OpenedStream
+
+
+@dataclass(frozen=True)
+class Playhead:
+    """The position of the playhead, and what will be requested next.
+
+    direction   the direction in which it moves or last moved
+    ahead       how many frames to read ahead in that direction
+    missing     the substitute for a frame without a file
+    """
+
+    frame: int
+    direction: Direction = 1
+    is_playing: bool = False
+    ahead: int = 0
+    missing: MissingPolicy = "hold"
+
+
+class PictureFeed:
+    """The base of all feeds, which brings no pictures: nothing is open yet."""
+
+    def __init__(self, picture: GpuPicture) -> None:
+        self.picture = picture
+        self.wanted: tuple[int, Direction, int] | None = None  # the last request to a frame cache
+
+    @property
+    def scene(self) -> Scene | None:
+        """The 3D scene with the shot's placement; None if the source is no scene."""
+        return None
+
+    @property
+    def is_good(self) -> bool:
+        """True if the picture on the GPU is good enough to be blurred."""
+        return True
+
+    @property
+    def is_whole(self) -> bool:
+        """True if the picture on the GPU has its final quality."""
+        return True
+
+    def begin(self) -> None:
+        """Show the first picture. If this raises HeatlensError, the previous source stays open."""
+
+    def show(self, shot: Shot, playhead: Playhead) -> None:
+        """Have the picture at the playhead on the GPU, now or as soon as it is read."""
+        self.picture.ask(playhead.frame)
+
+    def follow(self, shot: Shot, frame: int) -> None:
+        """Answer a change of the shot since `show` at once, as the blur needs the new picture."""
+
+    def refine(self, slice_s: float) -> None:
+        """Improve the picture for about `slice_s` seconds while nothing moves."""
+
+    def refresh(self) -> None:
+        """Take over unrequested frames that arrived. Raises HeatlensError if GPU memory is full."""
+
+    def seen(self, shot: Shot) -> Shot:
+        """Return the shot that is drawn now: a scene is drawn smaller while something moves."""
+        return shot
+
+    def windows(self, shot: Shot) -> tuple[Box, Box]:
+        """Return data and display window of the whole picture."""
+        assert self.picture.plate is not None
+        return self.picture.plate.data_window, self.picture.plate.display_window
+
+    def kept_windows(self, picture: KeptPicture) -> tuple[Box, Box] | None:
+        """Return the windows of a kept frame; None if they are those of `windows`."""
+        return picture.data_window, picture.display_window
+
+    def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
+        """Return the pixel of the plate on the GPU under one of the display window."""
+        return pixel
+
+    def sized(self, shot: Shot, scale: float) -> Shot:
+        """Return the shot with pictures scaled by `scale`, through its proxy."""
+        proxy = max(PROXY_MIN, shot.defocus.proxy * scale)
+        return replace(shot, defocus=replace(shot.defocus, proxy=proxy))
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the seconds until `refine` has something to do; None if it has nothing."""
+        return None
+
+
+class PlateFeed(PictureFeed):
+    """Reads plates ahead of the playhead and uploads the plate at the playhead."""
+
+    def __init__(self, picture: GpuPicture, opened: OpenedPlates) -> None:
+        super().__init__(picture)
+        self._opened = opened
+
+    def begin(self) -> None:
+        """See `PictureFeed`."""
+        self.picture.load(self._opened.plate)
+        self.picture.frame, self.picture.is_settled = self._opened.frame, True
+
+    def show(self, shot: Shot, playhead: Playhead) -> None:
+        """See `PictureFeed`. The error of an unreadable plate becomes the picture's `problem`."""
+        self.picture.ask(playhead.frame)
+        cache = self._opened.cache
+        self.picture.reach(cache.nearest_m)
+        try:
+            stands_in = cache.sequence.shown_frame(playhead.frame, playhead.missing)
+        except InputError as error:
+            self.picture.problem, self.picture.is_settled = str(error), True
+            return
+        if stands_in is None:
+            self.picture.is_black = self.picture.is_settled = True
+            return
+        wanted = (stands_in, playhead.direction, playhead.ahead)
+        if wanted != self.wanted:
+            cache.want(*wanted)
+            self.wanted = wanted
+        self._take(stands_in)
+
+    def _take(self, frame: int) -> None:
+        found = self._opened.cache.get(frame)
+        self.picture.is_settled = found is not None
+        if isinstance(found, Damaged):
+            self.picture.problem = found.sentence
+        elif found is not None and found is not self.picture.plate:
+            self.picture.load(found)
+
+
+class SceneFeed(PictureFeed):
+    """Draws the scene: small while something moves, whole and antialiased when it rests."""
+
+    def __init__(self, picture: GpuPicture, opened: OpenedScene) -> None:
+        super().__init__(picture)
+        self._opened = opened
+        self._scene = opened.scene
+        self._preview = ScenePreview(picture.renderer)
+        self._framing: Framing | None = None  # the framing for which the nearest distance is known
+        self._is_playing = False
+
+    @property
+    def scene(self) -> Scene:
+        """See `PictureFeed`."""
+        return self._scene
+
+    def begin(self) -> None:
+        """See `PictureFeed`."""
+        self._load(self._opened.scene)
+        self.show(self._opened.first.shot, Playhead(self._opened.frame))
+
+    def _load(self, scene: Scene) -> None:
+        self._scene = scene
+        self.picture.renderer.load_scene(scene)
+        self.picture.plate = None
+        self._preview = ScenePreview(self.picture.renderer)
+
+    def show(self, shot: Shot, playhead: Playhead) -> None:
+        """See `PictureFeed`. The scene is drawn again only if something moved."""
+        if shot.framing != self._framing:
+            self._framing = shot.framing
+            self.picture.begin_axis()
+        self.picture.ask(playhead.frame)
+        self._is_playing = playhead.is_playing
+        scene = placed(self._scene, shot.framing)
+        if scene is not self._scene:  # the shot changed its unit or up axis
+            self._load(scene)
+        with self.picture.drawing():
+            self._preview.look(shot, playhead.frame, playhead.is_playing)
+        self.picture.is_settled = True
+
+    def follow(self, shot: Shot, frame: int) -> None:
+        """See `PictureFeed`."""
+        if self.picture.plate is not None:
+            self.show(shot, Playhead(frame, is_playing=self._is_playing))
+
+    def refine(self, slice_s: float) -> None:
+        """See `PictureFeed`."""
+        if self.is_whole:
+            return
+        was_good = self.is_good
+        with self.picture.drawing():
+            self._preview.refine(slice_s)
+        self.picture.is_finer = was_good and self._preview.is_whole
+
+    @property
+    def is_good(self) -> bool:
+        """See `PictureFeed`: large and antialiased."""
+        return bool(self.picture.problem) or self._preview.is_good
+
+    @property
+    def is_whole(self) -> bool:
+        """See `PictureFeed`: at the quality of a file."""
+        return bool(self.picture.problem) or self._preview.is_whole
+
+    def seen(self, shot: Shot) -> Shot:
+        """See `PictureFeed`."""
+        return self._preview.seen(shot)
+
+    def windows(self, shot: Shot) -> tuple[Box, Box]:
+        """See `PictureFeed`. The windows do not depend on the size at which it is drawn now."""
+        box = Box(0, 0, *(shot.framing or Framing()).size)
+        return box, box
+
+    def kept_windows(self, picture: KeptPicture) -> None:
+        """Return None: kept frames of a scene are smaller, and all have the same window."""
+
+    def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
+        """See `PictureFeed`; the picture may be drawn smaller now."""
+        if self.picture.plate is None:
+            return pixel
+        window, (_, whole) = self.picture.plate.display_window, self.windows(shot)
+        return pixel[0] * window.width // whole.width, pixel[1] * window.height // whole.height
+
+    def sized(self, shot: Shot, scale: float) -> Shot:
+        """Return the shot with pictures scaled by `scale`: the scene is drawn at that size."""
+        framing = shot.framing or Framing()
+        width, height = (max(1, round(side * scale)) for side in framing.size)
+        return replace(shot, framing=replace(framing, width_px=width, height_px=height))
+
+    def seconds_until_needed(self) -> float | None:
+        """See `PictureFeed`."""
+        return None if self.is_whole else self._preview.seconds_to_rest()
+
+
+class StreamFeed(PictureFeed):
+    """Shows the newest frame that a renderer has sent, at any position of the playhead."""
+
+    def __init__(self, picture: GpuPicture, opened: OpenedStream) -> None:
+        super().__init__(picture)
+        self._opened = opened
+
+    def begin(self) -> None:
+        """See `PictureFeed`."""
+        self.picture.load(self._opened.plate)
+        self.picture.is_settled = True
+
+    def refresh(self) -> None:
+        """See `PictureFeed`."""
+        plate = self._opened.stream.poll()
+        if plate is not None:
+            self.picture.load(plate)
+
+
+def feed_of(opened: Opened, picture: GpuPicture) -> PictureFeed:
+    """Return the feed that brings the pictures of `opened` to the GPU."""
+    feed: PictureFeed = kind_of(opened.text).feed(picture, opened)
+    return feed

@@ -1,0 +1,104 @@
+"""The view transform in use: chosen by name, rebuilt on change; its faults are only reported."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from heatlens.base.errors import HeatlensError
+from heatlens.color.color_config import ColorConfig, default_view, load_color_config
+from heatlens.color.input_space import InputSpace, input_space_of
+from heatlens.color.view_transform import srgb_transform, view_transform
+from heatlens.display.screen_pictures import ScreenPictures
+from heatlens.model.view import ViewState
+from heatlens.session.loop.messages import Problem
+
+_NOT_YET = ("", "", None)  # no view has such an input space
+
+
+class ColorChoice:
+    """Keeps the display pass on the display and the view that are chosen."""
+
+    def __init__(self, path: str | None, say: Callable[[str], None]) -> None:
+        """Load the config at `path`, None for $OCIO or the built-in one. Raises InputError."""
+        self._say = say
+        self.path = path
+        self.config: ColorConfig | None = None
+        try:
+            self.config = load_color_config(path)
+        except HeatlensError as error:
+            if path is not None:
+                raise
+            say(f"{error} Pictures are shown through the plain sRGB curve.")
+        self._inputs = self.config.input_spaces() if self.config else ()
+        self.attributes: Mapping[str, Any] = {}  # of the open plate's header
+        self._current: tuple[str, str, InputSpace | None] = _NOT_YET
+        self.transform = srgb_transform()  # the one in use
+
+    def displays(self) -> tuple[str, ...]:
+        """Return the displays to choose from."""
+        return self.config.displays() if self.config else ("sRGB",)
+
+    def views(self, display: str) -> tuple[str, ...]:
+        """Return the views to choose from for a display."""
+        return self.config.views(display) if self.config else ("sRGB curve",)
+
+    def input_spaces(self) -> tuple[str, ...]:
+        """Return the input color spaces to choose from, the default one first.
+
+        The plain sRGB curve has none: it takes what the header tells.
+        """
+        return self._inputs
+
+    def usual_view(self, display: str) -> str:
+        """Return the default view of a display for the open plate, the same as in `render`."""
+        if self.config is None:
+            return self.views(display)[0]
+        return default_view(self.config, display, self.attributes)
+
+    def of_plate(self, view: ViewState, attributes: Mapping[str, Any]) -> ViewState:
+        """Take what a plate's header tells; return `view`, which follows where nobody chose it."""
+        was = self.usual_view(view.display)
+        self.attributes = attributes
+        return replace(view, view=self.usual_view(view.display)) if view.view == was else view
+
+    def chosen_view(self, view: ViewState) -> str:
+        """Return the view that the user chose; "" if it is the default one."""
+        return "" if view.view == self.usual_view(view.display) else view.view
+
+    def with_names(self, view: ViewState) -> ViewState:
+        """Return `view` with a display, a view and an input space that the config has."""
+        displays = self.displays()
+        if view.display not in displays:
+            first = self.config.default_display if self.config else displays[0]
+            view = replace(view, display=first, view="")
+        if view.view not in self.views(view.display):
+            view = replace(view, view=self.usual_view(view.display))
+        return view if view.input_space in self._inputs else replace(view, input_space="")
+
+    def input_of(self, chosen: str) -> InputSpace:
+        """Return the input space of the plate: `chosen`, otherwise the one its header names."""
+        return input_space_of(self.config, self.attributes, chosen)
+
+    def draw_again(self) -> None:
+        """Have the next `apply` build the transform again."""
+        self._current = _NOT_YET
+
+    def apply(self, view: ViewState, screen: ScreenPictures) -> None:
+        """Set the transform that `view` names on `screen`; report one that cannot be built."""
+        light = self.input_of(view.input_space)
+        requested = (view.display, view.view, light)
+        if requested == self._current:
+            return
+        self._current = requested
+        try:
+            if self.config is None:
+                transform = srgb_transform(light.name, light.turned_from)
+            else:
+                transform = view_transform(
+                    self.config, view.display, view.view, light.name, light.turned_from
+                )
+            screen.display.set_transform(transform)
+            self.transform = transform
+        except HeatlensError as error:
+            self._say(Problem(error))
+        screen.transform_version += 1

@@ -1,0 +1,243 @@
+"""The interactive picture: quick while something is dragged, complete when the input rests.
+
+If the whole picture fits the time of a frame, it is rendered at once. Otherwise a quicker preview
+of the same lens is shown (smaller, with simpler discs), and the whole picture is rendered in
+slices, so that the window stays responsive. A scene seen from many points of the lens refines.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import moderngl
+
+from heatlens.base.errors import HeatlensError
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.defocus.steps import Steps
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.preview.cost import CostModel
+from heatlens.preview.level_choice import level_at_rest, level_while_moving, recognisable
+from heatlens.preview.shown import PictureKey, Shown, whole_picture, without_notes
+from heatlens.render import FrameRenderer
+
+_REST_S = 0.08  # without a change for this long, the input rests; a drag sends several changes
+
+
+class PlateVersion(NamedTuple):
+    """Identifies the plate that is on the GPU."""
+
+    number: int  # differs for each plate
+    is_finer: bool = False  # it is the previous plate with less noise
+
+
+FIRST_PLATE = PlateVersion(0)
+
+
+@dataclass
+class _Work:
+    """A picture that is in progress."""
+
+    steps: Steps[moderngl.Texture]
+    settings: DefocusSettings
+    slot: int
+    views_before: int  # points of the lens that an earlier picture already has
+    seconds: float = 0.0
+
+
+class LivePicture:
+    """Renders the requested shot as well as the time allows."""
+
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        clock: Callable[[], float] = time.perf_counter,
+        first_slot: int = 0,
+        cost: CostModel | None = None,
+    ) -> None:
+        """Use slot `first_slot` of the renderer and the next one for the pictures.
+
+        `cost` is the cost model of this machine, shared with other pictures.
+        """
+        self._renderer = renderer
+        self._clock = clock
+        self.cost = cost or CostModel()
+        self.shown: Shown | None = None
+        self._request: PictureKey | None = None
+        self._changed_at = 0.0
+        self._level: DefocusSettings | None = None
+        self._work: _Work | None = None
+        self._slots = first_slot, first_slot + 1  # of the shown and the coming picture
+        self._is_refused = False  # the request cannot be rendered, and that was reported
+
+    def restart(self) -> None:
+        """Start again, because another plate is on the GPU."""
+        self._request = self._work = self.shown = None
+
+    def pause(self) -> None:
+        """Give up the picture in progress, because others use the renderer now."""
+        self._work = None
+
+    def request(
+        self, shot: Shot, frame: int, budget_s: float, plate: PlateVersion = FIRST_PLATE
+    ) -> bool:
+        """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`.
+
+        If the plate has only become less noisy, its picture stays until the whole new one is
+        finished. Return True if anything was rendered. A request that raised is not tried again.
+        """
+        request, before = whole_picture(shot, frame, plate.number), self._request
+        if request == before:
+            return False
+        if before is not None and _bare(request) == _bare(before):
+            self._note(request)
+            return False
+        is_same_but_plate = before is not None and replace(request, plate=before.plate) == before
+        if is_same_but_plate and plate.is_finer and self.shown is not None:
+            self._request, self._work = request, None
+            return False
+        is_same_plate = before is not None and before.plate == request.plate
+        begun = self._begun_picture(shot, frame) if is_same_plate else None
+        if before is None or before.settings != request.settings:
+            self._level = None
+        self._request, self._changed_at, self._work = request, self._clock(), None
+        self._is_refused = False
+        if begun is not None:
+            self.shown = begun
+            return False
+        with self._refusing():
+            self._level = self._best_level(shot.defocus, budget_s)
+            self._start(self._level)
+            self._advance(float("inf"))
+        return True
+
+    def _note(self, request: PictureKey) -> None:
+        """Take a request for the same picture of a shot with other marks or looks."""
+        if self.shown is not None and self._is_of_request(self.shown):
+            self.shown = replace(self.shown, shot=request.shot)
+        self._request = request
+
+    def _begun_picture(self, shot: Shot, frame: int) -> Shown | None:
+        """Return the shown picture if it only lacks further points of the lens.
+
+        More points refine it, so that no coarser preview is needed first.
+        """
+        shown, requested = self.shown, shot.defocus
+        if shown is None or shown.frame != frame or not requested.method.needs_scene:
+            return None
+        is_same = shown.shot == replace(
+            shot, defocus=replace(requested, views=_views_of(shown.shot))
+        )
+        is_part = shown.settings.views <= requested.views
+        return replace(shown, shot=shot) if is_same and is_part else None
+
+    @contextmanager
+    def _refusing(self) -> Iterator[None]:
+        """Raise the error of a shot that cannot be rendered once, and do not try it again."""
+        try:
+            yield
+        except HeatlensError:
+            self._is_refused, self._work = True, None
+            raise
+
+    @property
+    def is_working(self) -> bool:
+        """Return True while the whole picture is not finished."""
+        if self._request is None or self._is_refused:
+            return False
+        return self.shown is None or self.shown.picture_key != self._request
+
+    @property
+    def requested_plate(self) -> int | None:
+        """The number of the plate of the requested picture; None without a request."""
+        return None if self._request is None else self._request.plate
+
+    def seconds_to_rest(self) -> float:
+        """Return the seconds until the whole picture may be started; 0 if it may start now."""
+        return max(0.0, self._changed_at + _REST_S - self._clock())
+
+    def wants_work(self, is_plate_whole: bool = True) -> bool:
+        """Return True if there is a picture to continue.
+
+        The whole picture is started only if the plate has its final quality.
+        """
+        if not self.is_working:
+            return False
+        return is_plate_whole or self._work is not None or self._next_level(False) is not None
+
+    def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
+        """Continue with a better picture for about `slice_s` seconds if the input rests."""
+        if not self.wants_work(is_plate_whole) or self.seconds_to_rest() > 0:
+            return
+        with self._refusing():
+            if self._work is None:
+                level = self._next_level(is_plate_whole)
+                assert level is not None
+                self._start(level)
+            self._advance(slice_s)
+
+    def _is_of_request(self, shown: Shown) -> bool:
+        """Return True for a picture of the requested shot and plate at any quality."""
+        key, request = shown.picture_key, self._request
+        return request is not None and replace(key, settings=request.settings) == request
+
+    def _best_level(self, requested: DefocusSettings, budget_s: float) -> DefocusSettings:
+        """Return the best preview level that fits the time budget, see `level_while_moving`."""
+        levels = recognisable(requested, self._renderer.loaded.color.size)
+        if not self.cost.seconds_per_px:
+            return levels[-1]  # nothing has been measured on this machine yet
+        return level_while_moving(levels, self._level, budget_s, self._predicted)
+
+    def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
+        """Return what to render at rest, see `level_at_rest`."""
+        assert self._request is not None
+        shown = None if self.shown is None else self.shown.settings
+        return level_at_rest(self._request.settings, shown, is_plate_whole, self._predicted)
+
+    def _predicted(self, settings: DefocusSettings) -> float:
+        return self.cost.predicted(settings, self._pixels(settings))
+
+    def _pixels(self, settings: DefocusSettings) -> int:
+        width, height = proxy_size(self._renderer.loaded.color.size, settings.proxy)
+        return width * height
+
+    def _start(self, settings: DefocusSettings) -> None:
+        assert self._request is not None
+        shot, slot = replace(self._request.shot, defocus=settings), self._slots[1]
+        steps = self._renderer.steps(shot, self._request.frame, slot)
+        self._work = _Work(steps, settings, slot, self._views_before(settings))
+
+    def _views_before(self, settings: DefocusSettings) -> int:
+        """Return how many points of the lens the renderer continues from; 0: it starts again."""
+        shown = self.shown
+        if shown is None or not self._is_of_request(shown) or not settings.method.needs_scene:
+            return 0
+        is_more = replace(settings, views=shown.settings.views) == shown.settings
+        return shown.settings.views if is_more and shown.settings.views < settings.views else 0
+
+    def _advance(self, slice_s: float) -> None:
+        """Render in steps until the time is over or the picture is finished."""
+        assert self._work is not None and self._request is not None
+        work, start = self._work, self._clock()
+        try:
+            while self._clock() - start < slice_s:
+                next(work.steps)
+            work.seconds += self._clock() - start
+        except StopIteration as end:
+            self._renderer.ctx.finish()
+            work.seconds += self._clock() - start
+            made = replace(work.settings, views=work.settings.views - work.views_before)
+            self.cost.learn(made, self._pixels(made), work.seconds)
+            shot, frame, plate = self._request.shot, self._request.frame, self._request.plate
+            self.shown = Shown(end.value, shot, frame, work.settings, work.seconds, plate)
+            self._slots, self._work = self._slots[::-1], None
+
+
+def _bare(key: PictureKey) -> PictureKey:
+    return replace(key, shot=without_notes(key.shot))
+
+
+def _views_of(shot: Shot) -> int:
+    return shot.defocus.views

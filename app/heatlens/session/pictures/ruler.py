@@ -1,0 +1,121 @@
+"""Measure the distance in space between two points of the picture."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from heatlens.base.errors import HeatlensError
+from heatlens.model.ruler import Intrinsics, distance_m
+from heatlens.model.view_geometry import shown_shape
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.plate import Plate
+from heatlens.session.loop.messages import Problem
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.pictures.picture_view import PictureView
+from heatlens.session.shot.editing import Editing
+
+Pixel = tuple[int, int]
+
+_ASSUMED = "The file tells no lens: the ruler goes by the one that is set."
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The result: the depths of both points, and the distance between them, in m."""
+
+    depths_m: tuple[float, float]
+    distance_m: float
+
+
+class Ruler:
+    """The clicked points; the measurement follows the current frame."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        view: PictureView,
+        say: Callable[[str], None],
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._view = view
+        self._say = say
+        self.is_on = False
+        self.points: tuple[Pixel, ...] = ()
+
+    def why_not(self) -> str:
+        """Return a sentence why nothing can be measured; "" if it can."""
+        plate = self._source.plate
+        if plate is None:
+            return "Nothing is open."
+        return "" if plate.has_distances else "The plate tells its blur and no distances."
+
+    def toggle(self) -> None:
+        """Switch the ruler on or off."""
+        if self.leave():
+            return
+        self.is_on = True
+        if not self._camera_mm:
+            self._say(_ASSUMED)
+
+    def leave(self) -> bool:
+        """Switch the ruler off; return True if it was on."""
+        was_on, self.is_on, self.points = self.is_on, False, ()
+        return was_on
+
+    def press(self, pixel: Pixel) -> None:
+        """Set the first or the second point; a third press starts again with a first one."""
+        if self.is_inside(pixel):
+            self.points = (self.points[0], pixel) if len(self.points) == 1 else (pixel,)
+
+    def drag(self, pixel: Pixel) -> None:
+        """Move the second point while the mouse button is held."""
+        if self.points and pixel != self.points[0] and self.is_inside(pixel):
+            self.points = (self.points[0], pixel)
+
+    def measured(self, to: Pixel | None = None) -> Measured | None:
+        """Return the measurement; `to` is used if there is no second point.
+
+        Return None without two points, or if one is at infinity.
+        """
+        ends = self.points if len(self.points) == 2 or to is None else (*self.points, to)
+        plate = self._source.plate
+        if len(ends) != 2 or plate is None or not all(self.is_inside(end) for end in ends):
+            return None
+        ends = tuple(self._source.frame_px(self._editing.lens, end) for end in ends)
+        try:
+            near_m, far_m = (self._depth_m(plate, end) for end in ends)
+        except HeatlensError as error:
+            self._say(Problem(error))
+            return None
+        camera = self._camera(plate)
+        a, b = camera.point_m(ends[0], near_m), camera.point_m(ends[1], far_m)
+        return Measured((near_m, far_m), distance_m(a, b))
+
+    def _depth_m(self, plate: Plate, pixel: Pixel) -> float:
+        return depth_at_m(plate, *self._source.plate_px(self._editing.shot, pixel))
+
+    def is_inside(self, pixel: Pixel) -> bool:
+        """Return True if the pixel can be measured: the picture is there, with distances."""
+        plate = self._source.plate
+        if plate is None or not plate.has_distances:
+            return False
+        frame_px = self._source.frame_px(self._editing.lens, pixel)
+        x, y = self._source.plate_px(self._editing.shot, frame_px)
+        window = plate.display_window
+        return plate.data_window.contains(x + window.x0, y + window.y0)
+
+    @property
+    def _camera_mm(self) -> tuple[float, float] | None:
+        """Return focal length and sensor width of the camera of the plate in mm, where known."""
+        plate = self._source.plate
+        camera = None if plate is None else plate.camera
+        if camera is None or camera.focal_length_mm is None or camera.sensor_width_mm is None:
+            return None
+        return camera.focal_length_mm, camera.sensor_width_mm
+
+    def _camera(self, plate: Plate) -> Intrinsics:
+        """Return the camera that made the picture; unknown values are those of the shot's lens."""
+        lens, told_mm = self._editing.lens, self._camera_mm
+        shape = shown_shape(self._view.state, self._source.picture_shape(self._editing.shot))
+        return Intrinsics(*(told_mm or (lens.focal_length_mm, lens.sensor_width_mm)), shape)

@@ -1,0 +1,124 @@
+"""Render the visible pictures in short time slices, in the order given by `next_work`."""
+
+from collections.abc import Callable
+
+from heatlens.base.errors import HeatlensError
+from heatlens.base.faults import faults_reported
+from heatlens.preview.shown import Shown
+from heatlens.session.loop.speed import Speed
+from heatlens.session.loop.worker import Worker
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.pictures.compare_sides import CompareSides
+from heatlens.session.pictures.live_picture import PlateVersion
+from heatlens.session.pictures.next_work import NextWork, Work, WorkState, is_rendering, next_work
+from heatlens.session.pictures.picture_view import PictureView
+from heatlens.session.pictures.visible_work import VisibleWork
+from heatlens.session.playing.rendered_pull import RenderedPull
+from heatlens.session.shot.editing import Editing
+
+# Longest slice of rendering before the loop handles input again. A slice ends only after its
+# current step, so with steps of up to 18 ms, input is handled every 30 ms.
+_SLICE_S = 0.012
+
+
+class RenderScheduler(Worker):
+    """Answers changes at once as well as time allows, and continues with `next_work`."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        sides: CompareSides,
+        visible: VisibleWork,
+        pull: RenderedPull,
+        editing: Editing,
+        view: PictureView,
+        speed: Speed,
+        say_error: Callable[[HeatlensError], None],
+    ) -> None:
+        self._source = source
+        self._sides = sides
+        self._visible = visible
+        self._pull = pull
+        self._editing = editing
+        self._view = view
+        self._speed = speed
+        self._say_error = say_error
+
+    # What is there
+
+    @property
+    def is_rendering(self) -> bool:
+        """True while a visible picture is not complete."""
+        return self._visible.is_rendering
+
+    @property
+    def is_working(self) -> bool:
+        """True while there is a picture to continue: a visible one, or one to be played."""
+        return not self._pull.is_alone and (self.is_rendering or self._pull.has_work)
+
+    @property
+    def seen(self) -> Shown | None:
+        """The picture through the lens to show: the live one, or a kept frame in its place."""
+        now, frame = self._sides.a.shown, self._editing.frame
+        is_there = now is not None and now.frame == frame and not self.is_rendering
+        if is_there and self._source.is_settled_at(frame) and not self._pull.is_alone:
+            return now
+        return self._pull.screen.shown() or now
+
+    @property
+    def picture_key(self) -> object:
+        """A key that changes with the plate's picture or those of the sides."""
+        return self._source.version, self._sides.pictures
+
+    @property
+    def seen_key(self) -> object:
+        """A key that changes whenever there is something new to draw."""
+        return self.picture_key, self._pull.version
+
+    # Work
+
+    def update(self) -> None:
+        """Answer a change of the shot with a picture that fits the time; report errors."""
+        if not self._pull.is_alone:
+            self._try(self._ask)
+
+    def _ask(self) -> None:
+        source, shot, frame = self._source, self._editing.seen_shot, self._editing.frame
+        source.refresh()  # only now, so that a picture saved before was of the same frame
+        source.follow(shot, frame)
+        if source.plate is not None and source.is_settled_at(frame):
+            plate = PlateVersion(source.version, source.is_finer)
+            view, budget_s = self._view.state, self._speed.budget_s
+            self._sides.request(view, source.seen(shot), frame, budget_s, plate, self._view.zoom)
+
+    def work(self) -> None:
+        """Continue the next piece of work for one slice; report errors."""
+        self._try(self._work)
+
+    def _work(self) -> None:
+        following = self._next
+        if following.work is Work.SIDE:
+            self._sides.work(following.side, _SLICE_S, self._source.is_whole)
+        elif following.work is Work.PLATE:
+            self._source.refine(_SLICE_S)
+        else:
+            self._pull.work()
+
+    def _try(self, act: Callable[[], None]) -> None:
+        try:
+            with faults_reported("The picture could not be made"):
+                act()
+        except HeatlensError as error:
+            self._say_error(error)
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the seconds that the loop may sleep; None: until something changes."""
+        return self._next.wait_s
+
+    @property
+    def _next(self) -> NextWork:
+        """The next piece of work, by the state of the visible pictures."""
+        plate, sides = self._visible.plate, self._visible.sides
+        frames_wait_s = None if is_rendering(plate, sides) else self._pull.seconds_until_needed()
+        turn = self._sides.turn
+        return next_work(WorkState(self._pull.is_alone, plate, sides, turn, frames_wait_s))

@@ -1,0 +1,314 @@
+"""Load and save the preferences: what the program remembers between sessions."""
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from heatlens.base.errors import InputError
+from heatlens.base.paths import file_bytes
+from heatlens.files.atomic_file import FOR_THE_USER, write_whole
+from heatlens.files.file_lock import locked
+from heatlens.files.json_record import JsonEntry, read_json, record_to_json
+from heatlens.live.ring.channel_map import ChannelMap
+from heatlens.model.guides import NO_GUIDES, Guides
+from heatlens.model.peaking import USUAL_PEAKING, Peaking
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.view import ViewState
+from heatlens.session.settings.merged_fields import merged, with_first
+from heatlens.session.settings.ui_sizes import SCALES
+from heatlens.session.time.playback import Ending
+
+FILE_NAME = "preferences.json"
+_FOLDERS_MAX = 200  # largest number of folders whose plate options are remembered
+_EM_MOST = 1000.0  # largest font size in pixels
+MEGABYTES_MOST = 10**8  # largest limit for rendered frames, more than any disk has
+WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # limits of a side of the window, in screen units
+
+
+class Theme(StrEnum):
+    """The colour theme of the interface."""
+
+    DARK = "dark"
+    LIGHT = "light"
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """The preferences, as an immutable value.
+
+    recent         absolute paths of opened files, the latest first
+    folders        the last folder of each file dialog, by purpose
+    plates         plate options by folder, the latest choice last
+    display, view  names in the colour config; "" for its defaults
+    unit           unit of distances, "m" or "ft"
+    guides         guide lines and mattes; the desqueeze is not remembered, each file has its own
+    peaking        settings of the focus peaking
+    window_size    in screen units; None if unknown
+    is_maximized   whether the window was maximised
+    hidden_panels  names of the closed panels
+    layout         arrangement of the panels as ImGui writes it; "" for the original one
+    layout_em      font size in pixels when the layout was written; 0 if unknown
+    theme          the colour theme of the interface
+    ui_scales      the user's scale of the interface, by monitor
+    feed_labels    whether the second window shows the names of looks in a grid
+    ending         what happens after the last played frame
+    every_frame    True if playback waits for each frame; False if it keeps time
+    keep_frames    whether frames of a shot are rendered ahead while idle
+    memory_mb      memory limit for rendered frames in MB; 0 for a quarter of the free memory
+    ring_maps      which channels of a controller turn which rings of the lens
+    disk_mb        disk limit for rendered frames in MB; 0 keeps none on disk
+    """
+
+    recent: tuple[str, ...] = ()
+    folders: Mapping[str, str] = field(default_factory=dict)
+    plates: Mapping[str, PlateOptions] = field(default_factory=dict)
+    display: str = ""
+    view: str = ""
+    unit: str = "m"
+    guides: Guides = NO_GUIDES
+    peaking: Peaking = USUAL_PEAKING
+    window_size: tuple[int, int] | None = None
+    is_maximized: bool = False
+    hidden_panels: tuple[str, ...] = ()
+    layout: str = ""
+    layout_em: float = 0.0
+    theme: Theme = Theme.DARK
+    ui_scales: Mapping[str, float] = field(default_factory=dict)
+    feed_labels: bool = True
+    ending: Ending = Ending.LOOP
+    every_frame: bool = True
+    keep_frames: bool = True
+    memory_mb: int = 0
+    disk_mb: int = 4000
+    ring_maps: tuple[ChannelMap, ...] = ()
+
+
+class Preferences:
+    """The current preferences, saved to a file if a path is given."""
+
+    def __init__(self, now: Remembered | None = None, path: Path | None = None) -> None:
+        """Keep preferences at `path`; None keeps them only as long as the program runs."""
+        self.now = now or Remembered()
+        self.path = path
+        self.problem = ""  # a sentence about what could not be read of the file, or ""
+        self._saved = self.now
+
+    @classmethod
+    def load(cls, folder: Path) -> "Preferences":
+        """Read the preferences in `folder`; `problem` says what could not be read."""
+        path = folder / FILE_NAME
+        if not os.path.exists(path):
+            return cls(path=path)
+        try:
+            now, problem = _remembered(read_json(path))
+        except InputError as error:
+            now, problem = Remembered(), str(error)
+        preferences = cls(now, path)
+        if problem:
+            preferences.problem = f"{problem} Its settings are reset."
+            aside = path.with_suffix(".damaged.json")
+            with suppress(OSError, InputError):  # one that is empty needs no copy, for example
+                write_whole(aside, file_bytes(path), FOR_THE_USER)
+                preferences.problem += f" The old ones are kept in {aside.name}."
+        return preferences
+
+    def saving(self) -> Callable[[], None] | None:
+        """Return a function that writes the preferences as they are now; None if nothing changed.
+
+        It may be called on a thread, in the order in which this method was called. It raises
+        InputError, but only once, if nothing can be written.
+        """
+        if self.path is None or self.now == self._saved:
+            return None
+        before, self._saved = self._saved, self.now
+        return partial(self._write, self.path, before, self.now)
+
+    def _write(self, path: Path, before: Remembered, now: Remembered) -> None:
+        """Write what has changed since `before` into the file, which other windows write too."""
+        if self.path is None:  # an earlier call has failed
+            return
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with locked(path.with_suffix(".lock")):
+                with suppress(InputError):  # it is not there, or damaged: all is written anew
+                    now = merged(_remembered(read_json(path))[0], before, now)
+                text = json.dumps(_entries(now), indent=2) + "\n"
+                write_whole(path, text.encode(), FOR_THE_USER)  # it names opened files
+        except (OSError, InputError) as error:
+            self.path = None
+            raise InputError(f"Preferences are not kept: {error}") from error
+
+    def first_view(self, given: ViewState) -> ViewState:
+        """Return the given view state, with remembered values for fields that were not given."""
+        if not given.display and not given.view:
+            given = replace(given, display=self.now.display, view=self.now.view)
+        usual, now = ViewState(), self.now
+        remembered: dict[str, Any] = dict(unit=now.unit, guides=now.guides, peaking=now.peaking)
+        left = {n: v for n, v in remembered.items() if getattr(given, n) == getattr(usual, n)}
+        return replace(given, **left)
+
+    def change(self, **changes: Any) -> None:
+        """Change these fields."""
+        self.now = replace(self.now, **changes)
+
+    def opened(self, text: str) -> None:
+        """Put an opened file first in the list of recent files."""
+        self.change(recent=with_first((absolute(text),), self.now.recent))
+
+    def looked_in(self, purpose: str, folder: Path) -> None:
+        """Remember the folder in which a file was chosen."""
+        self.change(folders={**self.now.folders, purpose: str(folder)})
+
+    def options_for(self, text: str) -> PlateOptions:
+        """Return the plate options that were chosen for the folder of a file or pattern.
+
+        Options with a near or far distance that their convention does not have are repaired, which
+        `problem` reports: plates would be refused with them.
+        """
+        path = absolute(text)
+        folder = path if path in self.now.plates else os.path.dirname(path)
+        options = self.now.plates.get(folder, PlateOptions())
+        kept = _without_unused_ends(options)
+        if kept != options:
+            self.change(plates={**self.now.plates, folder: kept})
+            self.problem = (
+                f"The near and far ends remembered for {folder} are forgotten: its depth is read "
+                f"as {options.depth_convention}, which has none."
+            )
+        return kept
+
+    def read_so(self, folder: Path, options: PlateOptions) -> None:
+        """Remember the plate options for a folder."""
+        options = _without_unused_ends(replace(options, depth_source=None, behind=()))
+        plates = {name: o for name, o in self.now.plates.items() if name != str(folder)}
+        if options != PlateOptions():
+            plates[str(folder)] = options
+        self.change(plates=dict(list(plates.items())[-_FOLDERS_MAX:]))
+
+
+def _without_unused_ends(options: PlateOptions) -> PlateOptions:
+    """Return `options` without near and far if the depth convention does not use them."""
+    if options.depth_convention.facts.takes_ends:
+        return options
+    return replace(options, near_m=None, far_m=None)
+
+
+def absolute(text: str) -> str:
+    """Return an absolute path or pattern, without resolving links."""
+    return os.path.abspath(os.path.expanduser(text))
+
+
+def _entries(now: Remembered) -> dict[str, Any]:
+    """Return the preferences as a JSON object."""
+    plates = {folder: record_to_json(options) for folder, options in now.plates.items()}
+    entries = {name: getattr(now, name) for name in _READERS}
+    entries["ring_maps"] = [record_to_json(found) for found in now.ring_maps]
+    entries["guides"], entries["peaking"] = record_to_json(now.guides), record_to_json(now.peaking)
+    maps = {"folders": dict(now.folders), "ui_scales": dict(now.ui_scales)}
+    return entries | {"plates": plates} | maps
+
+
+def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
+    """Return the preferences of the file, and a sentence about the first invalid entry, or "".
+
+    Unknown entries, written by another version of the program, are ignored.
+    """
+    if not isinstance(top.value, dict):
+        top.refuse("the file should be an object in braces.")
+    values, problems = {}, []
+    for name, read in _READERS.items():
+        if name in top.value:
+            try:
+                values[name] = read(JsonEntry(top.path, name, top.value[name]))
+            except InputError as error:
+                problems.append(f"{error}.")
+    return Remembered(**values), problems[0] if problems else ""
+
+
+def _text_map(entry: JsonEntry) -> dict[str, str]:
+    return {name: member.text() for name, member in _open_members(entry).items()}
+
+
+def _plates(entry: JsonEntry) -> dict[str, PlateOptions]:
+    return {name: member.record(PlateOptions) for name, member in _open_members(entry).items()}
+
+
+def _open_members(entry: JsonEntry) -> dict[str, JsonEntry]:
+    """Return the members of an object whose member names are free."""
+    return entry.members(list(entry.value) if isinstance(entry.value, dict) else ())
+
+
+def _scales(entry: JsonEntry) -> dict[str, float]:
+    scales = {name: member.number() for name, member in _open_members(entry).items()}
+    if any(not SCALES[0] <= scale <= SCALES[-1] for scale in scales.values()):
+        entry.refuse(f"scales should be {SCALES[0]} to {SCALES[-1]}")
+    return scales
+
+
+def _em(entry: JsonEntry) -> float:
+    em = entry.number()
+    if not 0 <= em <= _EM_MOST:
+        entry.refuse(f"{em} should be 0 to {_EM_MOST} pixels")
+    return em
+
+
+def _texts(entry: JsonEntry) -> tuple[str, ...]:
+    return tuple(item.text() for item in entry.items())
+
+
+def _window_size(entry: JsonEntry) -> tuple[int, int] | None:
+    if entry.value is None:
+        return None
+    sides = tuple(item.whole() for item in entry.items())
+    if len(sides) != 2 or not all(WINDOW_LEAST <= side <= _WINDOW_MOST for side in sides):
+        entry.refuse(f"{list(sides)} should be a width and a height")
+    return sides[0], sides[1]
+
+
+def _ring_maps(entry: JsonEntry) -> tuple[ChannelMap, ...]:
+    return tuple(item.record(ChannelMap) for item in entry.items())
+
+
+def _flag(entry: JsonEntry) -> bool:
+    if not isinstance(entry.value, bool):
+        entry.refuse(f"{entry.value!r} should be true or false")
+    return bool(entry.value)
+
+
+def _megabytes(entry: JsonEntry) -> int:
+    count = entry.whole()
+    if not 0 <= count <= MEGABYTES_MOST:
+        entry.refuse(f"{count} should be 0 to {MEGABYTES_MOST}")
+    return count
+
+
+_READERS = {
+    "recent": _texts,
+    "folders": _text_map,
+    "plates": _plates,
+    "display": JsonEntry.text,
+    "view": JsonEntry.text,
+    "unit": lambda entry: entry.choice(("m", "ft")),
+    "guides": lambda entry: entry.record(Guides),
+    "peaking": lambda entry: entry.record(Peaking),
+    "window_size": _window_size,
+    "is_maximized": _flag,
+    "hidden_panels": _texts,
+    "layout": JsonEntry.text,
+    "layout_em": _em,
+    "theme": lambda entry: Theme(entry.choice(tuple(Theme))),
+    "ui_scales": _scales,
+    "feed_labels": _flag,
+    "ending": lambda entry: Ending(entry.choice(tuple(Ending))),
+    "every_frame": _flag,
+    "keep_frames": _flag,
+    "memory_mb": _megabytes,
+    "disk_mb": _megabytes,
+    "ring_maps": _ring_maps,
+}

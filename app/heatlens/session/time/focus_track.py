@@ -1,0 +1,138 @@
+"""The focus and its range of sharpness per frame, and the distances of marks, in dioptres."""
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+from heatlens.base.errors import HeatlensError
+from heatlens.frame_cache.cache import FrameCache
+from heatlens.model.coc import far_limit_m, near_limit_m
+from heatlens.model.frames import FrameRange
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
+from heatlens.model.pull import frames_too_close
+from heatlens.model.shot import Shot
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.plate import Plate
+from heatlens.session.time.frame_states import Run
+
+_WARNED_MOST = 2000  # frames that are checked for a focus that is too close
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One time, with the focus and the limits of the sharp range in 1/m."""
+
+    frame: float
+    focus: float
+    near: float
+    far: float
+
+
+class FocusTrack:
+    """The samples over the visible frames, recomputed when these or the shot change."""
+
+    def __init__(self) -> None:
+        self._made_of: object = None
+        self._samples: tuple[Sample, ...] = ()
+        self._warned_of: object = None
+        self._too_close: tuple[int, ...] = ()
+
+    def samples(self, shot: Shot, first: float, last: float, count: int) -> tuple[Sample, ...]:
+        """Return `count` evenly spaced samples from first to last, and one at every key between."""
+        made_of = (shot.lens, shot.curves, first, last, count)
+        if made_of != self._made_of:
+            times = {first + (last - first) * i / (count - 1) for i in range(count)}
+            times |= {frame for frame in shot.key_frames if first <= frame <= last}
+            self._samples = tuple(_sample(shot, time) for time in sorted(times))
+            self._made_of = made_of
+        return self._samples
+
+    def too_close(self, shot: Shot, seen: FrameRange) -> tuple[int, ...]:
+        """Return the visible frames at which the lens cannot focus as near as it should."""
+        made_of = (shot.lens, shot.curves, seen)
+        if made_of != self._warned_of:
+            self._too_close, self._warned_of = _too_close(shot, seen), made_of
+        return self._too_close
+
+
+def _too_close(shot: Shot, seen: FrameRange) -> tuple[int, ...]:
+    if seen.count > _WARNED_MOST:
+        return ()
+    try:
+        return frames_too_close(Shot(shot.lens, curves=shot.curves, frames=seen))
+    except HeatlensError:  # no lens at some frame, which is said where it is looked at
+        return ()
+
+
+def _sample(shot: Shot, time: float) -> Sample:
+    try:
+        lens = shot.lens_at(time)
+    except HeatlensError:  # between two keys of a long lens and a near focus
+        return Sample(time, 0.0, 0.0, 0.0)
+    return Sample(
+        time, 1.0 / lens.focus_distance_m, 1.0 / near_limit_m(lens), 1.0 / far_limit_m(lens)
+    )
+
+
+@dataclass(frozen=True)
+class MarkTrack:
+    """The distance of a mark in 1/m at the frames in memory, as lines without gaps."""
+
+    name: str
+    lines: tuple[tuple[tuple[int, float], ...], ...]
+
+
+class MarkTracks:
+    """The distance tracks of point marks; each plate is measured once."""
+
+    def __init__(self) -> None:
+        self._measured: WeakKeyDictionary[Plate, dict[tuple[float, float], float]] = (
+            WeakKeyDictionary()
+        )
+        self._made_of: object = None
+        self._tracks: tuple[MarkTrack, ...] = ()
+
+    def tracks(
+        self, cache: FrameCache | None, runs: tuple[Run, ...], marks: tuple[Mark, ...]
+    ) -> tuple[MarkTrack, ...]:
+        """Return the track of every point mark over the frames in memory."""
+        made_of = (id(cache), runs, marks)
+        if cache is not None and made_of != self._made_of:
+            ready = [run for run in runs if run.state == "ready"]
+            points = [mark for mark in marks if isinstance(mark, PointMark)]
+            self._tracks = tuple(self._track(cache, ready, mark) for mark in points)
+            self._made_of = made_of
+        return self._tracks
+
+    def _track(self, cache: FrameCache, ready: list[Run], mark: PointMark) -> MarkTrack:
+        lines = []
+        for run in ready:
+            frames = range(run.first, run.last + 1)
+            places = [(f, self._dioptres(cache.get(f), mark)) for f in frames]
+            lines.append(tuple((f, place) for f, place in places if place is not None))
+        return MarkTrack(mark.name, tuple(line for line in lines if line))
+
+    def _dioptres(self, plate: object, mark: PointMark) -> float | None:
+        if not isinstance(plate, Plate):
+            return None
+        known, at = self._measured.setdefault(plate, {}), (mark.x_px, mark.y_px)
+        if at not in known:
+            distance_m = seen_m(plate, mark)
+            if distance_m is None:
+                return None
+            known[at] = 1.0 / distance_m
+        return known[at]
+
+
+def seen_m(plate: Plate, mark: PointMark) -> float | None:
+    """Return the distance in m under a point mark; None outside the picture."""
+    try:
+        return depth_at_m(plate, int(mark.x_px), int(mark.y_px))
+    except HeatlensError:
+        return None
+
+
+def mark_m(plate: Plate | None, mark: Mark) -> float | None:
+    """Return the distance of a mark on this plate in m; None if it is unknown."""
+    if isinstance(mark, DistanceMark):
+        return mark.distance_m
+    return None if plate is None or isinstance(mark, ObjectMark) else seen_m(plate, mark)
