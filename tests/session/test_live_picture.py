@@ -141,6 +141,63 @@ def test_an_untaught_machine_comes_to_pictures_that_fit(full_seconds, wished):
     assert machine.made[-5:] == [last] * 5
 
 
+@given(SPEEDS, WISHES, st.floats(1e-4, 0.2))
+def test_an_answer_never_keeps_the_window_longer_than_it_may(full_seconds, wished, within_s):
+    """But for the step that it ends with: the first of a driver may build a program."""
+    machine, live = machine_and_picture(full_seconds)
+    longest_s = max(machine.seconds(rung) for rung in possible(wished)) / STEPS + 1e-9
+    shot = shots(1, wished)[0]
+    before, _ = machine.now, live.request(shot, 7, BUDGET_S, within_s=within_s)
+    while live.is_answering:
+        assert machine.now - before <= within_s + longest_s
+        assert live.wants_work(is_plate_whole=False) and live.seconds_to_rest() == 0.0
+        before, _ = machine.now, live.work(within_s, is_plate_whole=False)
+    assert (live.shown.shot, live.shown.frame) == (shot, 7)
+    assert machine.made == [possible(wished)[-1]]
+
+
+@given(SPEEDS, st.floats(1e-4, 0.1), st.integers(1, 8))
+def test_a_hand_that_never_rests_sees_one_picture_after_the_other(full_seconds, within_s, plates):
+    _, live = machine_and_picture(full_seconds)
+    seen = []
+    for number, shot in enumerate(shots(8 * STEPS)):
+        live.request(shot, 0, BUDGET_S, PlateVersion(number * plates // (8 * STEPS)), within_s)
+        live.work(within_s)
+        if live.shown is not None and live.shown not in seen:
+            seen.append(live.shown)
+    assert len(seen) >= 8
+    while live.is_answering:
+        live.work(within_s)
+    assert live.shown.shot == shot and live.shown.plate == plates - 1
+
+
+@given(st.integers(2, 9))
+def test_a_plate_that_changes_all_the_time_is_seen_every_second_time(plates):
+    _, live = machine_and_picture(1.0)
+    for number, shot in enumerate(shots(plates)):
+        live.request(shot, number, BUDGET_S, PlateVersion(number), within_s=1e-6)
+    assert live.shown.plate >= plates - 2
+
+
+def test_an_answer_that_was_left_off_for_others_begins_anew():
+    machine, live = machine_and_picture(1.0)
+    shot = shots(1)[0]
+    live.request(shot, 0, BUDGET_S, within_s=1e-6)
+    live.pause()
+    assert live.is_answering and live.wants_work()
+    while live.is_answering:
+        live.work(1e-6)
+    assert live.shown.shot == shot and len(machine.made) == 1
+
+
+def test_the_time_spent_on_answers_is_told():
+    machine, live = machine_and_picture(1.0)
+    before = machine.now
+    for shot in shots(5):
+        live.request(shot, 0, BUDGET_S, within_s=0.01)
+    assert live.request_s == machine.now - before > 0
+
+
 @given(st.lists(st.floats(0.8, 1.25), min_size=5, max_size=30))
 def test_a_pace_that_wavers_does_not_change_the_picture(paces):
     machine, live = taught(0.02)

@@ -20,7 +20,9 @@ PLATES = st.builds(
     PlateState, st.booleans(), st.booleans(), st.booleans(), st.booleans(), st.none() | SECONDS
 )
 SIDES = st.lists(
-    st.builds(SideState, st.booleans(), st.booleans(), SECONDS), min_size=1, max_size=2
+    st.builds(SideState, st.booleans(), st.booleans(), SECONDS, st.booleans()),
+    min_size=1,
+    max_size=2,
 )
 STATES = st.builds(
     WorkState, st.booleans(), PLATES, SIDES.map(tuple), st.integers(0, 1), st.none() | SECONDS
@@ -33,9 +35,18 @@ DONE, BUSY = SideState(True, False, 0.0), SideState(False, True, 0.0)
 def test_only_a_side_that_has_work_is_worked_on_and_only_on_a_plate_that_is_good(state):
     found = next_work(state)
     if found.work is Work.SIDE:
-        assert state.plate.is_there and state.plate.is_good
-        assert state.sides[found.side].has_work
-        assert found.wait_s == state.sides[found.side].wait_s
+        side = state.sides[found.side]
+        assert state.plate.is_there and (state.plate.is_good or side.is_answering)
+        assert side.has_work and found.wait_s == side.wait_s
+
+
+@given(STATES, st.integers(0, 1))
+def test_a_change_is_answered_before_the_plate_becomes_good(state, at):
+    answering = SideState(False, True, 0.0, is_answering=True)
+    sides = tuple(answering if at == i else BUSY for i in range(2))
+    plate = replace(state.plate, is_there=True)
+    found = next_work(replace(state, plate=plate, sides=sides, plays_rendered=False))
+    assert found == NextWork(Work.SIDE, 0.0, at)
 
 
 @given(STATES)

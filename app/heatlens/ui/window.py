@@ -132,6 +132,7 @@ class Loop:
         if isinstance(start.lens_in, PadInput):
             start.lens_in.read = pad_axes
         self._screen = Screen(self._session, glfw.post_empty_event)
+        self._session.speed.has_window = True
         self._input = InputQueue(self._screen.opens)
         self._start_imgui()
         self._screen.picture.alt.is_keyboard_taken = partial(is_keyboard_taken, window)
@@ -244,6 +245,7 @@ class Loop:
         """Take input in, and draw the window unless more input waits."""
         start = time.perf_counter()
         session, before = self._session, self._session.live.shown
+        picture_s = session.live.request_s
         self._follow_screen()
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
@@ -271,7 +273,8 @@ class Loop:
         self._tell_title()
         seconds = time.perf_counter() - start
         shown = session.live.shown if session.live.shown is not before else None
-        session.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
+        picture_s = session.live.request_s - picture_s
+        session.speed.frame(seconds, picture_s, _is_held() and shown is not None)
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
         if shown and not session.ring.is_turning:

@@ -1,5 +1,6 @@
 """Measure the frames of the window, and compute the time that is left for a picture."""
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -11,6 +12,7 @@ _FRAME_SOFTWARE_S, _LEAST_S = 0.068, 0.012
 # Who turns a ring watches the picture, and the network adds latency: answer sooner, with a coarser
 # picture if necessary.
 _FRAME_RING_S = 0.04
+_TIMES_BUDGET = 2.0  # that a picture may take before it goes on between the frames
 _NEWEST = 0.2  # weight of the newest frame in a running mean
 
 
@@ -24,6 +26,7 @@ class Speed:
     is_for_ring: bool = False  # a ring is being turned, which needs quicker pictures
     upload_s: float = 0.0  # upload time of the latest plate
     window_s: float = 0.02  # running mean of drawing a frame without rendering its picture
+    has_window: bool = False  # somebody waits in front of it
 
     def frame(self, seconds: float, picture_s: float, is_held: bool) -> None:
         """Note a drawn frame of the window; `picture_s` of it was for a new picture, 0 for none."""
@@ -39,6 +42,11 @@ class Speed:
     def pictures_per_second(self) -> float | None:
         """Return the rate of new pictures during drags; None before the first drag."""
         return len(self.held_s) / sum(self.held_s) if self.held_s else None
+
+    @property
+    def answer_s(self) -> float:
+        """The longest time for a picture before input is looked at again."""
+        return _TIMES_BUDGET * self.budget_s if self.has_window else math.inf
 
     @property
     def budget_s(self) -> float:

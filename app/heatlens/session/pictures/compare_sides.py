@@ -1,5 +1,6 @@
 """The pictures that are rendered for a comparison: A, and B or several looks while visible."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil, log2
@@ -29,6 +30,10 @@ class Side(Protocol):
     @property
     def is_working(self) -> bool:
         """Return True while the whole picture is not finished."""
+
+    @property
+    def is_answering(self) -> bool:
+        """Return True while there is not even a quick picture of the latest change."""
 
     def wants_work(self, is_plate_whole: bool = True) -> bool:
         """Return True if there is a picture to continue rendering."""
@@ -93,9 +98,11 @@ class CompareSides:
         budget_s: float,
         plate: PlateVersion = FIRST_PLATE,
         zoom: float = 1.0,
+        within_s: float = math.inf,
     ) -> None:
         """Show `shot` at `frame` as `view` compares it: A first, B in what is left of the time.
 
+        A picture that takes longer than `within_s` goes on in `work`, and B waits for that of A.
         `zoom`: screen pixels for one of the picture, which decides how large a grid is rendered.
         """
         looks, now = looks_beside(view, shot), without_notes(shot)
@@ -109,21 +116,28 @@ class CompareSides:
         other = self._b_of(view, shot)
         self._b_request = None if other == shot else other
         self._has_looks, spent_s = bool(requests), 0.0
-        if self.a.request(shot, frame, budget_s, plate):
+        if self.a.request(shot, frame, budget_s, plate, within_s):
             self.b.pause()
             self._is_turn_of_b = False
             spent_s = 0.0 if self.a.shown is None else self.a.shown.seconds
+        if self.a.is_answering:
+            return
         left_s = max(budget_s - spent_s, _LEAST * budget_s)
-        if self._request_beside(requests, frame, left_s, plate):
+        if self._request_beside(requests, frame, left_s, plate, within_s):
             self.a.pause()
 
     def _request_beside(
-        self, looks: Mapping[str, Shot], frame: int, budget_s: float, plate: PlateVersion
+        self,
+        looks: Mapping[str, Shot],
+        frame: int,
+        budget_s: float,
+        plate: PlateVersion,
+        within_s: float,
     ) -> bool:
         """Request what A is compared with. Return True if anything was rendered."""
         has_rendered = self.looks.request(looks, frame, budget_s, plate)
         if self._b_request is not None:
-            has_rendered = self.b.request(self._b_request, frame, budget_s, plate)
+            has_rendered = self.b.request(self._b_request, frame, budget_s, plate, within_s)
         return has_rendered
 
     def _b_of(self, view: ViewState, shot: Shot) -> Shot | None:

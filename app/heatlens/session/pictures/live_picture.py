@@ -3,8 +3,11 @@
 If the whole picture fits the time of a frame, it is rendered at once. Otherwise a quicker preview
 of the same lens is shown (smaller, with simpler discs), and the whole picture is rendered in
 slices, so that the window stays responsive. A scene seen from many points of the lens refines.
+The answer to a change goes on in slices too where it takes longer than it may: the first pictures
+of a driver build their programs.
 """
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -41,6 +44,7 @@ class _Work:
     """A picture that is in progress."""
 
     steps: Steps[moderngl.Texture]
+    key: PictureKey  # of the request that it was begun for
     settings: DefocusSettings
     slot: int
     views_before: int  # points of the lens that an earlier picture already has
@@ -70,20 +74,32 @@ class LivePicture:
         self._level: DefocusSettings | None = None
         self._work: _Work | None = None
         self._slots = first_slot, first_slot + 1  # of the shown and the coming picture
+        self._budget_s = 0.0
         self._is_refused = False  # the request cannot be rendered, and that was reported
+        self.is_answering = False  # the request has no picture yet, not even a quick one
+        self.request_s = 0.0  # seconds spent in `request` so far
 
     def restart(self) -> None:
         """Start again, because another plate is on the GPU."""
         self._request = self._work = self.shown = None
+        self.is_answering = False
 
     def pause(self) -> None:
         """Give up the picture in progress, because others use the renderer now."""
         self._work = None
 
     def request(
-        self, shot: Shot, frame: int, budget_s: float, plate: PlateVersion = FIRST_PLATE
+        self,
+        shot: Shot,
+        frame: int,
+        budget_s: float,
+        plate: PlateVersion = FIRST_PLATE,
+        within_s: float = math.inf,
     ) -> bool:
         """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`.
+
+        An answer that takes longer than `within_s` goes on in `work`. It is finished before that to
+        the next change is begun, so that a hand that never rests sees pictures too.
 
         If the plate has only become less noisy, its picture stays until the whole new one is
         finished. Return True if anything was rendered. A request that raised is not tried again.
@@ -95,23 +111,35 @@ class LivePicture:
             self._note(request)
             return False
         is_same_but_plate = before is not None and replace(request, plate=before.plate) == before
-        if is_same_but_plate and plate.is_finer and self.shown is not None:
+        is_seen = self.shown is not None and not self.is_answering
+        if is_same_but_plate and plate.is_finer and is_seen:
             self._request, self._work = request, None
             return False
         is_same_plate = before is not None and before.plate == request.plate
         begun = self._begun_picture(shot, frame) if is_same_plate else None
         if before is None or before.settings != request.settings:
             self._level = None
-        self._request, self._changed_at, self._work = request, self._clock(), None
-        self._is_refused = False
+        if self.is_answering and not is_same_plate:
+            within_s = math.inf  # or a plate that changes all the time would never be seen
+        if not self.is_answering or within_s == math.inf:
+            self._work = None
+        self._request, self._changed_at, self._budget_s = request, self._clock(), budget_s
+        self._is_refused, self.is_answering = False, begun is None
         if begun is not None:
-            self.shown = begun
+            self.shown, self._work = begun, None
             return False
-        with self._refusing():
-            self._level = self._best_level(shot.defocus, budget_s)
-            self._start(self._level)
-            self._advance(float("inf"))
+        self._answer(within_s)
+        self.request_s += self._clock() - self._changed_at
         return True
+
+    def _answer(self, slice_s: float) -> None:
+        """Go on with the answer in progress, or begin that to the request."""
+        with self._refusing():
+            if self._work is None:
+                assert self._request is not None
+                self._level = self._best_level(self._request.settings, self._budget_s)
+                self._start(self._level)
+            self._advance(slice_s)
 
     def _note(self, request: PictureKey) -> None:
         """Take a request for the same picture of a shot with other marks or looks."""
@@ -139,7 +167,7 @@ class LivePicture:
         try:
             yield
         except HeatlensError:
-            self._is_refused, self._work = True, None
+            self._is_refused, self.is_answering, self._work = True, False, None
             raise
 
     @property
@@ -156,7 +184,7 @@ class LivePicture:
 
     def seconds_to_rest(self) -> float:
         """Return the seconds until the whole picture may be started; 0 if it may start now."""
-        return max(0.0, self._changed_at + _REST_S - self._clock())
+        return 0.0 if self.is_answering else max(0.0, self._changed_at + _REST_S - self._clock())
 
     def wants_work(self, is_plate_whole: bool = True) -> bool:
         """Return True if there is a picture to continue.
@@ -165,11 +193,15 @@ class LivePicture:
         """
         if not self.is_working:
             return False
-        return is_plate_whole or self._work is not None or self._next_level(False) is not None
+        is_begun = self.is_answering or self._work is not None
+        return is_plate_whole or is_begun or self._next_level(False) is not None
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
-        """Continue with a better picture for about `slice_s` seconds if the input rests."""
+        """Continue with the answer, or if the input rests with a better picture, for a slice."""
         if not self.wants_work(is_plate_whole) or self.seconds_to_rest() > 0:
+            return
+        if self.is_answering:
+            self._answer(slice_s)
             return
         with self._refusing():
             if self._work is None:
@@ -207,7 +239,7 @@ class LivePicture:
         assert self._request is not None
         shot, slot = replace(self._request.shot, defocus=settings), self._slots[1]
         steps = self._renderer.steps(shot, self._request.frame, slot)
-        self._work = _Work(steps, settings, slot, self._views_before(settings))
+        self._work = _Work(steps, self._request, settings, slot, self._views_before(settings))
 
     def _views_before(self, settings: DefocusSettings) -> int:
         """Return how many points of the lens the renderer continues from; 0: it starts again."""
@@ -230,9 +262,11 @@ class LivePicture:
             work.seconds += self._clock() - start
             made = replace(work.settings, views=work.settings.views - work.views_before)
             self.cost.learn(made, self._pixels(made), work.seconds)
-            shot, frame, plate = self._request.shot, self._request.frame, self._request.plate
-            self.shown = Shown(end.value, shot, frame, work.settings, work.seconds, plate)
+            is_latest = _bare(work.key) == _bare(self._request)
+            of = self._request if is_latest else work.key
+            self.shown = Shown(end.value, of.shot, of.frame, work.settings, work.seconds, of.plate)
             self._slots, self._work = self._slots[::-1], None
+            self.is_answering = self.is_answering and not is_latest
 
 
 def _bare(key: PictureKey) -> PictureKey:

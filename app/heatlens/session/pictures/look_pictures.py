@@ -160,6 +160,8 @@ class LookPictures:
 
     # A side of the comparison, see `LivePicture`
 
+    is_answering = False  # a changed look of a plate has its quick picture at once
+
     @property
     def is_working(self) -> bool:
         """True while a whole picture is not finished."""

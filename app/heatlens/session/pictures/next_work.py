@@ -1,8 +1,9 @@
 """Decide what to render next, as a pure function of the state.
 
-The order is always the same: first the plate, until it is good enough to be blurred (a scene must
-be drawn large and antialiased); then the pictures of the comparison's sides, in turns; then, while
-there is nothing else to do, the frames that will be played.
+The order is always the same: first what a change is answered with; then the plate, until it is
+good enough to be blurred (a scene must be drawn large and antialiased); then the pictures of the
+comparison's sides, in turns; then, while there is nothing else to do, the frames that will be
+played.
 """
 
 from dataclasses import dataclass
@@ -31,14 +32,16 @@ class PlateState:
 class SideState:
     """The state of one side of the comparison.
 
-    is_done   its whole picture is finished, or cannot be rendered
-    has_work  there is a picture to continue, at the present quality of the plate
-    wait_s    seconds until work may continue, because the input has to rest first
+    is_done       its whole picture is finished, or cannot be rendered
+    has_work      there is a picture to continue, at the present quality of the plate
+    wait_s        seconds until work may continue, because the input has to rest first
+    is_answering  nothing is seen yet of the latest change, not even a quick picture
     """
 
     is_done: bool
     has_work: bool
     wait_s: float
+    is_answering: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,13 +96,19 @@ def next_work(state: WorkState) -> NextWork:
     if not is_rendering(state.plate, state.sides):
         wait_s = state.frames_wait_s
         return NextWork(Work.NOTHING if wait_s is None else Work.FRAMES, wait_s)
-    side = _next_side(state) if state.plate.is_there and state.plate.is_good else None
+    side = _next_side(state) if state.plate.is_there else None
     if side is None:
         return NextWork(Work.PLATE, state.plate.wait_s)
     return NextWork(Work.SIDE, state.sides[side].wait_s, side)
 
 
 def _next_side(state: WorkState) -> int | None:
-    """Return the side whose turn it is if it has work, else another side that has."""
-    ready = [index for index, side in enumerate(state.sides) if side.has_work]
+    """Return the side to render, that whose turn it is before another; None if the plate is next.
+
+    A side that answers comes first, on whatever plate: a good one would keep it waiting.
+    """
+    sides = tuple(enumerate(state.sides))
+    ready = [index for index, side in sides if side.has_work and side.is_answering]
+    if not ready and state.plate.is_good:
+        ready = [index for index, side in sides if side.has_work]
     return state.turn if state.turn in ready else next(iter(ready), None)

@@ -37,4 +37,5 @@ class VisibleWork:
 
     def _state_of(self, side: Side) -> SideState:
         has_work = side.wants_work(self._source.is_whole)
-        return SideState(not side.is_working, has_work, side.seconds_to_rest())
+        wait_s = side.seconds_to_rest()
+        return SideState(not side.is_working, has_work, wait_s, side.is_answering)

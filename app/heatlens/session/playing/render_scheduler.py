@@ -88,8 +88,9 @@ class RenderScheduler(Worker):
         source.follow(shot, frame)
         if source.plate is not None and source.is_settled_at(frame):
             plate = PlateVersion(source.version, source.is_finer)
-            view, budget_s = self._view.state, self._speed.budget_s
-            self._sides.request(view, source.seen(shot), frame, budget_s, plate, self._view.zoom)
+            times = self._speed.budget_s, self._speed.answer_s
+            seen, view = source.seen(shot), self._view
+            self._sides.request(view.state, seen, frame, times[0], plate, view.zoom, times[1])
 
     def work(self) -> None:
         """Continue the next piece of work for one slice; report errors."""

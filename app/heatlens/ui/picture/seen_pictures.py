@@ -54,7 +54,9 @@ class SeenPictures:
             view_of_b = plain.exposed_through(self._lens_of_b(plain))
             b = screen.b(linear_b, loaded, view_of_b, of_method)
         detail = None
-        if view.depth_of_field and view.compare is not Compare.DIFFERENCE and not is_kept:
+        is_of_plate = not (session.live.is_answering and seen.plate != session.source.version)
+        is_apart = view.compare is Compare.DIFFERENCE or is_kept
+        if view.depth_of_field and is_of_plate and not is_apart:
             detail = screen.detail(shown, loaded, view)
         windows = self._kept.windows(seen) or session.source.windows(session.shot)
         light = shown.texture if view.depth_of_field else loaded.color
