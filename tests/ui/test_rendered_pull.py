@@ -16,6 +16,7 @@ from heatlens.model.shot import LensParameter
 from heatlens.model.view import Overlay
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
+from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.kept_picture import half_of
 from heatlens.session.playing.kept_screen import KeptFrame
 from heatlens.session.settings.preferences import Preferences
@@ -93,6 +94,26 @@ def test_once_all_is_rendered_nothing_more_is(gui):
         session.work()
         gui.frame()
     assert session.pull.version == made == COUNT
+
+
+def test_a_drag_computes_no_more_keys_of_frames_than_there_is_time_for(gui, monkeypatch):
+    """A key takes 3 ms, as for long shots of scenes on a busy machine."""
+    fill(gui)
+    jobs, clock = gui.session.pull.jobs, Clock()
+    made, key_s = jobs._made, 0.003
+
+    def slow(frame: int) -> FrameJob | None:
+        clock.now_s += key_s
+        return made(frame)
+
+    monkeypatch.setattr(jobs, "_clock", clock)
+    monkeypatch.setattr(jobs, "_made", slow)
+    gui.session.editing.edit_lens(replace(gui.session.lens, f_stop=4.0))
+    before = clock.now_s
+    gui.session.pull.poll()
+    assert clock.now_s - before <= 0.004 + key_s < COUNT * key_s
+    gui.until(lambda: len(gui.session.pull.keys) == COUNT, "the keys of all frames")
+    fill(gui)
 
 
 def test_playing_rendered_frames_renders_nothing_and_shows_each(gui, renderer):
@@ -180,6 +201,7 @@ def test_a_drag_is_answered_at_once_while_frames_are_rendered(gui):
 def test_after_what_the_user_did_frames_wait_a_moment(gui, monkeypatch):
     session, clock, worked = gui.session, Clock(), []
     gui.settled()
+    gui.until(lambda: session.pull.has_work, "the files looked at")
     session.pull._clock = clock
     monkeypatch.setattr(session.pull, "_work", worked.append)
     session.pull.touched()

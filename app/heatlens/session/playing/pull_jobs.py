@@ -113,8 +113,8 @@ class PullJobs:
         window, _ = source.windows(self._shot)
         return proxy_size((window.width, window.height), self._shot.defocus.proxy)
 
-    def make(self, frames: Iterable[int], seconds: float) -> None:
-        """Make the jobs of these frames, as many as fit into `seconds`."""
+    def make(self, frames: Iterable[int], seconds: float) -> bool:
+        """Make the jobs of these frames, as many as fit into `seconds`; return False if not all."""
         end = self._clock() + seconds
         for frame in frames:
             if frame not in self._jobs:
@@ -124,7 +124,13 @@ class PullJobs:
                 except _NotYetError:
                     pass
                 if self._clock() > end:
-                    return
+                    return False
+        return True
+
+    def made(self, frames: Iterable[int]) -> list[FrameJob]:
+        """Return the jobs of these frames that are made already."""
+        found = (self._jobs.get(frame) for frame in frames)
+        return [job for job in found if job is not None]
 
     def of(self, frame: int) -> FrameJob | None:
         """Return the job of a frame; None if there is none or it is not made yet."""

@@ -73,7 +73,7 @@ class RenderScheduler(Worker):
     @property
     def seen_key(self) -> object:
         """A key that changes whenever there is something new to draw."""
-        return self.picture_key, self._pull.version
+        return self.picture_key, self._pull.version, self._pull.is_counting
 
     # Work
 

@@ -27,7 +27,7 @@ from heatlens.session.time.timeline import Timeline
 
 _SLICE_S = 0.02  # longest work before the loop handles input again
 _REST_S = 0.3  # pause after user input before frames are rendered
-_KEYS_S = 0.004  # time per window frame to compute the keys of frames
+_KEYS_S = 0.004  # time to compute the keys of frames, before the loop handles input again
 _FRAMES_MOST = 4000  # largest number of frames to keep track of
 _AHEAD = 24  # frames read from disk ahead of the playhead
 _PIXEL_BYTES = 8  # four half floats
@@ -109,6 +109,7 @@ class RenderedPull(Worker):
         self.rendered: frozenset[int] = frozenset()
         self.runs: tuple[FrameRange, ...] = ()
         self._missing: list[FrameJob] = []
+        self.is_counting = False  # keys of frames are still to be computed
         self._refused: set[str] = set()  # keys of frames that cannot be rendered
         self._made: set[str] = set()  # keys computed since the last user input
         self._rests_at = 0.0
@@ -156,8 +157,7 @@ class RenderedPull(Worker):
 
     def at_hand(self, keys: frozenset[str]) -> Iterator[FrameJob]:
         """Return the jobs whose pictures have these keys and are in memory, in playing order."""
-        jobs = (self.jobs.of(frame) for frame in self._order)
-        return (job for job in jobs if job is not None and job.key in keys)
+        return (job for job in self.jobs.made(self._order) if job.key in keys)
 
     # Called by the session
 
@@ -165,11 +165,10 @@ class RenderedPull(Worker):
         """Update after changes and read frames that are needed next; call this once a frame."""
         if not self.is_on:
             self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
-            self._ordered, self.counted = (), None
+            self._ordered, self.counted, self.is_counting = (), None, False
             return
         self._put_in_order()
         self.jobs.update(self._order)
-        self.jobs.make(self._order, _KEYS_S)
         self._count()
         self._fetch()
 
@@ -190,12 +189,13 @@ class RenderedPull(Worker):
         return width * height * _PIXEL_BYTES
 
     def _count(self) -> None:
-        """Update which frames are rendered and which are not, if that may have changed."""
+        """Update which frames are rendered and which are not, as far as their keys are known."""
+        self.is_counting = not self.jobs.make(self._order, _KEYS_S)
         made_of = (self.store.version, self.jobs.version, self._order)
         if made_of == self.counted:
             return
         self.counted, known = made_of, self.store.known()
-        jobs = [job for frame in self._order if (job := self.jobs.of(frame))]
+        jobs = self.jobs.made(self._order)
         self.rendered = frozenset(job.frame for job in jobs if job.key in known)
         self.runs = runs_of(self.rendered)
         self._missing = [job for job in jobs if job.key not in known]
@@ -230,7 +230,7 @@ class RenderedPull(Worker):
         if self._timeline.playback.direction or self._is_busy() or not self.is_on:
             return False
         if self._next() is None:
-            return self.screen.has_work
+            return self.is_counting or self.screen.has_work
         is_reading = self._filler is not None and self._filler.is_reading
         return not is_reading and self.store.has_room
 
@@ -247,6 +247,8 @@ class RenderedPull(Worker):
         """
         self._count()
         job = self._next()
+        if self.is_counting:
+            return
         if job is None:
             self._let_go()
             self.screen.prepare()
