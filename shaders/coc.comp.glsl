@@ -7,13 +7,14 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
+uniform int first_row;  // of the band (gpu/pixel_bands.py)
 uniform sampler2D depth_tx;
 uniform float at_infinity_px;   // diameter of a point infinitely far away
 uniform float per_dioptre_px;   // what a dioptre (1/m) of distance changes
 layout(r32f) uniform writeonly image2D out_coc_img;
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, textureSize(depth_tx, 0)))) return;
     float depth_m = texelFetch(depth_tx, at, 0).r;
     float coc_px = at_infinity_px + per_dioptre_px / depth_m;

@@ -7,12 +7,13 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
+uniform int first_row;  // of the band (gpu/pixel_bands.py)
 uniform sampler2D coc_tx;
 uniform float shift_px;
 layout(r32f) uniform writeonly image2D out_coc_img;
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, imageSize(out_coc_img)))) return;
     imageStore(out_coc_img, at, vec4(texelFetch(coc_tx, at, 0).r + shift_px));
 }

@@ -14,6 +14,8 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
+uniform int first_row;  // of the band (gpu/pixel_bands.py)
+
 #ifdef LISTS
 layout(rg16f) uniform writeonly image2D out_kind_img;
 uniform bool is_measured;  // the lists tell the coverage of every silhouette
@@ -33,7 +35,7 @@ void store(ivec2 at, float kind) { imageStore(out_kind_img, at, vec4(kind)); }
 #endif
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
     float coc = coc_at(at);
     bool beside_nearer = false, beside_farther = false;

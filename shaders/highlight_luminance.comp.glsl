@@ -17,6 +17,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
+uniform int first_row;  // of the band (gpu/pixel_bands.py)
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
 layout(rgba32f) uniform writeonly image2D out_luminance_img;
@@ -35,7 +36,7 @@ float brightest_behind(ivec2 at) { return 0.0; }
 #endif
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, imageSize(out_luminance_img)))) return;
     float sum = 0.0, sum_behind = 0.0, surface = 0.0, diameter = 1e30;
     for (int i = 0; i < 4; ++i) {

@@ -14,6 +14,7 @@
 
 layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
 
+uniform int first_row;  // of the band (gpu/pixel_bands.py)
 uniform sampler2D high_tx;
 uniform sampler2D places_tx;
 uniform bool has_places;
@@ -223,7 +224,8 @@ uint make_sprites(int level, uint offset, out float area) {
 
 void main() {
     size = textureSize(high_tx, 0);
-    ivec2 block = ivec2(gl_GlobalInvocationID.xy), blocks = (size + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
+    ivec2 block = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
+    ivec2 blocks = (size + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
     if (any(greaterThanEqual(block, blocks))) return;
     corner = block * HIGHLIGHT_BLOCK;
     int index = block.y * blocks.x + block.x;

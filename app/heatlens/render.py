@@ -281,6 +281,7 @@ class FrameRenderer:
         depth = scratch.texture("wide depth", size, 1)
         for whole, out in ((overscan.color, color), (seen.depth, depth)):
             crop.run(whole, (part.x0, part.y0), out)
+            yield "coc"
         behind = places = None
         if peeled is not None:
             behind, places = peeled.fragments.part(part), scratch.texture("wide places", size, 4)

@@ -19,7 +19,7 @@ def split(ctx: moderngl.Context, color: FloatArray, coc: FloatArray) -> dict[str
     kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
     picture = Fragments(color_tx, coc_tx, kind, far, near)
     pixels = ctx.buffer(reserve=list_bytes(size))
-    FragmentPass(ctx).run(picture, AT_INFINITY_PX, pixels)
+    list(FragmentPass(ctx).steps(picture, AT_INFINITY_PX, pixels))
 
     def read(texture: moderngl.Texture) -> FloatArray:
         return np.frombuffer(texture.read(), np.float16).astype(np.float32).reshape(*coc.shape, -1)

@@ -1,5 +1,6 @@
 """Split mixed pixels of silhouettes into a near and a far fragment."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import moderngl
@@ -10,8 +11,9 @@ from heatlens.defocus.listed_fragments import (
     list_buffers,
     list_uniforms,
 )
-from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list
-from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.defocus.pixel_list import clear_list, slices
+from heatlens.gpu.pixel_bands import PixelBands
+from heatlens.gpu.program import ComputeProgram
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,11 @@ class FragmentPass:
         self._find = ListProgram(ctx, "fragments_find.comp.glsl")
         self._far = ComputeProgram(ctx, "fragments_far.comp.glsl")
         self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
+        self._bands = PixelBands(ctx)
 
-    def run(self, picture: Fragments, at_infinity_px: float, pixels: moderngl.Buffer) -> None:
+    def steps(
+        self, picture: Fragments, at_infinity_px: float, pixels: moderngl.Buffer
+    ) -> Iterator[None]:
         """Split the silhouette pixels of `picture`; `pixels` is scratch memory.
 
         `at_infinity_px` is the coc of a point at infinity.
@@ -67,24 +72,29 @@ class FragmentPass:
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
         lists = picture.lists
         of_lists = {} if lists is None else {"is_measured": lists.is_measured}
-        self._find.version(lists is not None).dispatch(
-            pixel_groups(picture.color.size),
+        yield from self._bands.run(
+            self._find.version(lists is not None),
+            picture.color.size,
+            uniforms | list_uniforms(lists) | of_lists,
             textures={"coc_tx": picture.coc},
             images={"out_kind_img": picture.kind},
             buffers=buffers | list_buffers(lists),
-            uniforms=uniforms | list_uniforms(lists) | of_lists,
         )
-        self._far.dispatch_indirect(
-            pixels,
-            textures=textures,
-            images={"out_far_img": picture.far, "out_near_img": picture.near},
-            buffers=buffers,
-            uniforms=uniforms | WHOLE_LIST,
-        )
-        self._near.dispatch_indirect(
-            pixels,
-            textures=textures,
-            images={"far_img": picture.far, "near_img": picture.near},
-            buffers=buffers,
-            uniforms=uniforms | WHOLE_LIST,
-        )
+        for part in slices(picture.color.size):
+            self._far.dispatch_indirect(
+                pixels,
+                textures=textures,
+                images={"out_far_img": picture.far, "out_near_img": picture.near},
+                buffers=buffers,
+                uniforms=uniforms | part,
+            )
+            yield
+        for part in slices(picture.color.size):
+            self._near.dispatch_indirect(
+                pixels,
+                textures=textures,
+                images={"far_img": picture.far, "near_img": picture.near},
+                buffers=buffers,
+                uniforms=uniforms | part,
+            )
+            yield

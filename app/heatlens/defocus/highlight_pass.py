@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import moderngl
 
@@ -17,6 +18,7 @@ from heatlens.defocus.listed_fragments import (
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.opening_textures import OpeningTextures
+from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
@@ -114,6 +116,7 @@ class HighlightSplitPass:
         self._blur = blur
         self._luminance = ListProgram(ctx, "highlight_luminance.comp.glsl")
         self._split = ListProgram(ctx, "highlight_split.comp.glsl")
+        self._bands = PixelBands(ctx)
 
     def steps(
         self,
@@ -131,24 +134,26 @@ class HighlightSplitPass:
         lists = out.lists
         read = None if lists is None else lists.whole
         luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
-        self._luminance.version(lists is not None).dispatch(
-            pixel_groups(luminance.size),
+        yield from self._bands.run(
+            self._luminance.version(lists is not None),
+            luminance.size,
+            list_uniforms(read),
+            side=2,
             textures={"color_tx": color, "coc_tx": coc},
             images={"out_luminance_img": luminance, "out_coc_img": half_coc},
             buffers=list_buffers(read),
-            uniforms=list_uniforms(read),
         )
         heat = named_kernel("heat")
         what = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
         yield from self._blur.steps(what, targets)
-        self._split.version(lists is not None).dispatch(
-            pixel_groups(color.size),
+        yield from self._bands.run(
+            self._split.version(lists is not None),
+            color.size,
+            list_uniforms(read) | ({} if lists is None else {"has_places": has_places}),
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color},
             images={"out_low_img": out.low, "out_high_img": out.high, "out_around_img": out.around},
             buffers=list_buffers(read) | _written(lists),
-            uniforms=list_uniforms(read) | ({} if lists is None else {"has_places": has_places}),
         )
-        yield
 
 
 class HighlightListPass:
@@ -160,6 +165,7 @@ class HighlightListPass:
         self._plan = ComputeProgram(ctx, "highlight_plan.comp.glsl")
         self._write = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on))
         self._restore = ListProgram(ctx, "highlight_restore.comp.glsl")
+        self._bands = PixelBands(ctx)
         self._openings = OpeningTextures(ctx)
 
     def steps(
@@ -183,16 +189,14 @@ class HighlightListPass:
         }
         bound = planned | {"sprite_block": buffers.sprite}
         blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
-        groups = (groups_for(blocks[0], HIGHLIGHT_GROUP), groups_for(blocks[1], HIGHLIGHT_GROUP))
+        merged = partial(self._bands.run, size=blocks, side=HIGHLIGHT_BLOCK, group=HIGHLIGHT_GROUP)
         high_tx = {"high_tx": high}
         read_tx = high_tx | {"places_tx": places or high} | self._openings.of(optics.disc.aperture)
         shape = optics.disc.uniforms | {"has_places": places is not None}
         switches = optics.disc.switches | {"FINE_RIMS": places is not None}
         restore_groups = pixel_groups(size)
-        self._count.with_(**switches).dispatch(
-            groups, textures=read_tx, buffers=bound, uniforms=shape
-        )
-        yield
+        count, write = self._count.with_(**switches), self._write.with_(**switches)
+        yield from merged(count, uniforms=shape, textures=read_tx, buffers=bound)
         self._plan.dispatch(
             (1, 1),
             buffers=planned,
@@ -205,10 +209,7 @@ class HighlightListPass:
             },
         )
         yield
-        self._write.with_(**switches).dispatch(
-            groups, textures=read_tx, buffers=bound, uniforms=shape
-        )
-        yield
+        yield from merged(write, uniforms=shape, textures=read_tx, buffers=bound)
         read = None if lists is None else lists.whole
         planned_on = {name: planned[name] for name in ("tally_block", "plan_block")}
         self._restore.version(lists is not None).dispatch_indirect(

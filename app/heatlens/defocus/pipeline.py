@@ -100,8 +100,8 @@ class DefocusPipeline:
         coc = depth
         if optics.line is not None or optics.plate_shift_px:
             coc = self.scratch.texture("coc", depth.size, 1)
-            self._passes.coc.run(depth, optics.line, coc, optics.plate_shift_px)
-            yield self.scratch.passed("coc")
+            found = self._passes.coc.steps(depth, optics.line, coc, optics.plate_shift_px)
+            yield from self._named("coc", found)
         if layers_for(settings) == 1:
             blurred = yield from self._in_one_layer(color, coc, optics, settings)
             self._passes.limits.run(blurred, is_opaque=not has_alpha)
@@ -176,8 +176,7 @@ class DefocusPipeline:
             )
             listed = yield from self._without_highlights(color, coc, kernel, optics, without)
             color, lists = without.low, None if split is None else split.diffused
-        picture = self._fragmented(color, coc, optics, lists, around)
-        yield self.scratch.passed("fragments")
+        picture = yield from self._fragmented(color, coc, optics, lists, around)
         cuts = layer_cuts(optics.occupied_px, layers_for(settings), settings.proxy)
         plans = layer_plans(cuts, optics, color.size)
         out = self.scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
@@ -257,7 +256,7 @@ class DefocusPipeline:
         optics: Optics,
         lists: ListedFragments | None,
         around: moderngl.Texture | None,
-    ) -> Fragments:
+    ) -> Steps[Fragments]:
         size, scratch = color.size, self.scratch
         picture = Fragments(
             color,
@@ -269,7 +268,8 @@ class DefocusPipeline:
             around,
         )
         rims = scratch.buffer("rim list", list_bytes(size))
-        self._passes.fragments.run(picture, optics.at_infinity_px, rims)
+        apart = self._passes.fragments.steps(picture, optics.at_infinity_px, rims)
+        yield from self._named("fragments", apart)
         return picture
 
     def _layer(

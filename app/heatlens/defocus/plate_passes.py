@@ -1,9 +1,10 @@
 """Prepare a plate for the blur: proxy size, circle of confusion, crops and alpha."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 import moderngl
 
+from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.model.coc import CocLine
 
@@ -19,35 +20,30 @@ class CocPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "coc.comp.glsl")
         self._shift = ComputeProgram(ctx, "coc_shift.comp.glsl")
+        self._bands = PixelBands(ctx)
 
-    def run(
+    def steps(
         self,
         depth: moderngl.Texture,
         line: CocLine | None,
         out_coc: moderngl.Texture,
         shift_px: float = 0.0,
-    ) -> None:
+    ) -> Iterator[None]:
         """Write the disc diameter of every pixel, negative in front of the focus plane.
 
         Without a `line`, `depth` is the diameter already, to which `shift_px` is added.
         """
         if line is None:
-            self._shift.dispatch(
-                pixel_groups(out_coc.size),
-                textures={"coc_tx": depth},
-                images={"out_coc_img": out_coc},
-                uniforms={"shift_px": shift_px},
-            )
-            return
-        self._program.dispatch(
-            pixel_groups(out_coc.size),
-            textures={"depth_tx": depth},
-            images={"out_coc_img": out_coc},
-            uniforms={
+            program, read = self._shift, {"coc_tx": depth}
+            uniforms: dict[str, object] = {"shift_px": shift_px}
+        else:
+            program, read = self._program, {"depth_tx": depth}
+            uniforms = {
                 "at_infinity_px": line.at_infinity_px,
                 "per_dioptre_px": line.per_dioptre_px,
-            },
-        )
+            }
+        written = {"out_coc_img": out_coc}
+        return self._bands.run(program, out_coc.size, uniforms, textures=read, images=written)
 
 
 class CropPass:
