@@ -1,5 +1,5 @@
-// One view more through the lens, and the mean of those there are: Haeberli and Akeley 1990. The
-// sum stays as it is, so that more views can follow; the picture can be looked at after each.
+// Adds one view through the lens to a running sum, and writes the mean so far: Haeberli and Akeley
+// 1990. The sum is kept, so that the mean can be shown after each view.
 //
 // Inputs
 //   view_tx   rgba, what one point of the lens sees

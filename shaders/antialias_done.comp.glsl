@@ -1,5 +1,5 @@
-// Which pixels need no further samples: in them and in all around them those that there are differ
-// so little that more of them would change nothing that can be seen.
+// Finds the pixels that need no more samples: theirs and their neighbours' samples agree so well
+// that more of them would make no visible difference.
 //
 // Input
 //   spread_tx     see antialias_mean
@@ -9,11 +9,11 @@
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D spread_tx;
-uniform float most;  // deviation that may stay, as a part of the light
+uniform float most;  // largest deviation to accept, as a share of the light
 uniform int reach;   // pixels around
 layout(r16f) uniform writeonly image2D out_done_img;
 
-#define STEP 2.0  // deviations: what steps by more from a pixel to the next has an edge about there
+#define STEP 2.0  // deviations: a larger step between neighbouring pixels means an edge there
 
 vec2 spread_at(ivec2 at) {
     return texelFetch(spread_tx, clamp(at, ivec2(0), textureSize(spread_tx, 0) - 1), 0).rg;

@@ -1,4 +1,4 @@
-// Copies a picture texel by texel, 32 bytes a pixel: the best that this machine's memory can do.
+// Copies a picture texel by texel, 32 bytes a pixel, to measure the memory bandwidth of this machine.
 //
 // Input
 //   color_tx        rgba32f

@@ -10,7 +10,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 uniform int first_row;  // of the band (gpu/pixel_bands.py)
 uniform sampler2D depth_tx;
 uniform float at_infinity_px;   // diameter of a point infinitely far away
-uniform float per_dioptre_px;   // what a dioptre (1/m) of distance changes
+uniform float per_dioptre_px;   // change of the diameter per dioptre (1/m)
 layout(r32f) uniform writeonly image2D out_coc_img;
 
 void main() {

@@ -1,9 +1,9 @@
-// A circle of confusion that a plate brings itself, in the focus of another colour.
+// Shifts a plate's own circle of confusion to the focus of another colour.
 //
 // Input
 //   coc_tx       diameter in pixels, negative in front of the focus plane
 // Output
-//   out_coc_img  the same, by shift_px more
+//   out_coc_img  coc_tx plus shift_px
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

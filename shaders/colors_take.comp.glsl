@@ -1,4 +1,4 @@
-// Some channels of one picture into another, where each colour was blurred apart.
+// Copies some channels of one picture into another, where each colour is blurred separately.
 //
 // Inputs
 //   picture_tx     rgba

@@ -1,5 +1,5 @@
-// A blurred layer over what is behind it. Coverage ripples a little beyond 0..1 as colour does; left
-// as it is the two cancel, so that one colour everywhere stays that colour.
+// Puts a blurred layer over what is behind it. Coverage, like colour, ripples slightly beyond 0..1;
+// it is not clamped, because the two ripples cancel and a uniform colour stays uniform.
 //
 // Inputs
 //   layer_tx        rgb times coverage, a coverage, both blurred; if REDUCED a smaller picture
@@ -11,7 +11,7 @@
 layout(local_size_x = TILE, local_size_y = TILE) in;
 
 uniform sampler2D layer_tx;
-uniform bool is_farthest;  // it covers everything, so its blurred coverage divides out
+uniform bool is_farthest;  // the layer covers everything, so dividing by its blurred coverage is safe
 layout(rgba32f) uniform image2D out_color_img;
 
 uniform int reduction;     // pixels of the picture along a side of one of the layer

@@ -1,4 +1,4 @@
-// A part of a picture as a picture of its own, of its size or smaller.
+// Crops a picture, and reduces the crop if asked to.
 //
 // Input
 //   from_tx   the whole

@@ -1,5 +1,5 @@
-// How many pixels lie in each of DEPTH_BINS even bins of dioptres, exactly as model/value_bins.py counts
-// the same depths: layers are chosen by which bins are empty, and must not hang on the machine.
+// Counts the pixels in each of DEPTH_BINS even bins of dioptres, exactly as model/value_bins.py does:
+// layers are chosen by which bins are empty, so the result must not depend on the machine.
 //
 // Input
 //   depth_img    planar metres up to 1e37, +inf where nothing was hit

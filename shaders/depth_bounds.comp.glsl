@@ -1,5 +1,5 @@
-// The nearest and the farthest depth of a picture, and how many pixels hit nothing. Bits of positive
-// floats are ordered as the floats are, +inf after all others.
+// Finds the nearest and the farthest depth of a picture, and counts the pixels that hit nothing. The
+// bits of positive floats sort as the floats do, +inf last.
 //
 // Input
 //   depth_img    planar metres, +inf where nothing was hit

@@ -1,4 +1,4 @@
-// A picture as the display shows it, over black.
+// Converts a picture to display values, over black.
 //
 // Input
 //   picture_tx        scene-linear rgb, premultiplied; its alpha does not count

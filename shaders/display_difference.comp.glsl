@@ -1,4 +1,4 @@
-// How far two pictures lie apart, as light, seen through the display's transform.
+// Shows the difference of two pictures: taken in linear light, then sent through the display transform.
 //
 // Inputs
 //   a_tx, b_tx        scene-linear rgb, premultiplied; b may have another size and is then stretched
@@ -19,7 +19,7 @@ vec3 b_pixel(ivec2 at) {
     return finite(texelFetch(b_tx, clamp(at, ivec2(0), textureSize(b_tx, 0) - 1), 0).rgb);
 }
 
-// By hand, so that two pictures of one size meet pixel on pixel whatever the texture's filter.
+// Interpolated here, so that pictures of equal size match pixel by pixel whatever the texture's filter.
 vec3 b_at(ivec2 at) {
     vec2 stretch = vec2(textureSize(b_tx, 0)) / vec2(textureSize(a_tx, 0));
     vec2 place = (vec2(at) + 0.5) * stretch - 0.5;

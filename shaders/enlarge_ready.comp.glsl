@@ -1,5 +1,5 @@
-// A small picture made ready to be enlarged. Bilinear enlarging takes from the fine structure what
-// this adds before, so that a preview is no softer than its resolution asks for.
+// Sharpens a small picture before it is enlarged, to make up for the softening of bilinear
+// enlargement: a preview is then no softer than its resolution requires.
 //
 // Input
 //   picture_tx   display values
@@ -11,7 +11,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 uniform sampler2D picture_tx;
 writeonly uniform image2D out_img;
 
-#define SHARPER 0.5  // of the difference from the mean around: the least FLIP of previews on average
+#define SHARPER 0.5  // share of the difference from the local mean; gives previews the lowest mean FLIP error
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_img);

@@ -1,5 +1,5 @@
-// Splits each far rim pixel in two: its far colour is taken from the far side alone, the nearer colour
-// from its nearer neighbours, and the nearer one's coverage is where the pixel's colour lies between.
+// Splits each far rim pixel into two fragments: the far colour comes from the far side alone, the near
+// colour from its nearer neighbours; where the pixel's colour lies between them gives the coverage.
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx, pixel list    as fragments_find.comp.glsl leaves them
@@ -16,7 +16,7 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 layout(rgba16f) uniform writeonly image2D out_far_img;
 layout(rgba16f) uniform writeonly image2D out_near_img;
 
-#define FAR_RIM_WEIGHT 0.1  // of a near neighbour that is itself beside something nearer
+#define FAR_RIM_WEIGHT 0.1  // weight of a near neighbour that is itself beside something nearer
 #define FAR_REACH 2         // pixels: across a wire's far rim to the next unmixed pixel
 
 // Mean of the whole pixels around on the far surface, compressed; a = their weight. Weights fall so
@@ -60,8 +60,8 @@ vec4 near_side(ivec2 at, float coc) {
     return sum / weights;
 }
 
-// Half of what a box filter over the depth's outline sees nearer: 1/8 beside a straight edge, the
-// mean there of what truly covers the pixel.
+// Half the share that a box filter over the depth outline sees as nearer: 1/8 beside a straight edge,
+// which is the mean true coverage there.
 float outline_coverage(ivec2 at, float coc) {
     float nearer = 0.0;
     for (int k = 0; k < 9; ++k)
@@ -76,7 +76,7 @@ void split_far(ivec2 at) {
     vec4 unmixed = far_side(at, coc), near = near_side(at, coc);
     if (unmixed.a > 0.0) far = untoned(unmixed.rgb / unmixed.a);
     float coverage = clamp(coverage_of(x, near.rgb, far, outline_coverage(at, coc)), 0.0, 1.0);
-    // What the mix does not explain is detail of the far side, as far as that is seen.
+    // The residual of the mix is detail of the far side, weighted by how much of it is visible.
     float seen = 1.0 - coverage;
     vec3 rest = (x - far - coverage * (near.rgb - far)) / max(seen, 0.2);
     far = max(far + smoothstep(0.3, 0.7, seen) * rest, 0.0);

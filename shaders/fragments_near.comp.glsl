@@ -15,7 +15,7 @@ layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform writeonly image2D near_img;
 
 #define LEAST_COVERAGE 0.4  // depth was sampled at the pixel's centre and hit the near surface
-#define SPLIT_FROM_PX 2.0   // a surface in focus keeps its pixels: their mix is already right
+#define SPLIT_FROM_PX 2.0   // a surface in focus keeps its pixels: their mixed colour is already right
 #define SPLIT_FULL_PX 6.0
 
 vec3 far_color(ivec2 at) {

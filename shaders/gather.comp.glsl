@@ -1,8 +1,8 @@
-// Each pixel looks around in the disc of its own circle of confusion: the mean of the pixels there.
-// A pixel there counts where it is behind (light from there comes through the blur), or where its
-// own disc reaches this far: what is sharp in front does not smear. Riguer et al. 2003, Scheuermann
-// and Tatarchuk 2004. The pattern is the pixels themselves, one sample each: with fewer, a highlight's
-// disc breaks up into dots. It is taken some rows of the disc at a time, in a band of the picture.
+// Each pixel becomes the mean of the pixels in the disc of its own circle of confusion. A sample
+// counts if it is behind (its light comes through the blur), or if its own disc reaches this pixel;
+// sharp foregrounds therefore do not smear. Riguer et al. 2003, Scheuermann and Tatarchuk 2004. Every
+// pixel of the disc is sampled: with fewer, a highlight's disc breaks up into dots. Each dispatch takes
+// some rows of the disc, in a band of the picture.
 //
 // Inputs
 //   color_tx     rgba
@@ -29,7 +29,7 @@ layout(r32f) uniform image2D weight_img;
 #endif
 
 #define LEAST_WEIGHT 1e-6
-#define BEHIND_PX 0.5 // coc farther by this is behind, not the same surface
+#define BEHIND_PX 0.5 // a coc larger by this much is behind, not on the same surface
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, band_start), size = textureSize(color_tx, 0);
@@ -50,7 +50,7 @@ void main() {
     ivec2 last = min(ivec2(reach.x, min(reach.y, disc_rows.y)), size - 1 - at);
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x) {
-            vec2 offset = -vec2(x, y);  // from the disc of the pixel there to this one
+            vec2 offset = -vec2(x, y);  // offset from the centre of the sample's disc to this pixel
             vec2 place = vec2(at + ivec2(x, y)) + 0.5;
 #ifdef SHAPED
             float there = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
@@ -68,7 +68,7 @@ void main() {
             weight += inside;
         }
 #ifdef SHAPED
-#ifdef IMAGED  // an opening can be dark in its middle, so that a pixel beside others sees nothing
+#ifdef IMAGED  // an opening can be dark in its middle, so that no sample counts
     if (is_last && most_of(weight) < LEAST_WEIGHT) {
         weight = Cover(1.0);
         sum = texelFetch(color_tx, at, 0);

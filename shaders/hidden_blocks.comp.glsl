@@ -1,5 +1,5 @@
-// What is to be guessed: hidden pixels near something seen each for itself, deeper inside one guess for
-// a block of 2 x 2 pixels.
+// Lists the hidden pixels to guess: one by one near visible pixels; deeper inside, one guess for each
+// block of 2 x 2.
 //
 // Inputs
 //   bits_buf     seen pixels (seen_bits_clear.comp.glsl)
@@ -14,14 +14,14 @@
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform ivec2 size;
-uniform int slices;  // in which later passes take the list
+uniform int slices;  // number of slices in which later passes work through the list
 layout(std430) buffer block_list_block {
     uint block_groups[3];
     uint block_count;
     uint block_pixels[];  // as in lib/pixel_list.lib.glsl
 };
 
-#define DEEP_PX 3  // so far from everything seen, along rows and columns, the guess is smooth
+#define DEEP_PX 3  // farther than this from all visible pixels, along rows and columns, the guess is smooth
 
 void append_block(ivec2 at, uint marks) {
     uint slot = atomicAdd(block_count, 1u);
@@ -30,7 +30,7 @@ void append_block(ivec2 at, uint marks) {
     block_pixels[slot] = uint(at.y) << 16 | uint(at.x) | marks;
 }
 
-// Whether no pixel of the block that comes before this one is hidden.
+// True if no earlier pixel of the block is hidden.
 bool is_first_of_block(ivec2 at) {
     ivec2 first = at & ~1, place = at - first;
     bool is_first = place.x == 0 || is_seen(ivec2(first.x, at.y), size);

@@ -1,5 +1,5 @@
-// For each block with hidden pixels, along each direction: how much the nearest seen pixels on both sides differ.
-// A stripe that a wire breaks has alike ends along the stripe.
+// Measures, for each block with hidden pixels and along each direction, how much the nearest visible
+// pixels on both sides differ. A stripe interrupted by a wire has similar ends along the stripe.
 //
 // Inputs
 //   layer_tx       rgb times coverage, a coverage, marked if hidden
@@ -7,10 +7,10 @@
 //   pixel list     what is guessed (hidden_blocks.comp.glsl)
 // Output (a pixel a block of 2 x 2; those with hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
-// With MATCHED, for fragment lists that tell what is hidden in another light than what is seen, from
+// With MATCHED, for fragment lists whose hidden surfaces are lit differently from the visible ones, from
 //   state_tx, listed_tx   of layer_split.comp.glsl, also
-//   out_match_img  rgb logarithm of how much brighter what is seen is than what lists tell just beyond its end,
-//                  on the same surface; a how far that is known, -1 where it was not asked
+//   out_match_img  rgb logarithm of the ratio of visible to listed brightness on the same surface, just
+//                  beyond its end; a confidence of that, -1 where it was not measured
 
 #include "lib/hidden_block.lib.glsl"
 #include "lib/pixel_list.lib.glsl"

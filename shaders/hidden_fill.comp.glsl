@@ -1,20 +1,20 @@
-// Guesses hidden pixels: along each direction the line between its two ends, directions weighed by
-// how alike the ends are (over a small neighbourhood, so that one pixel does not decide) and how near.
-// An end that is blurred anyway stands for a stretch of what is seen behind it. Where the ends of no direction are
-// alike there is no structure to draw on, and stripes would be wrong and would flicker in a pull: there all ends
-// count alike, each for a longer stretch, and the guess is dull.
+// Guesses hidden pixels by interpolating between the two visible ends along each direction. Directions
+// are weighted by how similar the ends are (over a small neighbourhood, so that one pixel does not
+// decide) and how near. An end that will be blurred anyway is averaged over a stretch behind it. Where
+// no direction has similar ends there is no structure to continue, and stripes would be wrong and would
+// flicker during a focus pull: there all ends count equally, averaged further, and the guess is smooth.
 //
 // Inputs
-//   cost_tx           hidden_cost.comp.glsl, -1 for what is seen
+//   cost_tx           hidden_cost.comp.glsl, -1 for visible pixels
 //   around_tx         surroundings of highlights (highlight_split.comp.glsl), for has_highlights
 //   bits_buf          what is seen (seen_bits_clear.comp.glsl)
 //   pixel list        what is guessed (hidden_blocks.comp.glsl)
-//   listed_tx         with LISTS: what the pixels' lists tell (layer_split.comp.glsl), which goes before a
-//                     guess as deep behind a silhouette as a lens can see it
-//   match_tx          with MATCHED: how what they tell is matched to what is seen (hidden_cost.comp.glsl)
+//   listed_tx         with LISTS: listed fragments (layer_split.comp.glsl), preferred to a guess as deep
+//                     behind a silhouette as the lens can see
+//   match_tx          with MATCHED: the correction of their brightness (hidden_cost.comp.glsl)
 // Read where seen, written where hidden
 //   layer_img         rgb times coverage, a coverage, marked if hidden
-//   state_img         r diameter |coc|, g how far there is content, 0..1
+//   state_img         r diameter |coc|, g share of content, 0..1
 
 #include "lib/hidden_block.lib.glsl"
 #include "lib/highlight_limit.lib.glsl"
@@ -30,17 +30,17 @@ uniform bool has_highlights;  // the layer is in focus and may hold some, at the
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
-#define LISTED_FROM 0.5        // of the depth that can be seen: up to here lists are believed whole,
-#define LISTED_TO 1.0          // and from here on not at all, but for one pixel more
+#define LISTED_FROM 0.5        // share of the visible depth: up to here lists are fully trusted,
+#define LISTED_TO 1.0          // and from here on, plus one pixel, not at all
 #define REACH 1                // costs are averaged over 3 x 3 blocks
-#define ALIKE_VARIANCE 0.04    // of compressed colour: ends that differ by 0.2 count much less
-#define LEAST_LIKENESS 1e-4    // if no direction has alike ends the nearest decide
+#define ALIKE_VARIANCE 0.04    // in compressed colour: ends that differ by 0.2 count much less
+#define LEAST_LIKENESS 1e-4    // if no direction has similar ends the nearest decide
 #define DISTANCE_POWER 2.0
-#define ALIKE_TO 0.4           // likeness of the best direction from which on the guess follows structure
-#define DULL_REACH 0.8         // of the way to an end: how far behind it counts where the guess is dull
+#define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure
+#define DULL_REACH 0.8         // share of the distance to an end that is averaged behind it where the guess is smooth
 #define ONE_END_WEIGHT 0.02    // an end without a partner: colour without structure
-#define BEHIND_REACH 0.26      // of an end's diameter: how far behind it counts, ever less
-#define BEHIND_TAPS 6          // 1, 2, 4 ... 32 pixels behind, each for all that is as far as it
+#define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
+#define BEHIND_TAPS 6          // 1, 2, 4 ... 32 pixels behind, each standing for its whole interval
 
 const float STEP_LENGTH[HIDDEN_DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
 
@@ -52,7 +52,7 @@ struct Content {
 Content content_at(ivec2 at) {
     vec4 layer = imageLoad(layer_img, at);
     vec3 color = layer.rgb / max(layer.a, 1e-4);
-    // A highlight stays where it stands. A loop is cheaper than a branch, of which both sides run.
+    // Highlights must not spread. A loop, because a branch would run both of its sides.
     for (int look = has_highlights ? 1 : 0; look > 0; --look)
         color *= 1.0 - part_over(color, texelFetch(around_tx, at >> 1, 0).r);
     return Content(vec4(dimmed(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);
@@ -77,9 +77,8 @@ void add(inout Content sum, inout float weights, float weight, Content c) {
     weights += weight;
 }
 
-// The mean of an end and of what is seen behind it, as far as its own blur mixes the two anyway: one
-// pixel of a texture is not to stand for all that is hidden; at least as far as `dull_px`. `onward` leads away
-// from the hidden.
+// The mean of an end and the visible pixels behind it, over its own blur and at least `dull_px`: a
+// single texel must not fill the whole gap. `onward` points away from the hidden pixel.
 Content end_at(ivec2 end, ivec2 onward, float step_px, float dull_px, ivec2 size) {
     Content sum = content_at(end);
     float weights = 1.0, reach = max(max(BEHIND_REACH * sum.diameter, dull_px) / step_px, 1e-3);
@@ -100,7 +99,7 @@ uniform sampler2D listed_tx;
 #ifdef MATCHED
 uniform sampler2D match_tx;
 
-// What the light of a list is multiplied by, the mean of the blocks around.
+// The factor for listed light, averaged over the surrounding blocks.
 vec3 match_at(ivec2 block) {
     vec4 sum = vec4(0.0);
     for (int y = -REACH; y <= REACH; ++y)
@@ -130,7 +129,7 @@ float nearest_of(ivec2 ends[HIDDEN_DIRECTIONS]) {
     return nearest;
 }
 
-// 0 where the two ends of some direction are alike, 1 where those of none are.
+// 0 where some direction has similar ends, 1 where none has.
 float difference_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
     float most_alike = 0.0;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
@@ -166,8 +165,8 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         add(sum, weights, weight * to_back, end_back);
     }
     guess = Guess(nearest_of(ends), vec4(0.0), 0.0);
-    if (weights == 0.0) {  // nothing of this layer is seen along any direction, or near enough:
-        guess.away_px = 0.0;  // what lists tell is all that there is
+    if (weights == 0.0) {  // nothing of this layer is visible near enough in any direction:
+        guess.away_px = 0.0;  // only the lists are left
         return;
     }
     float cover = sum.layer.a / weights;
@@ -175,7 +174,7 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     guess = Guess(guess.away_px, vec4(undimmed(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
 }
 
-// The guess, and what is seen of the pixel itself as far as that goes.
+// Mixes the guess with the visible share of the pixel itself.
 void fill_pixel(ivec2 at, Guess guess) {
     vec4 own = imageLoad(layer_img, at);
     vec2 state = imageLoad(state_img, at).rg;

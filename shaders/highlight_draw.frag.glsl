@@ -1,8 +1,8 @@
-// A highlight's disc, where the lens sees it; with LISTS past fragments that let light through. Each
-// pixel of the disc is a point of the lens; the ray from there to the highlight crosses nearer depths at
-// places in the picture that move towards the pixel in proportion to the difference in coc. What stands
-// there at that depth hides the highlight. What is nearer by less than a margin is not looked at here;
-// with LISTS, highlight_split has taken its part.
+// Draws a highlight's disc where the lens sees it; with LISTS, also past partly transparent fragments.
+// Each pixel of the disc is a point on the lens. The ray from there to the highlight crosses nearer
+// depths at positions that move towards the pixel in proportion to the difference in coc; whatever is
+// at that depth there hides the highlight. Surfaces nearer by less than a margin are ignored here;
+// with LISTS, highlight_split has already accounted for them.
 
 #include "lib/aperture.lib.glsl"
 #ifdef LISTS
@@ -22,23 +22,23 @@ uniform float nearest_px;  // least signed coc in the picture
 
 out vec4 out_light;
 
-// Up to SHARP_PX of coc a nearer fragment covers just its own pixel; from BLURRED_PX on its blurred
-// layer hides what it has to.
+// Up to a coc of SHARP_PX a nearer fragment covers just its own pixel; from BLURRED_PX on, compositing
+// its blurred layer does the hiding.
 #define SHARP_PX 1.0
 #define BLURRED_PX 4.0
 
 #define STEPS 16
-// What is nearer by less than MARGIN_PX, or by less than MARGIN_PART of the highlight's coc, belongs to
+// A surface nearer by less than MARGIN_PX, or less than MARGIN_PART of the highlight's coc, belongs to
 // the highlight.
 #define MARGIN_PX 2.0
 #define MARGIN_PART 0.1
-// A look at the exact depth must meet the same surface: one whose coc is within SAME_COC_PX, or within
-// SAME_COC_PART of the difference to the highlight.
+// The refined lookup must meet the same surface: a coc within SAME_COC_PX, or within SAME_COC_PART of
+// the difference to the highlight.
 #define SAME_COC_PX 1.0
 #define SAME_COC_PART 0.25
 
-// The four pixels around a place, in the order of textureGather, and how much each weighs there. GPUs round
-// the place that they gather at; it is where the four meet, so that they are those of the weights.
+// The four pixels around a position, in textureGather order, and their bilinear weights. GPUs round
+// the gather position, so gather at the corner shared by the four texels, to match the weights.
 vec2 meeting_place(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
 vec4 cocs_around(vec2 at) { return textureGather(coc_tx, meeting_place(at)); }
 vec4 weights_around(vec2 at) {
@@ -50,7 +50,7 @@ bool is_outside(vec2 at) {
 }
 
 #ifdef LISTS
-// How much of a pixel is covered by what is nearer than `start`; all of it without a list of its own.
+// Share of a pixel covered by fragments nearer than `start`; 1 if it has no list of its own.
 float cover_at(ivec2 at, float start) {
     ivec2 size = textureSize(coc_tx, 0);
     List list = list_at(clamp(at, ivec2(0), size - 1));
@@ -70,7 +70,7 @@ vec4 covers_around(vec2 at, float start) {
 vec4 kinds_around(vec2 at) { return textureGather(kind_tx, meeting_place(at)); }
 ivec2 inside(vec2 at) { return clamp(ivec2(floor(at)), ivec2(0), textureSize(kind_tx, 0) - 1); }
 
-// How much of a pixel a surface of its list covers that lies at this coc.
+// Share of a pixel covered by the listed surface at this coc.
 float cover_of(ivec2 at, float coc, float same) {
     ivec2 size = textureSize(coc_tx, 0);
     List list = list_at(clamp(at, ivec2(0), size - 1));
@@ -88,8 +88,8 @@ vec4 covers_of(vec2 at, float coc, float same) {
                 cover_of(low + ivec2(1, 0), coc, same), cover_of(low, coc, same));
 }
 
-// How much the listed surfaces hide that a ray meets about `level`: it may pass a surface where the picture
-// shows another one, nearer, which it passes elsewhere.
+// Share hidden by listed surfaces near `level`: a ray may cross such a surface where the picture shows
+// another, nearer one.
 float listed_part(vec2 centre, vec2 per_px, float coc, float level, float step_px, float start) {
     List list = list_at(inside(centre + per_px * (coc - level)));
     float hidden = 0.0;
@@ -105,15 +105,15 @@ float listed_part(vec2 centre, vec2 per_px, float coc, float level, float step_p
 }
 #endif
 
-// How much of the four pixels around hides that is at the coc `met`.
+// Weighted share of the four surrounding pixels that hides at the coc `met`.
 vec4 hits_around(vec2 at, float coc, float met) {
     float same = max(SAME_COC_PX, SAME_COC_PART * (coc - met));
     return step(abs(cocs_around(at) - met), vec4(same));
 }
 
-// How much of the highlight is hidden from this point of the lens, 0..1: smooth across an occluder's edge.
-// Steps with something to look up in lists are noted, and looked at after all others: a software rasteriser
-// goes through the whole body of a loop as soon as one of its invocations needs a part of it.
+// Share of the highlight hidden from this point of the lens, 0..1: smooth across an occluder's edge.
+// Steps that need list lookups are noted and done last: a software rasteriser runs the whole body of a
+// loop as soon as one of its invocations needs part of it.
 float hidden_part(vec2 at, vec2 centre, float coc) {
     float start = coc - max(MARGIN_PX, MARGIN_PART * abs(coc));
     float step_px = (start - nearest_px) / float(STEPS);
@@ -157,7 +157,7 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
     return hidden;
 }
 
-// An anti-aliased silhouette in focus lets through what its nearer fragment does not cover.
+// An anti-aliased silhouette in focus lets light through where its near fragment does not cover.
 float seen_at(ivec2 at, float coc) {
 #ifdef LISTS
     List list = list_at(at);

@@ -1,6 +1,6 @@
-// What a highlight's surroundings are measured in: mean of rgb, clipped, so that the highlight itself
-// does not raise the level it is compared with. At half the size, because the surroundings are wide.
-// Bright surfaces are measured apart: where most of the surroundings are bright, nothing is a highlight.
+// Luminance for the surroundings of highlights: the mean of rgb, clipped so that a highlight does not
+// raise the level it is compared with. At half size, because the surroundings are wide. Bright surfaces
+// are measured separately: where most of the surroundings are bright, nothing is a highlight.
 //
 // Inputs
 //   color_tx          scene-linear rgb
@@ -8,7 +8,7 @@
 // Outputs (a pixel for 2 x 2 of the picture)
 //   out_luminance_img r mean, 0..1; g that of the brightest behind it with LISTS, else as r; b how much
 //                     is as bright as a surface may be, 0..1
-//   out_coc_img       least diameter, pixels of this picture: what is in focus keeps to itself
+//   out_coc_img       least diameter, pixels of this picture, so that nothing spreads from sharp areas
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"

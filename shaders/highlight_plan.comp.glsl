@@ -1,5 +1,5 @@
-// Chooses how far highlights are merged, and where each block writes its own: one workgroup adds up
-// the tallies. So drawing them has a bounded cost, and the same picture gives the same list.
+// Chooses how far highlights are merged, and where each block writes its own. One workgroup adds up
+// the tallies, so that drawing has a bounded cost and the list is deterministic.
 //
 // Input
 //   tally_buf    highlight_sprites.comp.glsl, COUNT

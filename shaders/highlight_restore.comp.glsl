@@ -1,5 +1,5 @@
-// Puts highlights back where there were too many to draw, in the whole picture or in blocks of bright surfaces;
-// it runs on no pixel otherwise.
+// Puts highlights back where there are too many to draw, in the whole picture or in blocks of bright
+// surfaces; otherwise it has no pixels to process.
 //
 // Inputs
 //   high_tx    rgb what was taken out
@@ -13,7 +13,7 @@
 layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 uniform sampler2D coc_tx;
 
-// Returns whether the pixel's highlight came out of its list.
+// True if the pixel's highlight was taken from its list.
 bool restore_list(ivec2 at, float high_coc) {
     List list = list_at(at);
     for (uint i = WORDS * list.first; i < WORDS * list.end; ++i) low_fragment_buf[i] = fragment_buf[i];

@@ -1,6 +1,6 @@
-// Takes out of the picture what is much brighter than its diffused surroundings. A short sum of
-// exponentials shows a few per cent of ripple, and a few per cent of a highlight is brighter than the wall;
-// so highlights are drawn as the discs they become (highlight_draw), light conserved.
+// Removes pixels much brighter than their diffused surroundings, to be drawn as discs instead
+// (highlight_draw), with the light conserved. Diffusion ripples by a few per cent, and a few per cent of
+// a highlight may be brighter than the wall behind it.
 //
 // Inputs
 //   color_tx          scene-linear rgb, a kept
@@ -8,7 +8,7 @@
 //   coc_tx            signed circle of confusion, pixels
 // Outputs
 //   out_low_img       what is diffused
-//   out_high_img      rgb what was taken out, a signed coc
+//   out_high_img      rgb removed light, a signed coc
 //   out_around_img    luminance of the surroundings, a pixel for 2 x 2, for hidden_fill.comp.glsl;
 //                     NO_HIGHLIGHT on bright surfaces
 //   low_fragment_buf  with LISTS: the fragments without their highlights. A highlight behind what is seen
@@ -33,14 +33,14 @@ layout(r16f) uniform writeonly image2D out_around_img;
 layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 #endif
 
-// Discs smaller than LEAST_COC_PX stay pixels, those larger than WHOLE_COC_PX are drawn in full; in
-// between by degrees.
+// Discs smaller than LEAST_COC_PX stay pixels, those larger than WHOLE_COC_PX are drawn in full, with a
+// smooth transition in between.
 #define LEAST_COC_PX 0.25
 #define WHOLE_COC_PX 0.75
 
 #ifdef LISTS
-uniform bool has_places;  // it is known where in its pixel a light stands (highlight_sprites.comp.glsl), and
-#define FOUND_PART 0.4    // its disc is right from this part of those diameters on
+uniform bool has_places;  // factor on both diameters where a light's position in its pixel is known
+#define FOUND_PART 0.4    // (highlight_sprites.comp.glsl): discs are accurate from smaller sizes on
 float drawn_part(float diameter) {
     float scale = has_places ? FOUND_PART : 1.0;
     return smoothstep(scale * LEAST_COC_PX, scale * WHOLE_COC_PX, diameter);
@@ -49,7 +49,7 @@ float drawn_part(float diameter) {
 float drawn_part(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX, diameter); }
 #endif
 
-// The mixed rim of a highlight has the depth of what is beside it: its coc is that of the brightest pixel
+// The mixed rim of a highlight carries its neighbour's depth, so take the coc of the brightest pixel
 // around.
 float highlight_coc(ivec2 at) {
     ivec2 last = textureSize(color_tx, 0) - 1;
@@ -77,9 +77,9 @@ void store_fragment(uint number, vec3 color) {
     low_fragment_buf[at + 2u] = fragment_buf[at + 2u];
 }
 
-// What of a fragment's light gets past those in front of it by less than the margin. Drawing does not look at
-// them (highlight_draw.frag.glsl), and need not: every ray to the lens passes them about where the
-// light stands, so that what they cover of the pixel they cover of the disc.
+// Share of a fragment's light that fragments within the margin in front let through. Drawing ignores
+// them (highlight_draw.frag.glsl): every ray to the lens passes them close to the light itself, so they
+// cover the same share of the disc as of the pixel.
 float past_near_ones(List list, uint number, float margin_coc) {
     float past = 1.0;
     for (uint i = list.first; i < number; ++i) {
@@ -93,7 +93,7 @@ void split_list(ivec2 at, float front_coc, float around, float surface, inout ve
     List list = list_at(at);
     if (list.has_front) high.rgb = vec3(0.0);
     bool is_free = mean_of(high.rgb) == 0.0;
-    float seen = list.has_front ? 1.0 : 0.0;  // of the pixel, past the fragments so far
+    float seen = list.has_front ? 1.0 : 0.0;  // share of the pixel not covered by the fragments so far
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
         float over = drawn_part(abs(fragment.coc)) * (1.0 - surface) * part_over(fragment.color, around);

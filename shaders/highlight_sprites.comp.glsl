@@ -31,7 +31,7 @@ layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #define SAME_COC_PX 0.5
 #define SAME_COC_PART 0.05
 #define RIM_OFFSET 0.3    // 1/2 for a straight rim; less suits the corners of small highlights as well
-// From this coc on a disc shows where in its pixel the light stands; fully from TOLD_PX on.
+// From this coc on, the light's position in its pixel moves the disc; fully from TOLD_PX on.
 #define TOLD_FROM_PX 1.0
 #define TOLD_PX 1.5
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
@@ -66,10 +66,10 @@ float highlight_coc(ivec2 at) {
     return result;
 }
 
-// Return where in a pixel at a highlight's rim the light stands, in pixels from the pixel's middle: at
-// the side of the brighter pixels, and the nearer to it the less of the pixel the highlight covers. How
-// much that is follows from its brightness against the brightest pixel around. Discs that reach no
-// other pixel's middle cannot show it.
+// Returns the light's position in a pixel at a highlight's rim, in pixels from the centre: towards the
+// brighter pixels, and the further the less of the pixel is covered. The coverage follows from its
+// brightness relative to the brightest pixel around. Discs that reach no other pixel's centre cannot
+// show it.
 vec2 light_offset(ivec2 at, float coc_px) {
     float own = sum_of(high_at(at).rgb), most = own;
     vec2 towards = vec2(0.0);
@@ -120,7 +120,7 @@ Cover pixels_covered(vec2 centre, float radius, float ramp) {
 }
 
 #ifndef SHAPED
-// The second moment of a disc about its middle, x and y together, as the pixels show it.
+// The second moment of a rasterised disc about its centre, x and y together.
 float moment_2_of(vec2 centre, float radius, float ramp) {
     vec2 reach = aperture_reach(radius, ramp);
     float sum = 0.0, moment_2 = 0.0;
@@ -136,9 +136,9 @@ float moment_2_of(vec2 centre, float radius, float ramp) {
 }
 #endif
 
-// The signed radius with which a small disc has the second moment of a lens's disc and a pixel. Drawn as it is,
-// a disc of 3 px is up to 5 % too narrow and one of 4 px too wide, by where pixels' middles fall on its rim.
-// Discs of other shapes stay as they are.
+// The signed radius that gives a small rasterised disc the second moment of the lens's disc plus a
+// pixel. Uncorrected, a disc of 3 px is up to 5 % too narrow and one of 4 px too wide, depending on how
+// pixel centres fall on its rim. Discs of other shapes are not corrected.
 float sized_radius(vec2 centre, float radius, float ramp) {
     float sized = radius;
 #ifndef SHAPED
@@ -184,16 +184,16 @@ Sprite merged(ivec2 from, int side, int best) {
     return Sprite(vec4(centre, 2.0 * radius, ramp), vec4(light / max(covered, 1e-6), 0.0));
 }
 
-// Pixels of the picture that drawing a sprite looks at.
+// Number of pixels touched by drawing a sprite.
 float area_inside(Sprite sprite) {
     vec2 reach = aperture_reach(0.5 * sprite.place.z, sprite.place.w) + 1.0;
     vec2 low = max(sprite.place.xy - reach, 0.0), high = min(sprite.place.xy + reach, vec2(size));
     return (high.x - low.x) * (high.y - low.y);
 }
 
-// Whether the block is a part of a bright surface, and the one disc that the last level makes of it would be
-// too small for its pixels: side by side such discs show as a grid of spots. Such a block makes no disc,
-// and its light is diffused (highlight_restore.comp.glsl).
+// True if the block is part of a bright surface and its single disc at the last level would be smaller
+// than the block: such discs would show as a grid of spots. The light of such a block is diffused
+// instead (highlight_restore.comp.glsl).
 bool is_given_back(int level) {
     if (level < LEVELS - 1 || lit_count <= HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / 2) return false;
     taken[0] = taken[1] = 0u;

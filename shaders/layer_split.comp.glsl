@@ -1,10 +1,10 @@
-// One layer's own pixels: colour times coverage, coverage, and the circle of confusion.
+// Extracts one layer: colour times coverage, coverage, and the circle of confusion.
 //
-// A layer that is blurred so much that its detail does not show is worked on at 1/2, 1/4 or 1/8 size: a
-// pixel is the mean of those of the picture that it stands for, as far as they are seen.
+// A layer blurred too much to show detail is processed at 1/2, 1/4 or 1/8 size: each pixel is the mean
+// of the visible picture pixels that it stands for.
 //
-// Where little else than nearer layers is seen this layer is hidden and has to be guessed, the rest
-// of the way (hidden_fill); where something farther is seen, it covers nothing.
+// Where almost only nearer layers are visible, this layer is hidden and the rest of it is guessed
+// (hidden_fill); where something farther is visible, it covers nothing.
 //
 // Inputs
 //   color_tx      scene-linear rgb
@@ -12,11 +12,11 @@
 //   kind_tx, far_tx, near_tx   fragments of rim pixels (fragments_far, fragments_near)
 // Outputs
 //   out_layer_img rgb times coverage, a coverage, marked if hidden (lib/hidden.lib.glsl)
-//   out_state_img r diameter |coc| in pixels of the layer, g how far there is content, 0..1
-//   pixel list    what is hidden
-// With LISTS, for pictures with fragment lists (lib/fragment_list.lib.glsl), hidden pixels carry what their
-// list has of the layer, and
-//   out_listed_img r how far the list tells it, g how deep behind a silhouette that can be seen, pixels
+//   out_state_img r diameter |coc| in pixels of the layer, g share of content, 0..1
+//   pixel list    hidden pixels
+// With LISTS, for pictures with fragment lists (lib/fragment_list.lib.glsl), hidden pixels carry their
+// listed share of the layer, and
+//   out_listed_img r share known from the list, g depth visible behind the silhouette, pixels
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
@@ -54,7 +54,7 @@ Content whole_of(vec3 x, float coc, float visible) {
     return Content(x, abs(coc), coverage(own / visible), solidity(own));
 }
 
-// The two fragments of a far rim pixel: in one layer they are the pixel, else each its own colour.
+// The two fragments of a far rim pixel: the plain pixel if both are in one layer, else separate colours.
 Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
     float own = membership(coc), own_near = membership(near.a);
     float solid = solidity(own), solid_near = solidity(own_near), only_near = solid_near * (1.0 - solid);
@@ -65,7 +65,7 @@ Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
     return Content(color, diameter, cover, max(solid, solidity(far.a * own_near)));
 }
 
-// A near rim pixel: without what shines through, as far as that belongs to another layer.
+// A near rim pixel, without the light that shines through from another layer.
 Content near_rim_of(vec3 x, float coc, vec4 clean, float coc_through, float visible) {
     Content content = whole_of(x, coc, visible);
     float same_layer = solidity(membership(coc_through));
@@ -74,7 +74,7 @@ Content near_rim_of(vec3 x, float coc, vec4 clean, float coc_through, float visi
     return content;
 }
 
-#define SEEN_PART 0.25  // of the pixels that one stands for: if so many are seen it needs no guess
+#define SEEN_PART 0.25  // share of the picture pixels: if this many are visible, no guess is needed
 
 struct Sum {
     vec4 layer;      // rgb times coverage, a coverage, times how far they are known
@@ -89,7 +89,7 @@ struct Sum {
 };
 
 #ifdef LISTS
-#define SEAM_FROM 0.5  // of the cut's coc: up to so near a seam what lies behind is not taken,
+#define SEAM_FROM 0.5  // share of the cut's coc: nearer to a seam than this, surfaces behind it are not used,
 #define SEAM_TO 1.5    // and from here on it is
 
 // Steepest step of the coc from a pixel to a neighbour on the same surface, pixels.
@@ -102,16 +102,16 @@ float slope_at(ivec2 at, float coc) {
     return slope;
 }
 
-// A surface that crosses the cut goes on in this layer, underneath itself. Within its own blur of that
-// seam the guess, which extends it, is right, and what lies behind it is not seen. 0 there, 1 beyond.
+// A surface that crosses the cut continues in this layer, underneath itself. Within its own blur of that
+// seam, extending it by guessing is right, and nothing behind it is visible. 0 there, 1 beyond.
 float beyond_seam(ivec2 at, float coc) {
     float reach = max(abs(cut_near_px.x), 1.0), edge = cut_near_px.x - cut_near_px.y;
     float to_seam = (edge - coc) / max(slope_at(at, coc), 1e-4);
     return smoothstep(SEAM_FROM * reach, SEAM_TO * reach, to_seam);
 }
 
-// Adds `known` of a pixel, of which nothing nearer covers `seen`. What is known without being seen counts as
-// listed: a lens uncovers it only near a silhouette, the deeper the more the two blurs differ.
+// Adds the share `known` of a pixel, of which the share `seen` is uncovered. What is known but not
+// visible counts as listed: a lens uncovers it only near a silhouette, deeper if the blurs differ more.
 void add_known(inout Sum sum, Content content, float cover, float known, float seen, float behind_coc) {
     float solid = known * content.solid, listed = known - min(seen, known);
     sum.layer += known * cover * vec4(content.color, 1.0);
@@ -124,17 +124,17 @@ void add_known(inout Sum sum, Content content, float cover, float known, float s
 
 #define OPAQUE 0.9995  // a coverage from this on hides what is behind it
 
-// What is left for this layer of a fragment that the nearer layer has taken in part: both together cover what
-// the fragment does. One that is opaque is in both, and goes on underneath itself.
+// The remaining share of a fragment that the nearer layer has taken in part: together they cover what
+// the fragment covers. An opaque one is in both layers, and continues underneath itself.
 float part_left(float cover, float in_view) {
     if (cover >= OPAQUE) return knowledge(in_view);
     float taken = coverage(1.0 - in_view);
     return cover * (1.0 - taken) / (1.0 - cover * taken);
 }
 
-// Adds what a list has of this layer. Nothing nearer covers `seen` of the pixel, and nothing nearer that
-// is in this layer or farther covers `unknown` of it. In a plate with alpha there is nothing behind the end of a
-// list: that is farthest, has no light, and is blurred as the surface beside it.
+// Adds the list's share of this layer. `seen` is the share of the pixel not covered by anything nearer;
+// `unknown` that not covered by listed fragments of this layer or farther. In a plate with alpha, the
+// end of a list is empty space: farthest, without light, blurred like the surface beside it.
 void add_list(inout Sum sum, List list, float front_coc, float seen, float unknown) {
     Fragment fragment;
     for (uint i = list.first; i < list.end && unknown > 0.0; ++i) {
@@ -170,7 +170,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
     }
     float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
     float known = max(knowledge(seen), has_near);
-#ifdef LISTS  // a list that begins with what is seen tells all; in one place, because both sides of a branch cost
+#ifdef LISTS  // a list that begins with the visible surface is complete; in one place: branches cost both sides
     float unknown = list.has_front ? 1.0 : 1.0 - known;
     if (list.has_front) known = 0.0;
     if (unknown > 0.0 && !list.has_front) unknown *= beyond_seam(at, coc);

@@ -1,4 +1,4 @@
-// Limits light to 0 and above and alpha to 0..1, which a disc kernel's ripple violates by a little.
+// Clamps light to 0 and above and alpha to 0..1, which the ripple of a disc kernel slightly exceeds.
 //
 // In and out
 //   color_img   rgb, a alpha

@@ -1,4 +1,4 @@
-// What is drawn over the picture, from depth alone: one pixel an invocation.
+// Draws the overlays of the picture from depth: one pixel an invocation.
 //
 // Input
 //   depth_tx          metres, or signed coc in pixels where `is_coc`
@@ -10,15 +10,15 @@
 #define MODE zones_color  // or no_color, focus_plane_color, coc_color, depth_color, layers_color
 #endif
 #ifndef PEAKING
-#define PEAKING 0  // 1: what is in focus is coloured over that
+#define PEAKING 0  // 1: areas in focus are coloured over that
 #endif
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D depth_tx;
 uniform sampler2D color_tx;
-uniform float peaking_contrast;    // of an edge that is coloured, in stops
-uniform float peaking_px;          // a diameter up to this is coloured
+uniform float peaking_contrast;    // least contrast of a coloured edge, in stops
+uniform float peaking_px;          // largest diameter that is coloured
 uniform vec3 peaking_rgb;
 uniform bool is_peaking_all;       // edges or none
 layout(rgba8) uniform writeonly image2D out_overlay_img;
@@ -43,7 +43,7 @@ vec4 zones_color(ivec2 at, float coc) {
     return vec4(color, TINT);
 }
 
-// Where a surface runs through the plane between two pixels, not where two surfaces meet.
+// True if a surface crosses the plane between two pixels; false where two surfaces meet.
 float crossing(float here, float beside) {
     bool is_one_surface = abs(here - beside) < 2.0 * sharp_px;
     return is_one_surface && here * beside <= 0.0 ? 1.0 : 0.0;
@@ -75,7 +75,7 @@ float light_edge(ivec2 at) {
     return smoothstep(peaking_contrast, 2.0 * peaking_contrast, length(light));
 }
 
-// Edges of the light and of the depth, on what is in focus; or all of that, more where it is sharper.
+// Edges of light and depth in areas in focus; or the whole area, stronger where it is sharper.
 vec4 peaking_color(float coc, ivec2 at) {
     if (abs(coc) > peaking_px) return vec4(peaking_rgb, 0.0);
     if (is_peaking_all) return vec4(peaking_rgb, mix(0.7, 0.3, abs(coc) / peaking_px));

@@ -1,6 +1,6 @@
-// The nearest and the farthest depth in each ring of pixels around a picture, so that the processor can
-// tell how much of the overscan blurs into the picture through any lens. Bits of positive floats are
-// ordered as the floats are.
+// Finds the nearest and the farthest depth in each ring of pixels around a picture, so that the CPU can
+// tell how much of the overscan blurs into the picture through any lens. The bits of positive floats sort
+// as the floats do.
 //
 // Inputs
 //   depth_tx    planar metres of picture and overscan, +inf where nothing was hit

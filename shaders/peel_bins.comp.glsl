@@ -1,4 +1,4 @@
-// How many fragments lie in each of DEPTH_BINS even bins of dioptres, see depth_bins.comp.glsl.
+// Counts the fragments in each of DEPTH_BINS even bins of dioptres, see depth_bins.comp.glsl.
 //
 // Input
 //   fragment_buf   three words a fragment, the third its dioptres

@@ -1,5 +1,5 @@
-// Fragment lists of a band of a scene's picture (lib/fragment_list.lib.glsl tells how they are packed).
-// Built twice: COUNT writes how long each list is, and WRITE, after peel_starts, the lists themselves.
+// Builds the fragment lists for a band of a scene's picture (packed as in lib/fragment_list.lib.glsl).
+// Compiled twice: COUNT writes the length of each list; WRITE, after peel_starts, the lists themselves.
 //
 // Inputs
 //   lib/surface_groups.lib.glsl
@@ -10,9 +10,9 @@
 //   start_buf      twice the length of each pixel's list, plus 1 where it begins with what is seen
 // Input of WRITE   start_buf    Outputs
 //   fragment_buf   three words a fragment
-//   out_place_img  r, g where in each pixel its light stands, from the middle, b the variance, pixels
+//   out_place_img  r, g position of the light in its pixel, from the centre, b the variance, pixels
 //   out_color_img  the mean of the samples, where the pixel was not done
-//   out_depth_img  metres, but of the nearest fragment where the list begins with what is seen
+//   out_depth_img  metres; of the nearest fragment if the list begins with the visible surface
 
 #include "lib/surface_groups.lib.glsl"
 
@@ -20,7 +20,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;
 uniform int end_row;
-uniform vec2 shifts[PEEL_DRAWS];  // of the samples of each draw, in their distances
+uniform vec2 shifts[PEEL_DRAWS];  // relative rounding error of the distances of samples
 uniform sampler2D depth_tx;
 
 #ifdef COUNT
@@ -32,8 +32,8 @@ layout(rgba16f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
 layout(rgba16f) uniform writeonly image2D out_place_img;
 
-// The mean place of the pixel's light and its variance along an axis, by its luminance: a
-// lamp counts, and hardly what is around it. Adds up the light on the way.
+// The mean position of the pixel's light and its variance along an axis, weighted by luminance, so that
+// a lamp outweighs its surroundings. Also adds up the light.
 vec4 light_place(ivec2 pixel, out vec3 light_sum) {
     light_sum = vec3(0.0);
     if (is_done) return vec4(0.0, 0.0, 1.0 / 12.0, 1.0);

@@ -1,12 +1,12 @@
-// From the length of each list of a band to where it starts, behind those of the bands before. One
-// workgroup; each invocation has a run of pixels.
+// Turns the lengths of a band's lists into start offsets, after those of earlier bands (a prefix sum).
+// One workgroup; each invocation handles a run of pixels.
 //
 // In and out
 //   start_buf   twice the length, then twice the start, of each list, plus a bit that stays
-//   total_buf   fragments of the bands before, then of this one too; more than `capacity` if they do not fit
+//   total_buf   fragments of earlier bands, then of this one too; more than `capacity` if they do not fit
 // Input
-//   capacity    fragments that there is room for; later lists are empty
-//   has_end     the word behind the last list is written too; not where that is the length of the next one
+//   capacity    room for this many fragments; lists beyond it are empty
+//   has_end     also write the word after the last list, unless it holds the length of the next one
 
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;
@@ -32,7 +32,7 @@ void main() {
     for (int i = 0; i < worker; ++i) start += sums_sh[i];
     for (int i = first; i < last; ++i) {
         uint word = start_buf[i], room = uint(capacity);
-        // A list that is cut off at its end must not begin with what is seen, which would be left out.
+        // A truncated list must not be marked as beginning with the visible surface, which would then be lost.
         bool fits = start + (word >> 1) <= room;
         start_buf[i] = 2u * min(start, room) + (fits ? word & 1u : 0u);
         start += word >> 1;

@@ -9,7 +9,7 @@ uniform sampler2D picture_tx;
 uniform vec2 first_px;    // corners of the picture, in pixels of the screen, y down
 uniform vec2 last_px;
 uniform vec2 screen_px;
-uniform bool is_nearest;  // texels are squares; else as the texture's filter has it
+uniform bool is_nearest;  // show texels as squares; else use the texture's filter
 
 out vec4 out_color;
 

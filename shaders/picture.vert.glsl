@@ -1,4 +1,4 @@
-// The rectangle of the screen that a picture lies on.
+// The rectangle of a picture on the screen.
 
 uniform vec2 first_px;   // its corners, in pixels of the screen, y down
 uniform vec2 last_px;

@@ -1,8 +1,8 @@
-// A preview on the screen, with the fine structure of what is in focus from the plate itself.
+// Shows a preview on the screen, with the fine detail of areas in focus added from the plate.
 //
-// The plate's pixels less the same plate at the preview's size are what the preview cannot show.
-// They are added where the circle of confusion is small. A foreground that spills over what is in
-// focus stays, for the preview's own light is kept.
+// The difference between the plate and the plate at preview size is the detail that the preview lacks.
+// It is added where the circle of confusion is small. The preview's own light is kept, so a blurred
+// foreground that spills over areas in focus stays.
 //
 // Inputs
 //   picture_tx   the preview, display values

@@ -1,7 +1,7 @@
-// The picture at a smaller size to work on: colour is averaged over each pixel's footprint, depth is
-// the one sample at its centre (a mean of two depths would be a surface that is not there). Where a highlight
-// stands in the footprint it is the highlight's: light that is much brighter than all around decides what the
-// pixel shows, and would else become a disc of the wrong size.
+// Reduces the picture to a smaller working size: colour is averaged over each pixel's footprint, depth
+// is the sample at its centre (a mean of two depths would be a surface that does not exist). If the
+// footprint holds a highlight, depth is the highlight's: its light dominates the pixel, and would
+// otherwise become a disc of the wrong size.
 //
 // Inputs
 //   color_tx, depth_tx            full size
@@ -19,8 +19,8 @@ uniform float depth_scale;  // 1 for metres, the proxy's scale where depth_tx ho
 layout(rgba32f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
 
-#define AROUND_TAPS 3  // the surroundings of a highlight: samples to each side, each
-#define AROUND_STEP 2  // so many pixels of the smaller picture after the one before
+#define AROUND_TAPS 3  // the surroundings of a highlight: samples to each side,
+#define AROUND_STEP 2  // and their spacing in pixels of the smaller picture
 
 vec4 footprint_mean(Footprint footprint, out ivec2 brightest) {
     vec4 sum = vec4(0.0);

@@ -1,20 +1,20 @@
-// Fragment lists of a smaller picture: each of its pixels has one list of what the lists of the pixels have that
-// it stands for, with their coverage averaged. What lies at nearly the same distance becomes one fragment; where
-// that leaves too many, the dioptres are cut evenly, for a blur is a straight line over them.
-// Built twice: COUNT writes how long each list is, and WRITE, after peel_starts, the lists themselves.
+// Builds the fragment lists of a smaller picture: each pixel merges the lists of the pixels it stands
+// for and averages their coverage. Fragments at nearly the same distance become one; if too many are
+// left, the range is cut into even steps of dioptres, because blur is linear in dioptres.
+// Compiled twice: COUNT writes the length of each list; WRITE, after peel_starts, the lists themselves.
 //
-// Where nothing says how much of a pixel its surfaces cover, the smaller picture shows it by colour and depth as
-// a flat one does, and its list has what is behind that: as the pixels tell that show nothing farther themselves.
+// Without coverage for the visible surfaces, the smaller picture shows them by colour and depth like a
+// flat one, and its lists hold what is behind them, taken from pixels that show nothing farther.
 //
 // Inputs
 //   color_tx, depth_tx   of the whole picture, premultiplied
 //   depth_img            of the smaller one, metres
 //   lib/fragment_list.lib.glsl with a fragment_line of (0, 1), so that its coc is dioptres
 // Output of COUNT
-//   proxy_start_buf      twice the length of each list, plus 1 where it begins with what is seen
+//   proxy_start_buf      twice the length of each list, plus 1 if it begins with the visible surface
 // Input of WRITE   proxy_start_buf    Outputs
 //   proxy_fragment_buf   as fragment_buf
-//   depth_img            metres of the nearest fragment, where the list begins with what is seen
+//   depth_img            metres of the nearest fragment, if the list begins with the visible surface
 
 #include "lib/footprint.lib.glsl"
 #include "lib/fragment_list.lib.glsl"
@@ -25,7 +25,7 @@ uniform sampler2D color_tx;
 uniform sampler2D depth_tx;
 uniform ivec2 size;         // of the smaller picture
 layout(r32f) uniform image2D depth_img;
-uniform bool is_measured;   // the lists tell the coverage of everything that is seen
+uniform bool is_measured;   // the lists hold the coverage of all visible surfaces
 
 #ifdef COUNT
 layout(std430) writeonly buffer proxy_start_block { uint proxy_start_buf[]; };
@@ -34,30 +34,30 @@ layout(std430) readonly buffer proxy_start_block { uint proxy_start_buf[]; };
 layout(std430) writeonly buffer proxy_fragment_block { uint proxy_fragment_buf[]; };
 #endif
 
-#define SAME_GROUP 1.03    // of the distance: what lies within it becomes one fragment
+#define SAME_GROUP 1.03    // relative distance within which surfaces become one fragment
 #define GROUPS_MOST 8
-#define LEAST_COVER 1e-4   // less than this is none
+#define LEAST_COVER 1e-4   // less coverage than this counts as none
 #define WHOLE_COVER 0.9995
-#define SIDE_MOST 5        // pixels along a side of a footprint that are looked at; of more, evenly many
+#define SIDE_MOST 5        // pixels read along a side of a footprint; larger footprints are sampled evenly
 
 ivec2 whole_size;
 Footprint footprint;
-bool has_fronts_seen;  // the list is of all that is seen, not just of what is behind that
-ivec2 stride;          // from each pixel that is looked at to the next
+bool has_fronts_seen;  // the list includes the visible surfaces, not just those behind
+ivec2 stride;          // step from one pixel read to the next
 float sampled_part;    // of the footprint: pixels that count
 float farthest_front;  // dioptres: pixels that show something farther do not count
-float farthest_group;  // dioptres: ends of a list that would be too long, the same without cuts
+float farthest_group;  // dioptres: range of a list that would be too long; equal if it needs no cuts
 float nearest_group;
 
 struct Group {
-    vec4 seen;    // rgb and dioptres, times how much of the pixel shows them
-    float cover;  // how much that is
-    vec4 behind;  // the same of what nearer fragments of the same pixels hide
+    vec4 seen;    // rgb and dioptres, times visible share of the pixel
+    float cover;  // visible share
+    vec4 behind;  // the same for the share hidden by nearer fragments of the same pixels
     float behind_cover;
 };
 
 void add(inout Group group, Fragment fragment, float part, inout float left, float low, float high) {
-    if (!has_fronts_seen && fragment.coc > farthest_front) return;  // the same surface as the picture shows
+    if (!has_fronts_seen && fragment.coc > farthest_front) return;  // the same surface as the visible one
     if (fragment.coc > low && fragment.coc <= high) {
         float seen = part * left * fragment.cover, hidden = part * (1.0 - left) * fragment.cover;
         group.seen += seen * vec4(fragment.color, fragment.coc);
@@ -68,7 +68,7 @@ void add(inout Group group, Fragment fragment, float part, inout float left, flo
     left *= 1.0 - fragment.cover;
 }
 
-// What a pixel without a list of its own shows.
+// The visible surface of a pixel without a list of its own.
 Fragment front_of(ivec2 pixel) {
     vec4 x = texelFetch(color_tx, pixel, 0);
     float cover = clamp(x.a, 0.0, 1.0);
@@ -81,7 +81,7 @@ bool is_counted(ivec2 pixel, List list) {
     return list.end > list.first && 1.0 / texelFetch(depth_tx, pixel, 0).r >= farthest_front;
 }
 
-// Everything in the footprint from `high` dioptres down to, without, `low`.
+// Gathers everything in the footprint from `high` dioptres down to, but excluding, `low`.
 Group group_within(float low, float high) {
     Group group = Group(vec4(0.0), 0.0, vec4(0.0), 0.0);
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
@@ -96,7 +96,7 @@ Group group_within(float low, float high) {
     return group;
 }
 
-// Dioptres of the nearest fragment that is not nearer than `high`; -1 for none.
+// Dioptres of the nearest fragment at or beyond `high`; -1 for none.
 float nearest_from(float high) {
     float nearest = -1.0;
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
@@ -115,7 +115,7 @@ float nearest_from(float high) {
     return nearest;
 }
 
-// Where the group ends whose nearest fragment is this one, dioptres.
+// The far end, in dioptres, of the group whose nearest fragment is this one.
 float end_of_group(float nearest) {
     if (nearest <= 0.0) return -0.5;
     if (farthest_group == nearest_group) return nearest / SAME_GROUP;
@@ -172,7 +172,7 @@ void main() {
     if (any(greaterThanEqual(at, size))) return;
     begin(at);
     uint index = uint(at.y * size.x + at.x), count = 0u;
-    // Behind what a flat picture shows, unless that is in the list itself.
+    // Skip the surface that a flat picture shows, unless the list includes it.
     float high = has_fronts_seen ? 1e30 : farthest_front, left = 1.0;
     bool has_front = false, is_first = has_fronts_seen;
     limit_groups(high);
@@ -189,7 +189,7 @@ void main() {
         bool is_seen = group.cover > LEAST_COVER;
         float cover = is_seen ? min(group.cover / max(left, LEAST_COVER), 1.0) : group.behind_cover;
         if (cover >= WHOLE_COVER) cover = 1.0;
-        // What nearer surfaces hide must not show where the pixel has room left: that is for what is seen.
+        // Hidden surfaces must not fill the rest of the pixel, which belongs to visible ones.
         if (cover <= LEAST_COVER || !is_seen && left > 0.0) continue;
         if (is_seen) left = max(left - group.cover, 0.0);
         if (left < LEAST_COVER) left = 0.0;

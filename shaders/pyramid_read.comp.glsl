@@ -1,8 +1,8 @@
-// Each pixel from the two levels of the pyramid between which its blur lies, trilinearly (Williams 1983).
-// A level read linearly is a blur of variance (4^level - 1) / 2 px^2 along each axis: the filter's is 1
-// at each level, in that level's pixels, and the interpolation's (4^level - 1) / 6. A disc's is d^2 / 16.
-// Levels are mixed so that the mixture has it. Where the disc is an ellipse, the levels are those of its
-// short axis, and nine places along the long one make up the difference.
+// Interpolates each pixel between the two pyramid levels that bracket its blur (trilinear, Williams
+// 1983). A linearly read level has a blur of variance (4^level - 1) / 2 px^2 along each axis: the filter
+// adds 1 at each level, in that level's pixels, and interpolation (4^level - 1) / 6. A disc has d^2 / 16;
+// levels are mixed to match it. For an ellipse the levels follow its short axis, and nine taps along the
+// long one make up the difference.
 //
 // Inputs
 //   color_tx       the picture, level 0

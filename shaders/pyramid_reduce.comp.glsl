@@ -1,11 +1,11 @@
-// A level of the pyramid from the one below it: Burt and Adelson's 5 x 5 binomial filter at every second
-// pixel. Pixel i of a level lies at pixel 2^level * i of the picture. Levels lie side by side in one
-// texture, without the picture itself.
+// Computes a level of the pyramid from the one below it: Burt and Adelson's 5 x 5 binomial filter at
+// every second pixel. Pixel i of a level is at pixel 2^level * i of the picture. Levels are side by side
+// in one texture, without the picture itself.
 //
 // Input
-//   source_tx    where the level below lies
+//   source_tx    holds the level below
 // Output
-//   out_img      where this one lies
+//   out_img      receives this level
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -1,7 +1,6 @@
-// Depth of field by tracing rays: each starts anywhere on the lens and goes through the point in
-// focus that its pixel sees. Cook, Porter and Carpenter 1984, without their time. Numbers are
-// independent from pixel to pixel and from ray to ray, so that what is left of an error is noise
-// whose size is known.
+// Ray-traced depth of field: each ray starts at a random point of the lens and passes through its pixel's
+// point in the plane of focus. Cook, Porter and Carpenter 1984, without motion blur. Random numbers are
+// independent between pixels and rays, so the remaining error is noise of known size.
 //
 // Inputs
 //   the blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl, the uniforms of lib/shading.lib.glsl;
@@ -19,7 +18,7 @@
 #include "lib/bvh.lib.glsl"
 #include "lib/aperture.lib.glsl"
 #ifdef SHAPED
-#define LEAST_WEIGHT 1e-6   // of a ray that the barrel stops: it only counts until one does
+#define LEAST_WEIGHT 1e-6   // weight of a ray that the barrel stops: it only counts until another passes
 #include "lib/sides.lib.glsl"
 #endif
 
@@ -28,17 +27,17 @@ layout(local_size_x = RAY_GROUP, local_size_y = RAY_GROUP) in;
 uniform mat4 world_from_camera;
 uniform float focal_px;
 uniform float focus_dioptres;   // 0 with focus at infinity
-uniform vec2 depths_m;          // nearest and farthest that are seen
+uniform vec2 depths_m;          // near and far clipping distances
 uniform vec2 lens_middle_m;
 uniform vec2 pixel_middle_px;   // 0 for where it is
-uniform float pixel_side_px;    // of the square that a pixel's rays go through
-uniform int top_root;           // of the tree over the instances
+uniform float pixel_side_px;    // size of the square that a pixel's rays go through
+uniform int top_root;           // root of the tree over the instances
 uniform int seed;
-uniform int rays;               // that a pixel is to have; one at a time is added
+uniform int rays;               // rays planned for each pixel; one at a time is added
 uniform int band_start;         // first row
 uniform bool is_first;
 #ifdef SHAPED
-uniform float axial_dioptres;   // focus of blue less that of green, and of green less that of red
+uniform float axial_dioptres;   // focus of blue minus that of green, and of green minus that of red
 #endif
 layout(rgba32f) uniform image2D sum_img;
 layout(rgba32f) writeonly uniform image2D mean_img;
@@ -68,10 +67,10 @@ vec3 light_through(vec2 px, vec2 size, vec2 lens_m, float focus, out float diopt
 }
 
 #ifdef SHAPED
-#define TRIES 16            // to meet the opening with a point of the ellipse around it
+#define TRIES 16            // attempts to find a point of the opening within the ellipse around it
 #define COLOR_WEIGHTS mat3(1.0)
 
-// A point between the blades, or of the image, in metres.
+// A random point of the opening, between the blades or in the image, in metres.
 #ifdef IMAGED
 vec2 lens_point(uvec4 counts, vec2 first) { return aperture_axes * image_point(first); }
 #else
@@ -83,7 +82,7 @@ vec2 lens_point(uvec4 counts, vec2 first) {
 }
 #endif
 
-// One ray for all colours, or one for each where they have not the same focus.
+// One ray for all colours, or one for each if their focus differs.
 void add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum) {
     vec2 point = lens_point(counts, u.zw), p = point / aperture_axes;
     int colors = axial_dioptres == 0.0 ? 1 : 3;

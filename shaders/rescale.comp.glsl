@@ -1,12 +1,12 @@
-// A picture enlarged or made smaller about a point, by a cubic through its pixels.
+// Enlarges or reduces a picture about a point, by cubic interpolation.
 //
 // Input
 //   from_tx   the picture, as large as the output
 // Output
-//   out_img   each pixel shows what lies `ratio` times as far from `centre`, at most the border
+//   out_img   each pixel reads the source `ratio` times as far from `centre`, clamped to the border
 //
-// The cubic is Keys 1981 (a = -1/2). Its overshoot is kept within the pixels that it goes through,
-// so that no highlight rings and no colour becomes negative.
+// The cubic is Keys 1981 (a = -1/2). Its overshoot is clamped to the range of the pixels around, so that
+// highlights do not ring and colours do not become negative.
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -7,12 +7,12 @@ in uint in_pixel;  // y * width + x
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
 #ifndef SHAPED
-uniform float disc_sums[SCATTER_DISC_SUMS];  // of the profile over pixels, for each eighth of a pixel of coc
+uniform float disc_sums[SCATTER_DISC_SUMS];  // sum of the profile over pixels, for each eighth of a pixel of coc
 #endif
 
 flat out vec2 centre;
 flat out float radius;
-flat out Cover share;  // of its light in a pixel wholly inside; negative: all of it in its own pixel
+flat out Cover share;  // share of its light in a pixel wholly inside; negative: all light stays in its own pixel
 flat out vec4 color;
 
 #ifdef SHAPED

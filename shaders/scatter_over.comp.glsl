@@ -1,4 +1,4 @@
-// The discs of one bin, added up, over those of the bins behind it; the sums are emptied for the next.
+// Composites the summed discs of one bin over the bins behind it, and clears the sums for the next bin.
 //
 // In and out
 //   light_img       rgba of the bin times its cover

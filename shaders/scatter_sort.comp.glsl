@@ -1,7 +1,6 @@
 // A counting sort of the pixels by depth, an invocation for each row of the picture, so that the order
-// is the same every time. Built twice: COUNT tallies each row's bins, else pixels are written where the
-// tallies put them. A bin holds what differs by a quarter of its circle of confusion, or by 2 px about
-// the focus.
+// is deterministic. Compiled twice: COUNT tallies each row's bins; otherwise pixels are written to the
+// positions given by the tallies. A bin spans a quarter of its circle of confusion, or 2 px near focus.
 //
 // Input
 //   coc_tx       signed diameter in pixels

@@ -1,10 +1,10 @@
-// Depth alone: what hides what. With HOLES, of surfaces some of which have holes; with PEEL, only of what
-// lies behind the surface of the draw before, backs of closed things left out.
+// Writes depth alone, for hidden-surface removal. HOLES allows surfaces with holes. PEEL draws only
+// what is behind the surface of the previous draw, without the back faces of closed meshes.
 //
 // Inputs with PEEL
 //   before_tx   that surface: r metres, +inf for the sky, if `before_is_depth`; else a dioptres
-//   back_rule   of the instance: BACK_NONE for what is open, so that its back can be seen; else how a back
-//               is told: by the normals, or by the order of a triangle's corners, one way or the other
+//   back_rule   of the instance: BACK_NONE for an open mesh, whose back can be visible; else how back faces
+//               are detected: by the normals, or by one of the two winding orders
 
 #ifdef HOLES
 #include "lib/scene.lib.glsl"
@@ -21,7 +21,7 @@ flat in uint material;
 #define BACK_BY_NORMAL 1u
 #define BACK_COUNTERCLOCKWISE 2u
 
-// What lies so close behind a surface, as a part of its distance, is the same one.
+// A surface closer behind than this share of the distance is the same surface.
 #define SAME_SURFACE 0.01
 
 in vec3 position_m;

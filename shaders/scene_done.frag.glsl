@@ -1,4 +1,4 @@
-// Lies in front of pixels that need no further samples, so that nothing is shaded there.
+// Covers the pixels that need no more samples, so that nothing is shaded there.
 
 #include "lib/samples.lib.glsl"
 

@@ -1,8 +1,6 @@
-// A corner of an instance's mesh. `invariant`: what lies on the depth of the first draw is found
-// again by the second one. With COLORS, of meshes some of which have colours at their vertices;
-// with BUMPS, of materials some of which have a map of normals; with PLACES, of materials whose maps do not
-// all lie alike, for which each corner has two sets of texture coordinates; with PEEL, for
-// what lies behind others.
+// Transforms a vertex of an instance's mesh. `invariant`, so that both draws compute the same depth.
+// COLORS adds vertex colours; BUMPS normal maps; PLACES a transform for each map and a second set of
+// texture coordinates; PEEL the drawing of hidden surfaces.
 
 #include "lib/tangent.lib.glsl"
 
@@ -41,7 +39,7 @@ centroid out vec4 tint;
 out vec4 tangent;
 #endif
 #ifdef PEEL
-flat out uint back_rule;  // how its back is told, see scene_cover.frag.glsl
+flat out uint back_rule;  // how back faces are detected, see scene_cover.frag.glsl
 #endif
 
 void main() {

@@ -1,6 +1,6 @@
-// A triangle over the whole picture, as far away as there is anything.
+// A triangle over the whole picture, at the far plane.
 
-uniform mat3 world_from_screen;  // x, y in -1..1 and 1 to the direction that is seen there
+uniform mat3 world_from_screen;  // maps x, y in -1..1 and 1 to the viewing direction there
 
 out vec3 direction;
 

@@ -1,5 +1,4 @@
-// The light of what scene_cover has left to be seen: each pixel is shaded once. With PEEL, alpha is the
-// dioptres.
+// Shades the surfaces that scene_cover found visible, once for each pixel. With PEEL, alpha holds dioptres.
 
 layout(early_fragment_tests) in;
 

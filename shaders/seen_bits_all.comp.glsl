@@ -1,4 +1,4 @@
-// The masks of lib/hidden.lib.glsl with every pixel seen of the tiles that a layer is worked on in.
+// Sets the masks of lib/hidden.lib.glsl: every pixel of a layer's active tiles is visible.
 //
 // Output
 //   bits_buf   32 pixels a word, along each direction; 0 beyond the picture's edge too
@@ -11,7 +11,7 @@ layout(local_size_x = WORD_GROUP) in;
 uniform ivec2 size;
 layout(std430) writeonly buffer bits_block { uint bits_buf[]; };
 
-// How many pixels from here on along a direction lie in one tile, and inside the picture as this one does.
+// Number of pixels from here on, along a direction, in the same tile and on the same side of the border.
 int run_in_tile(ivec2 at, ivec2 direction) {
     ivec2 in_tile = at & (TILE - 1);
     int run = direction.y == 0 ? TILE : min(TILE - in_tile.y, size.y - at.y);

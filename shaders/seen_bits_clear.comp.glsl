@@ -1,4 +1,4 @@
-// Takes a layer's hidden pixels out of the masks of what is seen.
+// Clears a layer's hidden pixels in the masks of visible pixels.
 //
 // Input
 //   pixel list   what is hidden

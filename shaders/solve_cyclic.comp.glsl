@@ -1,9 +1,9 @@
-// Plain cyclic reduction, as the 2006 memo has it: each stage is a pass over memory, log2(n) of them
-// down and up. Kept as the checkable baseline of the other two strategies.
+// Plain cyclic reduction, as in the 2006 memo: each stage is a pass over memory, log2(n) of them down
+// and up. Kept as a simple reference for the other two strategies.
 //
 // A stage is one dispatch over (pixels, lines). Pixels that are multiples of 2 `reach` survive stage
 // `reach`; the others are eliminated into them (star-mesh, see solve_partition.comp.glsl) and keep
-// what they need for the way back up. The whole picture is solved, whatever the mask of tiles says.
+// the data for back substitution. The whole picture is solved; the tile mask is ignored.
 //
 // STAGE: LOAD, REDUCE, SUBSTITUTE or STORE.
 
@@ -93,7 +93,7 @@ void main() {
     if (i % (2 * reach) == 0)
         for (int p = 0; p < POLES; ++p) reduce(slot, i, p);
 #elif STAGE == SUBSTITUTE
-    // Stage 0 solves the last survivor, which is joined to nothing any more.
+    // Stage 0 solves the last survivor, which has no neighbours left.
     if (reach > 0 ? i % (2 * reach) == reach : i == 0)
         for (int p = 0; p < POLES; ++p) substitute(slot, i, p);
 #else

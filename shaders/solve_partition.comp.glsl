@@ -1,7 +1,7 @@
 // A line solved by many invocations: each eliminates the inside of a run of RUN pixels, the run ends
 // are solved together in shared memory by cyclic reduction, and each run is substituted back.
 // Zhang, Cohen, Owens 2010; Laszlo, Giles, Appleyard 2016. Made for GPUs: every pixel is read from
-// memory once, and what is between stays in registers and shared memory.
+// memory once, and intermediate results stay in registers and shared memory.
 //
 // Elimination is star-mesh: taking away a pixel with ground g, source r and conductances b to the
 // left, c to the right joins its neighbours by bc/D, D = g + b + c, and hands them gb/D, rb/D and
@@ -12,12 +12,12 @@
 //            `----------- c: what joins it to the pixel at hand
 //
 // Several lines share a workgroup (LINES_PER_GROUP, fastest index), so columns load coalesced.
-// Pixels beyond the line's end, and those of tiles that the mask leaves out, are joined to nothing, and are
-// neither read nor written. A workgroup of nothing else ends at once; in all others every invocation reaches
-// every barrier.
+// Pixels beyond the line's end, and those in inactive tiles, are connected to nothing, and are neither
+// read nor written. A workgroup with no other pixels ends at once; in all others every invocation
+// reaches every barrier.
 //
-// SYSTEM names the network, a lib file that keeps the contract of shaders/README.md. To save registers its
-// channels are solved in PARTS, and it is asked for a pixel in two steps, as the contract says.
+// SYSTEM names the network, a lib file that follows the contract in shaders/README.md. To save registers
+// its channels are solved in PARTS, and each pixel is requested in two steps, as the contract says.
 
 #include SYSTEM
 #ifndef Link
@@ -62,8 +62,8 @@ void substitute_between(int run, int reach) {
     r_sh[me] = mul(inverse_sum_of(me), sum);
 }
 
-// Solve the chain of separators; the answer replaces r_sh. The first invocations do it, so that whole
-// waves have nothing to do where few separators are left.
+// Solve the chain of separators; the solution replaces r_sh. The first invocations do the work, so that
+// whole waves are idle when few separators are left.
 void solve_separators(int worker) {
     int reach = 1;
     for (; 2 * reach <= RUNS; reach *= 2) {
@@ -81,9 +81,9 @@ void solve_separators(int worker) {
     }
 }
 
-// Pixels that follow each other, as one invocation knows them.
+// The run of consecutive pixels that one invocation solves.
 struct Run {
-    int line, first, last;  // its first and last pixel that may be read: neighbours that it is joined to too
+    int line, first, last;  // its first and last readable pixel, including connected neighbours
     int in_work[RUN];       // 0 or 1: some drivers take no bools in an array
     Link link[RUN];
     float b[RUN + 1];       // conductances: from what comes before, between pixels, to what comes after
@@ -102,7 +102,7 @@ bool is_empty(Run r) {
     return !any_in_work;
 }
 
-// Pixels of one tile are in work together, as far as the line goes.
+// The pixels of a tile are active or inactive together, up to the end of the line.
 void find_work(inout Run r, int start) {
     for (int j = 0; j < RUN; ++j)
         r.in_work[j] = is_in_work(r.line, start + j / TILE * TILE) && start + j < line_length ? 1 : 0;
@@ -148,7 +148,7 @@ void read_sources(Run r, int start, int part, int pole, inout Source s[RUN]) {
 
 Num heat_of(Run r, int j) { return num(r.in_work[j] != 0 ? specific_heat(r.link[j]) : 1.0); }
 
-// What joins a pixel to those around it, as it was eliminated: their share in its answer.
+// The shares of its neighbours in the solution of an eliminated pixel.
 struct Shares {
     Num left[RUN], next[RUN];
 };
@@ -205,7 +205,7 @@ void solve_pole(Run r, Source s[RUN], int run, int part, int pole, inout Output 
     for (int j = 0; j < RUN; ++j) add_pole(o[j], part, pole, y[j]);
 }
 
-// Whether any invocation of the workgroup has something to solve.
+// True if any invocation of the workgroup has something to solve.
 bool has_group_work(Run r) {
     if (gl_LocalInvocationIndex == 0u) has_work_sh = 0;
     barrier();

@@ -1,16 +1,16 @@
 // A line solved by one invocation: forward elimination, backward substitution, all poles at once.
-// The least arithmetic of all strategies; right where a few wide cores run a line each.
+// It needs the least arithmetic of all strategies, and suits CPUs, where a few wide cores run a line each.
 //
 // In network form: eliminating a pixel hands the share w_i of its heat capacity and of its source on to
-// the next one. No diagonal is ever formed, so nothing cancels beside a wide blur:
+// the next one. No diagonal is ever formed, so that nothing cancels next to a wide blur:
 //   u_i = g_i + w_(i-1) u_(i-1)      s_i = r_i + w_(i-1) s_(i-1)      w_i = b_i / (u_i + b_i)
 //   y_i = s_i / (u_i + b_i) + w_i y_(i+1)
 //
-// Memory costs a processor more than arithmetic: the way forward keeps what is handed on only once a
-// BLOCK of pixels, and the way back eliminates each block again, in registers. Tiles that the mask leaves
-// out are neither read nor written; nothing flows into them.
+// Memory costs a CPU more than arithmetic: the forward pass stores its state only once for each BLOCK of
+// pixels, and the backward pass eliminates each block again, in registers. Inactive tiles are neither
+// read nor written; nothing flows into them.
 //
-// SYSTEM names the network, a lib file that keeps the contract of shaders/README.md.
+// SYSTEM names the network, a lib file that follows the contract in shaders/README.md.
 
 #include SYSTEM
 #include "lib/each.lib.glsl"
@@ -23,7 +23,7 @@ layout(std430) buffer sweep_heat_block { Num u_buf[]; };
 
 #define BLOCKS_PER_LINE ((line_length + BLOCK - 1) / BLOCK)
 
-// Of functions below: what they do with each pole, or with each pixel of a block.
+// Loop bodies of the functions below, for each pole or for each pixel of a block.
 #define ELIMINATE_POLE(p) eliminate_pole(front, at.here, source(r, p), b_out, p, gone);
 #define FORGET_POLE(p) front.source[p] = ZERO_VALUE; front.heat[p] = ZERO_NUM;
 #define KEEP_POLE(p) s_buf[kept_at(slot, i, p)] = front.source[p]; u_buf[kept_at(slot, i, p)] = front.heat[p];
@@ -33,7 +33,7 @@ layout(std430) buffer sweep_heat_block { Num u_buf[]; };
 #define SUBSTITUTE(j) substitute(gone[j], y, pixel_at(line, first + j), first + j < run.end);
 #define CLEAR_POLE(p) y[p] = ZERO_VALUE;
 
-// What the pixels before hand on.
+// The state carried over from the previous pixels.
 struct Front {
     Value source[POLES];
     Num heat[POLES];
@@ -45,7 +45,7 @@ struct Eliminated {
     Num inverse[POLES], w[POLES];
 };
 
-struct Run {  // pixels joined to each other, as far as a tile knows of them
+struct Run {  // range of connected pixels known to a tile
     int start, end;
 };
 
@@ -60,9 +60,9 @@ Run run_of(int line, int tile) {
     return Run(start, end);
 }
 
-// The first tile in work from this one on, or the number of tiles, and the last one up to it, or -1. A
-// processor that solves lines side by side runs the body of a loop for all of them, also for those that have
-// nothing to do there; so each line jumps over such tiles here, in a loop that is next to nothing.
+// The first active tile from this one on (or the number of tiles), and the last one up to it (or -1). A
+// CPU that solves lines side by side runs a loop body for all of them, even those with nothing to do;
+// so each line skips inactive tiles here, in a loop that costs next to nothing.
 int next_in_work(int line, int tile, int tiles) {
     while (tile < tiles && !is_in_work(line, tile)) ++tile;
     return tile;
@@ -72,14 +72,14 @@ int last_in_work(int line, int tile) {
     return tile;
 }
 
-// How many blocks of a tile there are.
+// The number of blocks in a tile.
 int blocks_of(int tile) { return (min(line_length - tile * TILE, TILE) + BLOCK - 1) / BLOCK; }
 
 Input input_in(int line, Run run, int i) {
     return input_at(pixel_at(line, clamp(i, run.start, run.end - 1)));
 }
 
-// A pixel, what comes before it, and what flows between the two.
+// A pixel, its predecessor, and the flow between the two.
 struct Place {
     Input before, here;
     float b_in;

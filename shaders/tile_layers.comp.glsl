@@ -1,4 +1,4 @@
-// Which layers have content in each tile of the picture, and the nearest circle of confusion there.
+// Finds the layers with content in each tile of the picture, and the nearest circle of confusion there.
 //
 // Inputs
 //   coc_tx      signed coc, pixels

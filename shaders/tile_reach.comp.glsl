@@ -1,11 +1,11 @@
-// The tiles in which a layer's blur can show, or that it draws on: near its content, and where a nearer
-// blur uncovers it.
+// Finds the tiles in which a layer's blur can be visible or is needed: near its content, and where a
+// nearer blur uncovers it.
 //
 // Inputs (one of each a tile of the layer)
 //   distance_buf   tiles along the row to the next with content (tile_reach_rows.comp.glsl)
 //   hider_buf      least signed coc in the tile, pixels of the picture
 // Output
-//   tile_mask_buf  as lib/tile_mask.lib.glsl has it
+//   tile_mask_buf  see lib/tile_mask.lib.glsl
 //   tile list      the same tiles one by one (lib/tile_list.lib.glsl)
 
 #include "lib/tile_list.lib.glsl"
@@ -18,12 +18,12 @@ uniform float spread_px;   // how far content spreads by its own blur, picture p
 uniform float widest_px;   // widest |coc| in the layer
 uniform float wider_scale; // axis scale of the wider axis
 uniform float margin_px;
-uniform int slices;        // in which a later pass takes the list
+uniform int slices;        // number of slices in which a later pass works through the list
 layout(std430) readonly buffer distance_block { int distance_buf[]; };
 layout(std430) readonly buffer hider_block { float hider_buf[]; };
 layout(std430) writeonly buffer tile_mask_block { uint tile_mask_buf[]; };
 
-// Pixels between a tile and one so many tiles away: the nearest corners count.
+// Pixels between the nearest corners of two tiles this many tiles apart.
 float gap_px(int tiles_away) { return float(max(tiles_away - 1, 0)) * tile_px; }
 
 void main() {

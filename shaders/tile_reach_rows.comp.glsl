@@ -1,6 +1,6 @@
-// A layer's tiles, and how far each is along its row from the next one that has content.
+// Measures the distance of each of a layer's tiles, along its row, to the next one with content.
 //
-// A tile of a layer that is worked on at 1/2, 1/4 or 1/8 size stands for several of the picture.
+// A tile of a layer processed at 1/2, 1/4 or 1/8 size stands for several tiles of the picture.
 //
 // Inputs
 //   content_buf, nearest_buf   of the picture's tiles (tile_layers.comp.glsl)

@@ -1,5 +1,5 @@
-// The opening of the lens: the one place on the GPU that knows its shape. model/aperture.py says the same
-// on the processor; model/disc_shape.py and model/pupil.py give the uniforms below.
+// The opening of the lens: the only GPU code that knows its shape. model/aperture.py is its twin on the
+// CPU; model/disc_shape.py and model/pupil.py set the uniforms below.
 // A circle or an ellipse is here; with SHAPED, every other shape is in lib/shaped_aperture.lib.glsl.
 //
 // A radius is half a signed circle of confusion, in pixels before squeeze and pixel aspect. An offset
@@ -15,10 +15,10 @@ uniform vec2 aperture_axes;  // half axes of the opening: of a disc of radius 1,
 #include "lib/shaped_aperture.lib.glsl"
 #else
 #define Cover float
-#define CENTRE_PX 1e-6  // the centre of a disc has no direction to its rim; nearer is the centre
+#define CENTRE_PX 1e-6  // nearer than this counts as the centre, which has no direction to the rim
 
-// How much of the pixel at an offset is covered, 0..1. `ramp` is half the width of the rim in pixels of
-// the picture. The distance to the rim is to first order: implicit function over length of gradient.
+// Share of the pixel at an offset that is covered, 0..1. `ramp` is half the width of the rim in pixels
+// of the picture. The distance to the rim is a first-order estimate: implicit function over gradient.
 Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 place) {
     vec2 unsqueezed = offset / aperture_axes;
     float from_centre = max(length(unsqueezed), CENTRE_PX);
@@ -52,13 +52,12 @@ float most_of(Cover cover) { return cover; }
 float green_of(Cover cover) { return cover; }
 #endif
 
-// The variance of a disc along x and y, in pixels^2, where the axes are those of an ellipse as wide as it.
+// The variance of a disc along x and y, in pixels^2, for the ellipse of the same width.
 vec2 aperture_variances(float radius) {
     return radius * radius / 4.0 * aperture_axes * aperture_axes;
 }
 
-// The point of the ellipse around the opening that belongs to a point of the unit square; equal areas
-// become equal areas.
+// Maps the unit square to the ellipse around the opening; the map preserves area ratios.
 vec2 aperture_point(vec2 square) {
     float angle = 2.0 * PI * square.y;
     return aperture_axes * sqrt(square.x) * vec2(cos(angle), sin(angle));

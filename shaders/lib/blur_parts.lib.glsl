@@ -1,6 +1,6 @@
 // The blur of lib/blur_system.lib.glsl for a strategy whose invocations keep several pixels in
 // registers (solve_partition.comp.glsl). There is no room for every pole of every pixel at once, so the
-// channels are solved in PARTS, and what poles do not share is read when their turn comes.
+// channels are solved in PARTS, and data that differs by pole is read when that pole is solved.
 //
 // Rows keep the answers of one part as halves until they can mix them. Between rows and columns a texel
 // holds eight halves if HALF_POLES: all channels of one pole where there is one part; else the channels
@@ -38,7 +38,7 @@ Value unpack(Packed p) { return Value(floats_of(p)); }
 #endif
 #define HAS_SINGLE_POLE (POLES % POLES_PER_TEXEL == 1)
 
-// The texel's layer of a part of a pole, the first of those in the texel.
+// The texture layer that holds a part of a pole (the first pole of its texel).
 int layer_of(int part, int pole) {
 #if !defined HALF_POLES && COMPLEX
     return 2 * pole + part;
@@ -85,7 +85,7 @@ void clear_output(out Output o) {
 #endif
 }
 
-// A choice among all of them, because an index that varies would send the array to memory.
+// Selects by comparison, because a varying index would move the array out of registers.
 void add_pole(inout Output o, int part, int pole, Value y) {
     for (int k = 0; k < POLES; ++k)
         if (k == pole) o.z[k] = pack(y);

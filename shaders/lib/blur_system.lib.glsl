@@ -3,15 +3,15 @@
 // along this axis. Where either neighbour is in focus nothing flows.
 // (Kass, Lefohn, Owens 2006, section 3; kappa complex: a rational function of the line's Laplacian.)
 //
-// Rows give an image for each pole of the columns, which add the real parts of what they make of these:
+// Rows produce one image for each pole of the columns; the columns solve these and add the real parts:
 //   z_b = sum_a M_ab / m_b (1 + kappa_a L_x)^-1 x      y = Re sum_b m_b (1 + kappa_b L_y)^-1 z_b
-// with m_b = sum_a M_ab, so that one value everywhere is that value, exactly, between them too.
+// with m_b = sum_a M_ab, so that a uniform picture stays exactly uniform, also between rows and columns.
 //
 // Inputs
 //   coc_tx      signed circle of confusion, diameter in pixels
 //   source_tx   rows only: rgb scene-linear times coverage, a coverage
-//   color_tx    columns only: what pixels that are exactly in focus show
-//   poles_tx    columns only: what the rows gave; one layer a pole, eight halves in its four words,
+//   color_tx    columns only: the colour of pixels that are exactly in focus
+//   poles_tx    columns only: output of the rows; one layer a pole, eight halves in its four words,
 //               if HALF_POLES, else floats, two layers a pole (real, imaginary) if COMPLEX
 // Outputs
 //   out_poles_img (rows)    out_color_img (columns)
@@ -24,9 +24,9 @@
 #include "lib/strips.lib.glsl"
 
 uniform sampler2D coc_tx;
-uniform float axis_scale;      // spread of the aperture and pixel aspect: diameter along this axis / coc_tx
-uniform float least_px;        // pixels with a smaller coc are blurred by this
-uniform float resampled_px_2;  // what a smaller picture's own reduction and enlargement blur already
+uniform float axis_scale;      // diameter along this axis / coc_tx, from the aperture's spread and the pixel aspect
+uniform float least_px;        // smallest diameter: pixels with a smaller coc get this one
+uniform float resampled_px_2;  // blur that reducing and enlarging a smaller picture adds by themselves
 uniform Num kappa[POLES];
 
 #ifdef ROWS
@@ -49,12 +49,12 @@ layout(rgba32f) uniform writeonly image2D out_color_img;
 #endif
 
 #ifdef SHAPED
-// An opening that is no ellipse is diffused as a disc of its variance, which is another one in front of the
-// focus than behind it, and towards the corners of the picture.
-uniform vec2 side_variances;   // in front of the focus and behind it, over that of a round disc
+// An opening that is not an ellipse is diffused as a disc of equal variance, which differs between front
+// and back of the focus and towards the corners of the picture.
+uniform vec2 side_variances;   // in front of the focus and behind it, relative to a round disc
 uniform vec2 field_middle_px;
-uniform vec2 field_per_px;     // 1 over the way from there to a corner, in pixels across and down
-uniform vec2 field_variances[FIELD_STEPS];  // along that way and across it, in even steps, over the middle's
+uniform vec2 field_per_px;     // 1 / distance from there to a corner, in pixels across and down
+uniform vec2 field_variances[FIELD_STEPS];  // radially and tangentially, in even steps, relative to the centre
 
 float shape_variance(ivec2 at, float coc) {
     vec2 field = (vec2(at) + 0.5 - field_middle_px) * field_per_px;
@@ -81,8 +81,8 @@ float diameter_2_at(ivec2 at) {
 #endif
 }
 
-// Half storage halves what moves between rows and columns. Rounded here, because drivers differ (Mesa
-// truncates, which darkens), and limited, because an infinity would spread.
+// Half floats halve the memory traffic between rows and columns. Values are rounded here, because drivers
+// differ (Mesa truncates, which darkens), and limited, because an infinity would spread.
 vec4 rounded_to_half(vec4 v) {
     v = uintBitsToFloat(floatBitsToUint(v) + 0x1000u & 0xffffe000u);
     return clamp(v, -65504.0, 65504.0);

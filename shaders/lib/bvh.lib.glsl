@@ -1,10 +1,10 @@
-// Rays through the trees of scene_gpu/bvh.py: one over the instances, and below it one for each
-// mesh. The nearer child is taken first, so that what it hits spares the farther one.
+// Traces rays through the trees of scene_gpu/bvh.py: one over the instances, and below it one for each
+// mesh. The nearer child is visited first, so that a hit there can skip the farther one.
 //
 // A ray is start + distance * along; `along` goes one metre deeper in the camera's axes, so that a
 // distance is a planar depth, before and after an instance has turned the ray into its own axes.
 //
-// After lib/scene.lib.glsl and, with HOLES, lib/random.lib.glsl.
+// Include lib/scene.lib.glsl first and, with HOLES, lib/random.lib.glsl.
 
 struct Node { vec3 low; int first; vec3 high; int count; };  // NODE of bvh.py
 
@@ -19,7 +19,7 @@ layout(std430) readonly buffer colors_block { uvec2 colors[]; };  // half floats
 layout(std430) readonly buffer more_uvs_block { vec2 more_uvs[]; };
 #endif
 #ifdef HOLES
-uvec3 ray_number;  // of the ray that is traced: thresholds of what covers a share differ from ray to ray
+uvec3 ray_number;  // random state of the ray: alpha thresholds differ from ray to ray
 #endif
 
 #ifdef BUMPS
@@ -48,7 +48,7 @@ Uv uv_of(uint vertex) {
 
 vec3 normal_of(uint vertex) { return vertices[VERTEX_PARTS * vertex + 1u].xyz; }
 
-// As scene_mesh.vert.glsl has it, in the world.
+// In world space, as in scene_mesh.vert.glsl.
 vec4 tangent_at(int triangle, vec3 weights, mat3 to_world) {
 #ifdef BUMPS
     vec4 sum = vec4(0.0);
@@ -68,7 +68,7 @@ Uv uv_at(int triangle, vec3 weights) {
 #endif
 }
 
-// As the rasteriser's lib/tint.lib.glsl has it.
+// As in the rasteriser's lib/tint.lib.glsl.
 vec4 tint_at(int triangle, vec3 weights) {
 #ifdef COLORS
     vec4 sum = vec4(0.0);
@@ -82,7 +82,7 @@ vec4 tint_at(int triangle, vec3 weights) {
 #endif
 }
 
-// Slabs of Kay and Kajiya 1986; the factor is Ize 2013's, so that rounding loses no box.
+// Slab test of Kay and Kajiya 1986, with the factor of Ize 2013, so that rounding misses no box.
 bool box_met(Node node, vec3 start, vec3 inverse, float nearest, float farthest) {
     vec3 a = (node.low - start) * inverse, b = (node.high - start) * inverse;
     vec3 in_at = min(a, b), out_at = max(a, b);
@@ -97,7 +97,7 @@ vec3 inverse_of(vec3 along) {
     return 1.0 / mix(along, least, lessThan(abs(along), vec3(1e-20)));
 }
 
-// The axes in an order that has the longest of `along` last.
+// The axes, ordered so that the longest component of `along` comes last.
 vec3 turned(vec3 v, int longest) {
     return longest == 0 ? v.yzx : longest == 1 ? v.zxy : v;
 }
@@ -129,7 +129,7 @@ vec4 triangle_met(uvec4 corners, vec3 start, Shear shear) {
     return vec4(w, dot(w, vec3(a.z, b.z, c.z))) / sum;
 }
 
-// Of two surfaces in one place the one that is drawn last is seen, as the rasteriser has it.
+// Of two coincident surfaces the one drawn last is visible, as in the rasteriser.
 bool is_before(float distance, int instance, int triangle, Hit hit) {
     if (hit.instance < 0) return distance < hit.distance;
     if (abs(distance - hit.distance) > SAME * distance) return distance < hit.distance;
@@ -152,7 +152,7 @@ void meet_leaf(Node leaf, int instance, vec3 start, Shear shear, float nearest, 
     }
 }
 
-// The ray in an instance's own axes, through the tree of its mesh.
+// Traces the ray, in the instance's own axes, through the tree of its mesh.
 void meet_mesh(ivec2 there, vec3 world_start, vec3 world_along, float nearest, inout Hit hit) {
     mat4 to_object = instances[there.x].to_object;
     if (to_object[3][3] == 0.0) return;  // scaled to nothing
@@ -175,7 +175,7 @@ void meet_mesh(ivec2 there, vec3 world_start, vec3 world_along, float nearest, i
     }
 }
 
-// What a ray hits first between two distances; `root` is that of the tree of the instances.
+// The first hit of a ray between two distances; `root` is the root of the tree of instances.
 Hit first_hit(int root, vec3 start, vec3 along, float nearest, float farthest) {
     Hit hit = Hit(farthest, -1, -1, vec3(0.0));
     vec3 inverse = inverse_of(along);

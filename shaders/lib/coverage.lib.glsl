@@ -1,14 +1,13 @@
-// Which samples of a pixel a surface covers that lets a share of what is behind it through.
+// Decides which samples of a pixel a partly transparent surface covers.
 //
 // Each surface has a threshold between 0 and 1 in each sample, and covers the sample if its alpha is higher.
-// Over the samples of a pixel the thresholds of a surface are spread evenly, and those of two surfaces have
-// nothing to do with one another: the van der Corput sequence, shuffled and
-// scrambled as Burley 2020 does ("Practical hash-based Owen scrambling").
-// After lib/random.lib.glsl.
+// The thresholds of a surface are evenly spread over the samples of a pixel, and independent between
+// surfaces: the van der Corput sequence, shuffled and scrambled as in Burley 2020 ("Practical hash-based
+// Owen scrambling"). Include lib/random.lib.glsl first.
 
 #include "lib/samples.lib.glsl"
 
-#define HALF 0.49999  // where there is one sample only, as for a depth, the nearer half counts
+#define HALF 0.49999  // with a single sample, as for a depth, a surface covers if its alpha is above one half
 
 uniform int sample_number;  // of the draw; -1 for HALF
 
@@ -27,7 +26,7 @@ float threshold_of(uint material, uint triangle) {
     ivec2 place = sample_place();
     uint number = uint(sample_number * samples_across * samples_across + number_of(place));
     uvec4 seeds = hashed(uvec4(pixel_of(place), material, triangle));
-    // The order of the samples is shuffled too, or else two surfaces would cover the same ones.
+    // The order of the samples is shuffled too; otherwise two surfaces would cover the same ones.
     uint turn = bitfieldReverse(scrambled(bitfieldReverse(number), seeds.x));
     return float(bitfieldReverse(scrambled(turn, seeds.y)) >> 8u) * (1.0 / 16777216.0);
 }

@@ -1,21 +1,21 @@
-// The network that extends a layer's circle of confusion beyond its content, so that what it covers
-// spreads with its own blur: specific heat only where something is known, conduction only where
-// something is not. What it carries is the diameter times how far it is known, and that by itself; the
-// second divides the first at the end. (Kass, Lefohn, Owens 2006, section 4: blurring underneath.)
+// The network that extends a layer's circle of confusion beyond its content, so that the layer spreads
+// with its own blur: specific heat only where the diameter is known, conduction only where it is not.
+// It diffuses the diameter times its weight, and the weight; dividing the two gives the diameter.
+// (Kass, Lefohn, Owens 2006, section 4: blurring underneath.)
 //
-// Inside the content the diameter diffuses as colour will. Where it changes that way, at a silhouette
-// within the layer, it is drawn on towards the nearer surface's, never the other way: there the nearer
-// surface's blur is seen on both sides. Left alone, a nearer surface that is blurred more ends hard
-// before the other, and one that is blurred less glows into it.
+// Inside the content the diameter diffuses as colour will. At a silhouette within the layer this change
+// is amplified, but only towards the nearer surface's diameter, because the nearer surface's blur is
+// visible on both sides. Without this, a nearer surface that is blurred more would end hard in front of
+// the other, and one that is blurred less would glow into it.
 //
-// Rows extend the content; columns extend that, trusting what rows reached less than content, so that
-// also what lies diagonally from a corner is reached.
+// Rows extend the content; columns extend the result, trusting it less than content. This also reaches
+// pixels diagonally off a corner.
 //
 // Inputs
-//   state_tx       r diameter |coc|, g how far the layer has content, 0..1
-//   rows_tx        columns only: what the rows gave
+//   state_tx       r diameter |coc|, g share of content, 0..1
+//   rows_tx        columns only: output of the rows
 //   axis_scale     diameter along this axis / that of state_tx
-//   is_near        columns only: nearer is blurred more, not less
+//   is_near        columns only: nearer surfaces are blurred more, not less
 // Outputs
 //   out_rows_img (rows)    r diameter times knowledge, g knowledge
 //   out_coc_img (columns)  diameter everywhere
@@ -31,19 +31,19 @@ uniform float axis_scale;
 uniform Num kappa[POLES];
 
 #define FILL_CONDUCTANCE 64.0  // large: the extension is flat over tens of pixels
-#define FILL_LEAK 1e-3         // specific heat of an empty pixel: the nearer edge counts more
-#define ROW_TRUST 0.1          // small: neighbouring rows that reached apart are smoothed together
+#define FILL_LEAK 1e-3         // specific heat of an empty pixel, so that the nearer edge counts more
+#define ROW_TRUST 0.1          // small, so that rows with different results are smoothed together
 
 #define RIM_CONDUCTANCE (1.0 / 32.0)  // times diameter^2: diffused over the disc's own width
-#define RIM_GAIN_FAR 2.5    // a straight silhouette has about the mean of both: twice the way is all of it
+#define RIM_GAIN_FAR 2.5    // diffusion reaches the mean of both sides; twice the change reaches the nearer
 #define RIM_GAIN_NEAR 2.0
-#define RIM_SLACK_NEAR 0.03 // of the diameter: less of a way is a round surface's own slope
-#define RIM_LEAST 0.6       // of the diameter, and its inverse at most: texture keeps its own blur
+#define RIM_SLACK_NEAR 0.03 // of the diameter: a smaller change is the slope of a round surface
+#define RIM_LEAST 0.6       // of the diameter, and its inverse: limits of the change, to spare texture
 
-// Of the content, and how far it is known: the rows, or what these gave.
+// Diameter and weight: of the content for rows, of their output for columns.
 struct Input {
     vec2 state;  // r diameter, g content 0..1
-    vec2 known;  // r diameter times how far it is known, g that
+    vec2 known;  // r diameter times weight, g weight
     float diffused;
 };
 
@@ -88,7 +88,7 @@ struct Source {
     vec4 x;
 };
 
-// What flows away to a neighbour inside the content, given back: the extension knows no diffusion.
+// Returns what flowed to a neighbour inside the content: the extension itself does not diffuse there.
 Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
     float given_back = 0.0;
     if (b_in > 0.0) given_back += rim_conductance(before, here) * (here.state.r - before.state.r);

@@ -1,4 +1,4 @@
-// Which pixels of a picture one pixel of a smaller one stands for.
+// The pixels of a picture covered by one pixel of a smaller version of it.
 
 struct Footprint {
     vec2 low, high;     // its corners, pixels of the whole picture
@@ -16,7 +16,7 @@ ivec2 centre_of(ivec2 at, ivec2 size, ivec2 whole_size) {
     return ivec2(vec2(at) * step + 0.5 * step);
 }
 
-// How much of the footprint lies in a pixel; all of them sum to 1.
+// Share of the footprint that lies in a pixel; the shares sum to 1.
 float part_in(Footprint footprint, ivec2 pixel) {
     vec2 shared_px = min(footprint.high, vec2(pixel + 1)) - max(footprint.low, vec2(pixel));
     vec2 extent = footprint.high - footprint.low;

@@ -1,18 +1,17 @@
-// What lies along each pixel's ray behind the surface that the picture shows, near to far, in one
-// packed list. Where a pixel shows several surfaces, each with its coverage, its list begins with what it
-// shows.
+// The surfaces along each pixel's ray behind the visible one, near to far, in one packed list. If a
+// pixel shows several surfaces, each with its coverage, its list begins with the visible ones.
 //
-// start_buf     twice where a pixel's fragments start, plus 1 if they begin with what it shows;
-//               one more entry ends the last list
+// start_buf     twice the start of a pixel's fragments, plus 1 if they begin with the visible surface;
+//               an extra entry ends the last list
 // fragment_buf  three words a fragment: colour and coverage as halfs, dioptres as a float
 
 layout(std430) readonly buffer start_block { uint start_buf[]; };
 layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };
-uniform ivec2 lists_origin;   // the picture's first pixel, and how many there are in a row, where the
-uniform int lists_stride;     // lists are of more than the picture
+uniform ivec2 lists_origin;   // index of the picture's first pixel, and pixels in a row, where the
+uniform int lists_stride;     // lists cover more than the picture
 uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
 uniform bool is_open;         // behind the last fragment of a list there is nothing: the plate has alpha
-uniform bool is_alpha;        // the picture is the plate's alpha, of which each fragment is full
+uniform bool is_alpha;        // the picture is the plate's alpha, which is 1 in every fragment
 
 #define WORDS 3u
 

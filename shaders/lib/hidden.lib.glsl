@@ -1,14 +1,14 @@
-// Hidden pixels of a layer, and finding the seen ones nearest to them along four directions.
+// Finds the visible pixels of a layer nearest to a hidden one, along four directions.
 //
-// A bit a pixel says whether it is seen, packed 32 to a word along each direction, so that a look
-// across 32 hidden pixels is one read. Directions and how their lines are counted:
+// One bit a pixel tells if it is visible, packed 32 to a word along each direction, so that one read
+// skips 32 hidden pixels. The directions and the numbering of their lines:
 //
 //   0 across (1, 0)   line y          position x
 //   1 down   (0, 1)   line x          position y
 //   2 down right      line x - y + h  position y
 //   3 down left       line x + y      position y
 
-// Alpha of a hidden pixel: below -1 by its coverage, 0..1, and by how far it is seen after all, 0..1.
+// Alpha of a hidden pixel: -1 minus an encoding of its coverage, 0..1, and its visible share, 0..1.
 #define KNOWN_STEPS 256.0
 
 float hidden_mark(float cover, float known) { return -1.0 - cover - 4.0 * floor(known * KNOWN_STEPS); }

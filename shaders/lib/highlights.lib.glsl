@@ -1,6 +1,6 @@
-// The list of highlights: pixels of similar coc merged in blocks of up to 8 x 8, the more the larger
-// their disc, at one of several levels; the first level whose list is short enough is drawn. The last level merges
-// whole blocks, except for those of bright surfaces, which it leaves to the diffusion.
+// The list of highlights. Pixels of similar coc are merged in blocks of up to 8 x 8, larger discs more
+// than small ones, at several levels; the first level whose list is short enough is drawn. The last
+// level merges whole blocks, except on bright surfaces, which it leaves to the diffusion.
 
 #define LEVELS 4
 const float MERGE_SHARE[LEVELS] = float[](0.0625, 0.125, 0.25, 1.0e9);  // block side / disc diameter

@@ -1,7 +1,7 @@
 // Lines of a picture: rows when axis is (1, 0), columns when it is (0, 1).
 //
 // A dispatch works on `line_count` lines from `first_line` on, each `line_length` pixels long, so
-// that what a line needs beside its pixels stays small, whatever the picture's size.
+// that the extra memory for each line stays small, whatever the picture's size.
 
 uniform ivec2 axis;
 uniform int first_line;

@@ -1,4 +1,4 @@
-// A part of a list: a pass runs part by part, so that a window can answer in between.
+// A slice of a list: a pass runs slice by slice, so that the window stays responsive.
 
 uniform ivec2 list_slice;  // which part, of how many; 0 of 0: all of the list
 

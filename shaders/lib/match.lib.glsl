@@ -1,6 +1,6 @@
-// How much brighter a surface is where it is seen than lists say that it is just behind the silhouette.
-// Renderers light what is hidden by other rules, and a clean plate may lack a shadow: what lists tell is
-// matched to what is seen, or the silhouette would show as a step through the blur.
+// Measures the brightness ratio between the visible part of a surface and its listed part just behind a
+// silhouette. Renderers may light hidden surfaces differently, and a clean plate may lack a shadow:
+// without this correction the silhouette would show as a step through the blur.
 //
 // Part of hidden_cost.comp.glsl.
 
@@ -8,21 +8,21 @@ uniform sampler2D state_tx;
 uniform sampler2D listed_tx;
 layout(rgba32f) uniform writeonly image2D out_match_img;
 
-#define MATCH_TAPS 8            // pixels from the end on: texture is not to decide
-#define SAME_DIAMETER_PX 0.5    // by so much, or by
-#define SAME_DIAMETER_PART 0.1  // so much of itself a surface's diameter may change there
-#define LEAST_LIGHT 0.01        // what is darker is not compared
-#define INDEPENDENT 4.0         // so many of them at most: neighbours are alike
-#define SURE_VARIANCE 0.03      // of the logarithm: where texture varies more, less is matched
-#define ALIKE_LOG 0.7           // what differs by a factor of two or more may be another surface,
-#define UNLIKE_LOG 1.2          // and of more than three it is
+#define MATCH_TAPS 8            // pixels from the end on: enough that texture does not decide
+#define SAME_DIAMETER_PX 0.5    // the diameter of one surface may change by this much,
+#define SAME_DIAMETER_PART 0.1  // or by this share of itself
+#define LEAST_LIGHT 0.01        // darker pixels are not compared
+#define INDEPENDENT 4.0         // largest number to compare: neighbours are alike
+#define SURE_VARIANCE 0.03      // standard deviation of the logarithm: stronger texture weakens the match
+#define ALIKE_LOG 0.7           // a factor of two or more may mean another surface,
+#define UNLIKE_LOG 1.2          // and more than three always does
 
 struct Stretch {
     vec4 sum;          // rgb times coverage, coverage
-    float variance;    // of the mean of its logarithms of luminance
+    float variance;    // variance of the mean of its logarithms of luminance
 };
 
-// What a stretch of one surface has.
+// Statistics of a stretch of one surface.
 Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter) {
     vec4 sum = vec4(0.0);
     float count = 0.0, logs = 0.0, squares = 0.0;
@@ -43,7 +43,7 @@ Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter) {
     return Stretch(sum, max(spread, 0.0) / min(max(count - 1.0, 1.0), INDEPENDENT));
 }
 
-// Adds what one end tells of the match; `onward` leads away from the hidden.
+// Adds the measurement at one end; `onward` points away from the hidden pixel.
 void add_match(inout vec4 sum, ivec2 at, int steps, ivec2 onward) {
     ivec2 end = at + steps * onward;
     float diameter = texelFetch(state_tx, end, 0).r;
@@ -51,7 +51,7 @@ void add_match(inout vec4 sum, ivec2 at, int steps, ivec2 onward) {
     vec4 seen = one.sum, listed = other.sum;
     if (min(seen.a, listed.a) < 0.5) return;
     vec3 ratio = log((seen.rgb / seen.a + LEAST_LIGHT) / (listed.rgb / listed.a + LEAST_LIGHT));
-    // Of what is not sure less is taken, and of its hue still less.
+    // Uncertain measurements count less, and their hue even less.
     float sure = SURE_VARIANCE / (SURE_VARIANCE + one.variance + other.variance), grey = mean_of(ratio);
     ratio = sure * (vec3(grey) + sure * (ratio - grey));
     float likeness = 1.0 - smoothstep(ALIKE_LOG, UNLIKE_LOG, max(abs(ratio.r), max(abs(ratio.g), abs(ratio.b))));

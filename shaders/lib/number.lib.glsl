@@ -1,10 +1,10 @@
 // One arithmetic for real and complex kernels.
 //
 //   Num       a coefficient: float, or vec2 (real, imaginary)
-//   Channels  those that are solved together: four, or two where there are two PARTS
+//   Channels  the channels solved together: four, or two if there are two PARTS
 //   Value     what is diffused: Channels, or a matrix (column 0 real, column 1 imaginary)
 //
-// All take + and float *; what differs is written below. COMPLEX is set by the program.
+// All support + and multiplication by a float; the rest is below. COMPLEX is set by the program.
 
 #ifndef COMPLEX
 #define COMPLEX 1

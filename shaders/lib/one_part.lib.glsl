@@ -1,5 +1,5 @@
-// A system of one pole, which knows nothing of parts, for a strategy that solves in parts
-// (lib/blur_parts.lib.glsl): all of it is one part, and its source is read once.
+// Adapts a system of one pole to a strategy that solves in parts (lib/blur_parts.lib.glsl): the whole
+// system is one part, and its source is read once.
 
 #define Link Input
 

@@ -1,9 +1,9 @@
 // A picture in the place of the diaphragm. model/opening_image.py is its twin and explains the table.
 
 uniform usampler2D aperture_image_tx;  // (IMAGE_SIDE + 1)^2: the light of all cells above and to the left
-uniform float aperture_image_scale;    // what turns a cell's number into light whose mean over the circle is 1
-// Which part of the light the barrel lets pass in front of the focus and behind it, by the shift of its
-// circles: rows along y from the most below 0 on, columns along x from 0 on.
+uniform float aperture_image_scale;    // scale from a cell's number to light whose mean over the circle is 1
+// Share of the light that the barrel lets pass in front of the focus and behind it, by the shift of its
+// circles: rows by y from the most negative, columns by x from 0.
 uniform vec2 aperture_image_passed[(2 * BARREL_STEPS + 1) * (BARREL_STEPS + 1)];
 
 #define BELOW_ONE 0.999999
@@ -12,7 +12,7 @@ uint image_sum(int column, int row) {
     return texelFetch(aperture_image_tx, min(ivec2(column, row), IMAGE_SIDE), 0).r;
 }
 
-// The light in three strips of columns, in one row of the table: from the first corner to the next, on to
+// The light in one row of the table, in three strips of columns: from the first corner to the next, on to
 // the corner before the end, and from there to the next one. Differences of whole numbers are exact.
 ivec3 strips(ivec2 from_to, int row) {
     uint first = image_sum(from_to.x, row), second = image_sum(from_to.x + 1, row);
@@ -37,7 +37,7 @@ float image_light(vec2 p, vec2 half_sides) {
     return max(sum, 0.0) * aperture_image_scale / (4.0 * halves.x * halves.y);
 }
 
-// Which part of the light the barrel lets pass.
+// Share of the light that the barrel lets pass.
 float image_past_barrel(vec2 shift, bool is_behind) {
     if (shift.x < 0.0) shift = -shift;  // the circles change places
     vec2 at = clamp(shift / aperture_shift_most, vec2(0.0, -1.0), vec2(1.0)) + vec2(0.0, 1.0);
@@ -52,7 +52,7 @@ float image_past_barrel(vec2 shift, bool is_behind) {
     return is_behind ? passed.y : passed.x;
 }
 
-// The point that belongs to a point of the unit square; equal areas become equal light.
+// Maps the unit square to the opening; equal areas become equal light.
 vec2 image_point(vec2 square) {
     vec2 wanted = min(square, BELOW_ONE);
     float level = wanted.y * float(image_sum(IMAGE_SIDE, IMAGE_SIDE));

@@ -1,6 +1,6 @@
-// How much of a pixel the disc of a highlight covers. With FINE_RIMS small discs are looked at in several
-// places of each pixel: where a disc is hardly larger than a pixel, a rim as wide as one makes it too soft.
-// After lib/aperture.lib.glsl.
+// Share of a pixel that the disc of a highlight covers. With FINE_RIMS small discs are sampled at several
+// points of each pixel, because a rim one pixel wide makes a disc of hardly more than a pixel too soft.
+// Include lib/aperture.lib.glsl first.
 
 #ifdef FINE_RIMS
 #define FINE_ACROSS 3          // places, each way
@@ -8,7 +8,7 @@
 
 Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
     if (abs(radius) > FINE_RADIUS_PX) return aperture_coverage(offset, radius, ramp, place);
-    // The ramp of a pixel has the variance of its box, to which that of the light itself is added.
+    // The variance of the pixel's box, plus that of the light itself, gives the ramp.
     float of_light = max(ramp * ramp / 3.0 - 1.0 / 12.0, 0.0);
     float narrow = sqrt(3.0 * (of_light + 1.0 / (12.0 * float(FINE_ACROSS * FINE_ACROSS))));
     Cover sum = Cover(0.0);

@@ -1,5 +1,5 @@
-// A list of pixels that need more work, so that a later pass runs on these alone: sparse work costs by
-// its pixels, on a GPU and on a software rasteriser, which runs both sides of every branch.
+// A list of pixels that need more work, so that a later pass runs on these alone. The cost is then
+// proportional to the list, even on a software rasteriser, which runs both sides of every branch.
 //
 // The first three words are the workgroups of the later pass (glDispatchComputeIndirect); the order
 // of pixels differs from run to run, so what is done to one must not depend on another.

@@ -1,5 +1,5 @@
-// Four random numbers for four that count: pcg4d of Jarzynski and Olano 2020, "Hash Functions for
-// GPU Rendering". Neighbouring counts give numbers that have nothing to do with one another.
+// Hashes four counters to four random numbers: pcg4d of Jarzynski and Olano 2020, "Hash Functions for
+// GPU Rendering". Neighbouring counters give independent numbers.
 
 uvec4 hashed(uvec4 v) {
     v = v * 1664525u + 1013904223u;

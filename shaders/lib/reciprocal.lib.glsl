@@ -8,7 +8,7 @@ float reciprocal(float x) {
     if (bits >= 0x7f800000u) return 0.0;
     int exponent = int(bits >> 23), m = int(bits & 0x7fffffu) | HALF;
     if (m == HALF) return uintBitsToFloat(uint(254 - exponent) << 23);
-    // q = 2^47 / m has 24 bits again, and is at most 2.5 off; the rest q m - 2^47 fits into 32 bits.
+    // q = 2^47 / m has 24 bits again, with an error of at most 2.5; the remainder q m - 2^47 fits 32 bits.
     int q = int(140737488355328.0 / float(m));
     int rest = int(uint(q) * uint(m));
     for (int i = 0; i < 2; ++i) {

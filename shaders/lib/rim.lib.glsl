@@ -1,4 +1,4 @@
-// What both rim passes read.
+// Shared by the two rim passes.
 
 #include "lib/silhouette.lib.glsl"
 
@@ -11,8 +11,8 @@ vec3 color_at(ivec2 at) { return texelFetch(color_tx, at, 0).rgb; }
 float kind_at(ivec2 at) { return texelFetch(kind_tx, at, 0).r; }
 bool is_unmixed(ivec2 at) { return kind_at(at) == WHOLE || kind_at(at) == LISTED; }
 
-// A near rim pixel's own colour without what shines through: from its surface one pixel further in.
-// False where there is no such pixel, as on a wire one or two pixels wide.
+// A near rim pixel's own colour without the background, taken from its surface one pixel further in.
+// False if there is no such pixel, as on a wire one or two pixels wide.
 bool unmixed_near(ivec2 at, out vec3 color) {
     float coc = coc_at(at);
     vec4 sum = vec4(0.0);

@@ -1,4 +1,4 @@
-// Where in a picture the samples lie that are drawn as pixels of their own.
+// Maps samples, which are drawn as separate pixels, to positions in the picture.
 
 uniform int samples_across;  // of a pixel, each way
 uniform int first_row;       // of the picture that is drawn
@@ -7,7 +7,7 @@ uniform int rows_above;      // in the texture, of other draws
 ivec2 sample_place() { return ivec2(gl_FragCoord.xy) - ivec2(0, rows_above); }
 ivec2 pixel_of(ivec2 place) { return place / samples_across + ivec2(0, first_row); }
 
-// Which of the samples of its pixel one is.
+// Index of a sample within its pixel.
 int number_of(ivec2 place) {
     ivec2 within = place % samples_across;
     return within.y * samples_across + within.x;

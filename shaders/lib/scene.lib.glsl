@@ -28,8 +28,8 @@ struct Material {
     ivec4 more_maps;       // layers: occlusion; what it is, of the two below
 };
 
-#define UNLIT 1    // its base colour is what is seen, whatever light there is
-#define BLENDED 2  // alpha is the share of the surface that covers
+#define UNLIT 1    // unlit: its base colour is shown as it is
+#define BLENDED 2  // alpha is coverage
 
 struct Light {
     vec4 position_inner;   // metres, and a spot's inner cosine
@@ -63,7 +63,7 @@ uniform sampler2DArray maps_tx;
 #define SMALL 1e-20
 #define LEAST_ALONG 1e-6  // a tangent that is nearly the normal, its sine squared
 
-// What light falls on. The normals are unit and of the side of the eye: `side` without bumps.
+// A point to be lit. The normals are unit and face the eye; `side` is without bumps.
 struct Surface {
     vec3 position_m;
     vec3 normal;
@@ -72,7 +72,7 @@ struct Surface {
     vec3 emission;
     float metallic;
     float roughness;
-    float open;  // share of the sky that is not occluded
+    float open;  // unoccluded share of the sky
     bool is_lit;
 };
 
@@ -80,14 +80,14 @@ struct Surface {
 #define CLAMP 1
 #define MIRROR 2
 
-// Beyond its borders a picture is repeated unless `wrap` says otherwise; `texel` is a pixel's width.
+// A map repeats beyond its borders unless `wrap` says otherwise; `texel` is the width of a texel.
 float wrapped(float at, int wrap, float texel) {
     if (wrap == MIRROR) at = abs(mod(at + 1.0, 2.0) - 1.0);
     return wrap == 0 ? at : clamp(at, 0.5 * texel, 1.0 - 0.5 * texel);
 }
 #endif
 
-// Where a map of a material is read.
+// Texture coordinates for a map of a material.
 vec2 map_uv(uint material, int map, Uv uv) {
 #ifdef PLACES
     uint at = 10u * material + 2u * uint(map);
@@ -102,7 +102,7 @@ vec2 map_uv(uint material, int map, Uv uv) {
 #endif
 }
 
-// Bilinear without mipmaps, so that a ray and a triangle's pixel read the same.
+// Bilinear without mipmaps, so that the ray tracer and the rasteriser read the same value.
 vec4 map_texel(int layer, vec2 uv) {
     return layer < 0 ? vec4(1.0) : textureLod(maps_tx, vec3(uv, float(layer)), 0.0);
 }
@@ -116,8 +116,8 @@ vec3 map_color(int layer, vec2 uv) {
     return layer < 0 ? vec3(1.0) : linear_of(map_texel(layer, uv).rgb);
 }
 
-// `opacity` is that of the vertices' colours. What covers a share is a hole where that share is not above
-// `threshold`, which differs from sample to sample.
+// `opacity` comes from the vertex colours. A partly transparent surface has a hole where its coverage is
+// not above `threshold`, which differs from sample to sample.
 bool is_hole(uint material, Uv uv, float opacity, float threshold) {
     float cutoff = materials[material].emission_cutoff.a;
     bool is_blended = (materials[material].more_maps.y & BLENDED) != 0;
@@ -132,8 +132,8 @@ vec3 unit_or(vec3 v, vec3 otherwise) {
     return square > SMALL && square < 1.0 / SMALL ? v * inversesqrt(square) : otherwise;
 }
 
-// `normal` is unit; the tangent need not be, nor stand upright on it. As it is without a map, and
-// where the tangent tells no direction.
+// `normal` is unit; `tangent` need be neither unit nor perpendicular to it. Returns the normal unchanged
+// if there is no map or the tangent is degenerate.
 vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 at) {
 #ifdef BUMPS
     if (m.maps.w < 0) return normal;
@@ -150,7 +150,8 @@ vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 at) {
 #endif
 }
 
-// `normal` and `tangent` of any length, of either side; `tint` the vertices' colour; `to_eye` is unit.
+// `normal` and `tangent` may have any length and face either side; `tint` is the vertex colour; `to_eye`
+// is unit.
 Surface surface_of(
     uint material, vec3 position_m, vec3 normal, vec4 tangent, Uv uv, vec3 tint, vec3 to_eye
 ) {

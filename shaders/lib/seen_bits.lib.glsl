@@ -1,4 +1,4 @@
-// Which pixels of a layer are seen, and how far the next seen one is (seen_bits_all and seen_bits_clear).
+// Looks up visible pixels of a layer and the distance to the next one (seen_bits_all, seen_bits_clear).
 
 #include "lib/hidden.lib.glsl"
 
@@ -36,8 +36,8 @@ int steps_back(int first, int i) {
 
 uniform int reach_px;  // hidden pixels farther than this from any visible pixel are never uncovered
 
-// The nearest of the ends along all directions is beyond reach. Loops over what such a pixel would need
-// then run zero times, which also a software rasteriser skips; it runs both sides of a branch.
+// True if even the nearest end is out of reach. Loops for such a pixel then run zero times, which a
+// software rasteriser can skip, unlike a branch.
 bool is_beyond_reach(ivec2 ends[HIDDEN_DIRECTIONS]) {
     int nearest = reach_px + 1;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
@@ -47,7 +47,7 @@ bool is_beyond_reach(ivec2 ends[HIDDEN_DIRECTIONS]) {
     return nearest > reach_px;
 }
 
-// Steps from a hidden pixel to the next seen one along direction k, ahead and back; 0 for none.
+// Steps from a hidden pixel to the next visible one along direction k, forwards and back; 0 for none.
 ivec2 ends_of(int k, ivec2 at, ivec2 size) {
     int per_line = words_per_line(k, size), i = position_of(k, at);
     int first = first_word(k, size) + line_of(k, at, size) * per_line;

@@ -1,25 +1,35 @@
-// The light that leaves a surface, and the sky: the same for the rasteriser and the ray tracer, the
-// sun's shadow from one map for both. A comparison of the two is of their lenses, not their light.
+// Light leaving a surface, and the sky. The rasteriser and the ray tracer share this code and the sun's
+// shadow map, so comparing their pictures compares only the lenses.
 // Include lib/scene.lib.glsl first. Uniforms: SceneRaster.shading_uniforms(); textures: maps_tx, shadow_tx.
 
 #include "lib/pi.lib.glsl"
 
 uniform sampler2DShadow shadow_tx;
 uniform mat4 shadow_from_world;  // to 0..1 in all three axes
-uniform float shadow_texel_m;    // how wide a texel of the map is in the world
+uniform float shadow_texel_m;    // width of a texel of the map in the world
 uniform vec3 to_sun;             // unit
-uniform vec3 sun_light;          // irradiance of what faces it
+uniform vec3 sun_light;          // irradiance of a surface that faces it
 uniform vec3 sky_zenith;
 uniform vec3 sky_horizon;
 uniform vec3 sky_ground;
 uniform vec3 sky_light[3];       // diffuse light for a normal's y: a + b y + c y^2
 
 #define MOST_LIGHT 65504.0     // the largest half float
-#define LEAST_ROUGHNESS 0.1    // a smoother surface's glint would not be found by any number of rays
-#define GROUND_BAND 0.1        // the sky goes over into the ground within this, sine of an angle
-#define NORMAL_OFFSET 2.0      // texels that a shadow is looked up above the surface
+#define LEAST_ROUGHNESS 0.1    // rays would miss the glint of a smoother surface
+#define GROUND_BAND 0.1        // sky and ground blend over this, sine of an angle
+#define NORMAL_OFFSET 2.0      // texels above the surface at which the shadow map is read, where light grazes
+#define FACING_OFFSET 0.3      // share of it that is left where the surface faces the sun, against rounding
+#define SLOPE_OFFSET 0.7       // share added in proportion to the slope; 1 in all
+#define LEAST_VIEW_COSINE 1e-3 // keeps the visibility term finite at grazing angles
+#define DIELECTRIC_F0 0.04     // reflectance of a refractive index of 1.5, the default of glTF
+#define SCHLICK_POWER 5.0      // Schlick 1994
+#define MOST_LOST 0.7          // bounds the fit of the lost energy, so that 1 / (1 - lost) stays small
+#define LEAST_ALBEDO 0.1       // bounds the energy compensation of the sky's reflection in the same way
+#define LEAST_LIGHT_DISTANCE_2 1e-4  // m^2: a light is no smaller than a centimetre
+#define SMOOTH_SPOT_FROM 1.5   // axis.w is 2 for a spot that fades smoothly, else 1
+#define LEAST_CONE_WIDTH 1e-4  // cosine: a spot with equal inner and outer angle has a hard edge
 
-// `direction` is unit; `soft` is by how much its y is spread.
+// `direction` is unit; `soft` is the spread of its y.
 vec3 spread_sky(vec3 direction, float soft) {
     float up = max(direction.y, 0.0);
     vec3 above = mix(sky_horizon, sky_zenith, up * (2.0 - up));
@@ -32,58 +42,61 @@ vec3 sky_diffuse(float y) {
     return max(sky_light[0] + y * (sky_light[1] + y * sky_light[2]), 0.0);
 }
 
-// Between the sky's mirror image and its diffuse light.
+// Blends between the sky's mirror image and its diffuse light.
 vec3 sky_glossy(vec3 direction, float roughness) {
     vec3 mirrored = spread_sky(direction, roughness);
     return mix(mirrored, sky_diffuse(direction.y), roughness * (2.0 - roughness));
 }
 
-// Share of the sun that comes through: four texels compared, from above the surface.
+// Visible share of the sun: four texels of the shadow map, compared from above the surface.
 float sun_share(vec3 position_m, vec3 normal) {
     float facing = dot(normal, to_sun), slope = sqrt(max(1.0 - facing * facing, 0.0));
-    vec3 from = position_m + normal * (NORMAL_OFFSET * shadow_texel_m * (0.3 + 0.7 * slope));
+    vec3 from = position_m + normal * (NORMAL_OFFSET * shadow_texel_m * (FACING_OFFSET + SLOPE_OFFSET * slope));
     vec3 at = (shadow_from_world * vec4(from, 1.0)).xyz;
     if (any(lessThan(at, vec3(0.0))) || any(greaterThan(at, vec3(1.0)))) return 1.0;
     return textureLod(shadow_tx, at, 0.0);
 }
 
-// What GGX with the visibility below mirrors more than once, as a factor of what it mirrors once: Turquin 2019.
-// The share that a white mirror loses is a fit to its integral, within 4 % of the factor.
+// Energy compensation for multiple reflections of GGX with the visibility below, as a factor on the single
+// reflection: Turquin 2019. FIT approximates the energy lost by a white mirror, to within 4 % of the factor:
+// each column is a power of roughness, its rows 1, sqrt(nv) and nv.
 vec3 mirrored_again(vec3 facing, float roughness, float nv) {
     const mat4x3 FIT = mat4x3(
         1.898, -6.447, 4.905, -7.705, 32.084, -27.384, 9.531, -42.905, 40.383, -3.816, 18.48, -18.336
     );
     float square = roughness * roughness;
     vec4 powers = vec4(roughness, square, square * roughness, square * square);
-    float lost = clamp(dot(vec3(1.0, sqrt(nv), nv), FIT * powers), 0.0, 0.7);
+    float lost = clamp(dot(vec3(1.0, sqrt(nv), nv), FIT * powers), 0.0, MOST_LOST);
     return 1.0 + facing * lost / (1.0 - lost);
 }
 
-// Lambert and GGX with the height-correlated visibility of Heitz 2014, times the cosine. `share` of all light
-// is mirrored towards the eye, the rest of it is left to be scattered.
+// Lambert and GGX with the height-correlated visibility of Heitz 2014, times the cosine. `share` of the light
+// is mirrored towards the eye; the rest is scattered.
 vec3 reflected(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
     float nl = dot(s.normal, to_light);
     if (nl <= 0.0) return vec3(0.0);
-    float nv = max(dot(s.normal, to_eye), 1e-3);
+    float nv = max(dot(s.normal, to_eye), LEAST_VIEW_COSINE);
     vec3 half_way = unit_or(to_eye + to_light, s.normal);
     float nh = clamp(dot(s.normal, half_way), 0.0, 1.0), vh = clamp(dot(to_eye, half_way), 0.0, 1.0);
     float a = pow(max(s.roughness, LEAST_ROUGHNESS), 2.0), aa = a * a;
     float spread = nh * nh * (aa - 1.0) + 1.0;
     float visible = 0.5 / (nl * sqrt(nv * nv * (1.0 - aa) + aa) + nv * sqrt(nl * nl * (1.0 - aa) + aa));
-    vec3 facing = mix(vec3(0.04), s.base_color, s.metallic);
-    vec3 fresnel = facing + (1.0 - facing) * pow(1.0 - vh, 5.0);
+    vec3 facing = mix(vec3(DIELECTRIC_F0), s.base_color, s.metallic);
+    vec3 fresnel = facing + (1.0 - facing) * pow(1.0 - vh, SCHLICK_POWER);
     vec3 diffuse = (1.0 - share) * (1.0 - s.metallic) * s.base_color / PI;
     vec3 mirrored = fresnel * mirrored_again(facing, s.roughness, nv);
     return nl * (diffuse + mirrored * (aa / (PI * spread * spread) * visible));
 }
 
-// The share of the light from all around that is mirrored: Karis 2014, fit to GGX's integral; and what is
-// mirrored more than once, Turquin 2019, without which a rough metal would be dark.
+// Share of ambient light that is mirrored: the fit of Karis 2014 to the integral of GGX, with the energy
+// compensation of Turquin 2019, without which rough metals would be too dark.
 vec3 mirrored_share(vec3 facing, float roughness, float nv) {
-    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
-    float fit = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
-    vec2 scale = vec2(-1.04, 1.04) * fit + r.zw;
-    vec3 more = 1.0 + facing * (1.0 / max(scale.x + scale.y, 0.1) - 1.0);
+    const vec4 SLOPE = vec4(-1.0, -0.0275, -0.572, 0.022), CONSTANT = vec4(1.0, 0.0425, 1.04, -0.04);
+    const float FALLOFF = -9.28, GAIN = 1.04;
+    vec4 r = roughness * SLOPE + CONSTANT;
+    float fit = min(r.x * r.x, exp2(FALLOFF * nv)) * r.x + r.y;
+    vec2 scale = vec2(-GAIN, GAIN) * fit + r.zw;
+    vec3 more = 1.0 + facing * (1.0 / max(scale.x + scale.y, LEAST_ALBEDO) - 1.0);
     return clamp((facing * scale.x + scale.y) * more, 0.0, 1.0);
 }
 
@@ -94,12 +107,12 @@ vec3 from_sky(Surface s, vec3 to_eye, vec3 share) {
 
 vec3 from_light(Light light, Surface s, vec3 to_eye, vec3 share) {
     vec3 way = light.position_inner.xyz - s.position_m;
-    float square = max(dot(way, way), 1e-4);  // a light is no smaller than a centimetre
+    float square = max(dot(way, way), LEAST_LIGHT_DISTANCE_2);
     vec3 to_light = unit_or(way, s.normal);
     float inner = light.position_inner.w, outer = light.intensity_outer.w;
-    float inside = (-dot(to_light, light.axis.xyz) - outer) / max(inner - outer, 1e-4);
+    float inside = (-dot(to_light, light.axis.xyz) - outer) / max(inner - outer, LEAST_CONE_WIDTH);
     inside = clamp(inside, 0.0, 1.0);
-    float faded = light.axis.w > 1.5 ? inside * inside * (3.0 - 2.0 * inside) : pow(inside, 2.0);
+    float faded = light.axis.w > SMOOTH_SPOT_FROM ? inside * inside * (3.0 - 2.0 * inside) : pow(inside, 2.0);
     float cone = light.axis.w > 0.0 ? faded : 1.0;
     return cone / square * light.intensity_outer.rgb * reflected(s, to_eye, to_light, share);
 }
@@ -108,7 +121,7 @@ vec3 from_light(Light light, Surface s, vec3 to_eye, vec3 share) {
 vec3 shaded(Surface s, vec3 to_eye) {
     if (!s.is_lit) return clamp(s.base_color, 0.0, MOST_LIGHT);
     float nv = clamp(dot(s.normal, to_eye), 0.0, 1.0);
-    vec3 share = mirrored_share(mix(vec3(0.04), s.base_color, s.metallic), s.roughness, nv);
+    vec3 share = mirrored_share(mix(vec3(DIELECTRIC_F0), s.base_color, s.metallic), s.roughness, nv);
     vec3 light = s.emission + from_sky(s, to_eye, share);
     if (dot(s.normal, to_sun) > 0.0 && max(sun_light.r, max(sun_light.g, sun_light.b)) > 0.0)
         light += sun_light * sun_share(s.position_m, s.side) * reflected(s, to_eye, to_sun, share);

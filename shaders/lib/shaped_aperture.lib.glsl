@@ -1,12 +1,12 @@
-// An opening with blades, cut by the barrel of the lens, brighter or darker at its rim, or not the same
-// for every colour. model/opening.py is its twin and explains the formulas. Points p are in radii of the
+// An opening with blades, cut off by the barrel of the lens, brighter or darker at its rim, or different
+// for each colour. model/opening.py is its twin and explains the formulas. Points p are in radii of the
 // round lens before the squeeze, x to the right and y up.
 //
-// With IMAGED a picture is in the place of the blades, see lib/opening_image.lib.glsl.
+// With IMAGED a picture replaces the blades, see lib/opening_image.lib.glsl.
 //
-// What reads this gets a Cover of red, green and blue instead of one number; with COLORED these differ.
-// There is no loop in what is asked for each pixel of a disc: a software rasteriser counts the rounds of all
-// loops of an invocation, and stops at 65535.
+// A Cover here has red, green and blue instead of one number; with COLORED these differ. Functions called
+// for each pixel of a disc contain no loops, because a software rasteriser stops an invocation after
+// 65535 loop iterations in all.
 
 #define Cover vec3
 
@@ -17,7 +17,7 @@ uniform float aperture_rim;            // behind the focus: 1 bright, -1 soft; t
 uniform vec2 aperture_lights;          // integral over the opening in front of the focus, and behind it
 uniform float aperture_barrel;         // its radius; 0 for none
 uniform vec2 aperture_middle_px;       // of the picture
-uniform vec2 aperture_shift_per_px;    // of the barrel, for a place so far from there
+uniform vec2 aperture_shift_per_px;    // shift of the barrel's circles per unit of distance from there
 uniform float aperture_shift_most;
 uniform float aperture_axial_px;       // diameter in blue less that in green, in green less that in red
 
@@ -27,9 +27,9 @@ uniform float aperture_axial_px;       // diameter in blue less that in green, i
 
 #define TINY 1e-12
 #define ANGLES 64          // of the quadrature
-#define LEAST_RADIUS 1e-3  // a smaller disc has no shape
+#define LEAST_RADIUS 1e-3  // a smaller disc is drawn round
 
-// By how much the circles at the ends of the barrel are shifted, one to each side, as a place sees them.
+// Shift of the circles at the two ends of the barrel, one to each side, as seen from a position.
 vec2 barrel_shift(vec2 place) {
     vec2 shift = (place - aperture_middle_px) * aperture_shift_per_px;
     return shift * min(1.0, aperture_shift_most / max(length(shift), 1e-30));
@@ -40,7 +40,7 @@ float straightness(float half_angle) {
     return sqrt(1.0 - bent * bent);
 }
 
-// How far a point is outside, negative inside, in radii, and the gradient of that.
+// Signed distance of a point, negative inside, in radii, and its gradient.
 vec3 past_blades(vec2 p) {
     float from_middle = max(length(p), TINY);
     vec3 past = vec3(from_middle - 1.0, p / from_middle);
@@ -66,7 +66,7 @@ vec3 past_barrel(vec2 p, vec2 shift) {
     return vec3(from_middle - aperture_barrel, seen / from_middle);
 }
 
-// Brightness at the square of the distance from the middle; `rim` is that of this side of the focus.
+// Brightness at a squared distance from the centre; `rim` is the rim brightness on this side of the focus.
 float profile(float square, float rim) {
     float bright = rim > 0.0 ? square : 1.0 - square;
     return 1.0 + RIM_MOST * abs(rim) * (float(RIM_POWER + 1) * pow(max(bright, 0.0), float(RIM_POWER)) - 1.0);
@@ -92,7 +92,7 @@ float cover_of_color(vec2 offset, float radius, float ramp, vec2 place) {
     return inside * profile(min(dot(p, p), 1.0), radius < 0.0 ? -aperture_rim : aperture_rim);
 }
 
-// How far the opening reaches from its middle in a direction.
+// Distance from the centre to the edge of the opening in a direction.
 float blade_radius(float angle) {
     if (aperture_blades == 0) return 1.0;
     float half_angle = PI / float(aperture_blades), sine = sin(half_angle), cosine = cos(half_angle);
@@ -114,7 +114,7 @@ float light_to(float reach, float rim) {
     return mix(square, bright, RIM_MOST * abs(rim));
 }
 
-// Which part of the light through the diaphragm passes the barrel as well.
+// Share of the light through the diaphragm that also passes the barrel.
 float part_past_barrel(vec2 place, float rim) {
     vec2 shift = barrel_shift(place);
     float all = 0.0, passed = 0.0;
@@ -176,8 +176,8 @@ bool is_one_pixel(float radius) {
     return (abs(radius) + 0.5 * abs(aperture_axial_px)) * max(aperture_axes.x, aperture_axes.y) <= 0.5;
 }
 
-// How much light a point of the opening lets through of what a pinhole sees at a place in the picture, behind
-// the focus or in front of it. With an image the points themselves are denser where it is brighter.
+// Weight of a point of the opening for light from a position in the picture, behind the focus or in
+// front of it. With an image the points themselves are denser where it is brighter.
 float aperture_weight(vec2 p, vec2 place, bool is_behind) {
 #ifdef IMAGED
     float past = -1.0;
@@ -189,8 +189,7 @@ float aperture_weight(vec2 p, vec2 place, bool is_behind) {
     return past > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);
 }
 
-// The place where a pinhole sees what is seen at `px` through a point of the opening, `radius` being that of
-// its disc.
+// Pinhole position of what appears at `px` through a point of the opening; `radius` is that of its disc.
 vec2 pinhole_place(vec2 px, vec2 p, float radius, vec2 axes) { return px - radius * axes * p * vec2(1.0, -1.0); }
 
 vec4 times(Cover cover, vec4 color) { return vec4(cover * color.rgb, cover.g * color.a); }

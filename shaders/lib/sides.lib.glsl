@@ -1,18 +1,18 @@
-// What views or rays through a shaped opening have seen so far, apart for the two sides of the focus: with a
-// rim their weights differ, so that the sum of all weights would depend on what is seen.
+// Sums of views or rays through a shaped opening, kept separately for the two sides of the focus: with a
+// rim their weights differ, so that a single sum of weights would depend on the scene.
 //
-// A point in front of the focus gets its part of all the light of the opening, whatever else there is. What
-// lies behind gets what that leaves, by its own weights. So one brightness everywhere stays that brightness,
+// A point in front of the focus gets its share of the whole light of the opening, whatever else is
+// there. Points behind share the rest by their own weights. A uniform picture therefore stays uniform,
 // and a lamp keeps its light.
 //
 // `sides_img` holds a layer for each of the sums below.
 
 struct Sides {
-    vec4 behind;         // light times weight of what is behind the focus
+    vec4 behind;         // light times weight, behind the focus
     vec4 behind_weight;
-    vec4 front;          // the same of what is in front of it
+    vec4 front;          // light times weight, in front of the focus
     vec4 front_weight;
-    vec4 front_all;      // the weight that it would have if all were in front
+    vec4 front_all;      // the weight if everything were in front
 };
 
 layout(rgba32f) uniform image2DArray sides_img;
@@ -33,8 +33,7 @@ void write_sides(ivec2 at, Sides sides) {
     imageStore(sides_img, ivec3(at, 4), sides.front_all);
 }
 
-// Adds light that came through a point of the opening to a place of the picture, for the colours that are 1
-// in `colors`.
+// Adds light that came through a point of the opening to the channels whose mask in `colors` is 1.
 void add_light(inout Sides sides, vec4 light, vec2 p, vec2 place, bool is_behind, vec4 colors) {
     vec4 in_front = max(aperture_weight(p, place, false), LEAST_WEIGHT) * colors;
     sides.front_all += in_front;

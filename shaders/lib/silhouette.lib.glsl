@@ -1,13 +1,13 @@
-// Where one surface ends in front of another, told from the circle of confusion alone: it is a
-// straight line over 1/z, so differences and ratios of 1/z are those of coc - at_infinity_px.
+// Finds where one surface ends in front of another, from the circle of confusion alone: it is linear
+// in 1/z, so differences and ratios of 1/z are those of coc - at_infinity_px.
 
 #include "lib/kind.lib.glsl"
 
 uniform sampler2D coc_tx;
 uniform float at_infinity_px;  // signed coc of what is infinitely far away
 
-#define JUMP_PX 3.0        // a smaller step in coc cannot be told from a slanted surface
-#define DEPTH_RATIO 0.95   // a surface that is nearer by less than this ratio is the same surface
+#define JUMP_PX 3.0        // a smaller step in coc may be a slanted surface
+#define DEPTH_RATIO 0.95   // depths within this ratio are the same surface
 #define PRIOR_WEIGHT 0.01  // colour contrast^2 below which coverage comes from the depth's outline
 
 // Weights of a box-filtered edge as seen from 3 x 3 depth samples; they sum to 1.
@@ -28,7 +28,7 @@ bool is_same_surface(float coc, float other) {
     return min(a, b) >= DEPTH_RATIO * max(a, b);
 }
 
-// Coverage of `near` in x = a near + (1 - a) far by least squares; without contrast the prior.
+// Least-squares coverage a of `near` in x = a near + (1 - a) far; without contrast, the prior.
 float coverage_of(vec3 x, vec3 near, vec3 far, float prior) {
     vec3 across = near - far;
     float fitted = dot(x - far, across) + PRIOR_WEIGHT * prior;

@@ -1,4 +1,4 @@
-// The view that needs no OpenColorIO: the curve of IEC 61966-2-1, clipped at white.
+// The built-in view, without OpenColorIO: the curve of IEC 61966-2-1, clipped at white.
 
 vec4 view_transform(vec4 light) {
     vec3 shown = clamp(light.rgb, 0.0, 1.0);

@@ -1,11 +1,10 @@
-// Where a pixel lies in a picture that rows write and columns read.
+// Storage position of a pixel in a picture that rows write and columns read.
 //
-// With STRIPS, strips of 8 columns lie one after the other, row by row: what a processor reads of 8
-// columns then follows each other in memory, and so does what it writes of 8 rows. As the picture
-// itself lies, each step down a column is another page, too far for a processor to fetch ahead.
-// The texture is folded to 512 rows of a strip, which is 4096 pixels, in one of its own: unfolded, or
-// folded to less, a picture of 8192 x 4320 would be higher than a texture may be.
-// A GPU keeps its textures in blocks by itself.
+// With STRIPS, strips of 8 columns are stored one after the other, row by row, so that a CPU reads 8
+// columns, and writes 8 rows, from consecutive memory. In plain row order each step down a column is on
+// another page, which a CPU cannot prefetch. 512 rows of a strip (4096 pixels) are folded into one row
+// of the texture; with fewer, a picture of 8192 x 4320 would exceed the largest texture height.
+// A GPU stores its textures in blocks anyway.
 
 uniform int picture_height;
 

@@ -1,11 +1,11 @@
-// The surfaces along the rays of a pixel, near to far, from samples of what is seen and of the next two
-// surfaces behind. Samples whose distances differ by less than SAME_GROUP are one surface.
+// Groups the samples of a pixel into surfaces, near to far, from samples of the visible surface and the
+// next two behind it. Samples whose distances differ by less than SAME_GROUP are one surface.
 //
 // Inputs
 //   front_tx     front_side x front_side samples a pixel, of PEEL_DRAWS draws below each other: rgb,
 //                a dioptres
-//   done_tx      1 where all that is seen in a pixel is one surface, and front_tx has no samples
-//   first_tx     behind_side x behind_side samples a pixel: r metres of what is seen
+//   done_tx      1 where only one surface is visible in a pixel, and front_tx has no samples
+//   first_tx     behind_side x behind_side samples a pixel: r metres of the visible surface
 //   behind_tx, last_tx   rgb, a dioptres of the next surface and the one after it
 
 uniform sampler2D front_tx;
@@ -15,8 +15,8 @@ uniform sampler2D behind_tx;
 uniform sampler2D last_tx;
 
 #define SAME_GROUP 1.03    // of the distance
-#define GROUPS_MOST 6      // the last one takes all that is left
-#define LEAST_COVER 0.004  // less than the smallest part that samples can tell
+#define GROUPS_MOST 6      // the last one takes all that are left
+#define LEAST_COVER 0.004  // less than the smallest share that samples can resolve
 #define BEHIND_COUNT (behind_side * behind_side)
 
 uniform int front_side;
@@ -33,7 +33,7 @@ void begin_pixel(ivec2 at, float depth_m) {
     own_dioptres = 1.0 / depth_m;
 }
 
-// One sample of what is seen; of a pixel that is done without its colour.
+// One visible sample; without its colour in a pixel that is done.
 vec4 front_sample(ivec2 pixel, int i) {
     if (is_done) return vec4(vec3(0.0), own_dioptres);
     int draw = i % PEEL_DRAWS, number = i / PEEL_DRAWS, height = textureSize(front_tx, 0).y / PEEL_DRAWS;
@@ -43,12 +43,12 @@ vec4 front_sample(ivec2 pixel, int i) {
 
 struct Group {
     vec3 color;
-    float cover;     // of what is nearer left open, where it is seen; else of the pixel
+    float cover;     // share of what nearer surfaces leave open, if visible; else share of the pixel
     float dioptres;
     bool is_seen;
 };
 
-// One sample behind: y < 0 where there is none, for what is seen there is the sky.
+// One sample behind; y < 0 where there is none because the sky is visible there.
 vec4 behind_sample(ivec2 at, bool is_last) {
     vec4 next = texelFetch(behind_tx, at, 0);
     bool has_next = !isinf(texelFetch(first_tx, at, 0).r);
@@ -56,8 +56,8 @@ vec4 behind_sample(ivec2 at, bool is_last) {
     return has_next && next.a > 0.0 ? texelFetch(last_tx, at, 0) : vec4(vec3(0.0), -1.0);
 }
 
-// Dioptres of the nearest sample. One of those behind may be nearer than all that are seen, which lie in
-// other places of the pixel.
+// Dioptres of the nearest sample. A hidden one may be nearer than all visible ones, which are elsewhere
+// in the pixel.
 float nearest_sample(ivec2 pixel) {
     float nearest = -1.0;
     for (int i = 0; i < front_count; ++i) nearest = max(nearest, front_sample(pixel, i).a);
@@ -69,9 +69,9 @@ float nearest_sample(ivec2 pixel) {
     return nearest;
 }
 
-// The samples from `low` up to, without, `high` dioptres; `left` of those of the front are not hidden by
-// what is nearer, and are fewer after this. `next` becomes the dioptres of the nearest sample below `low`,
-// -1 for none: each sample is read once a surface.
+// Gathers the samples from `low` up to, but excluding, `high` dioptres. `left` counts the front samples
+// not yet hidden and is reduced here. `next` becomes the dioptres of the nearest sample below `low`, -1
+// for none, so that each sample is read once per surface.
 Group group_within(ivec2 pixel, float low, float high, inout int left, out float next) {
     vec4 seen = vec4(0.0), hidden = vec4(0.0);
     int seen_count = 0, hidden_count = 0;
@@ -98,7 +98,7 @@ Group group_within(ivec2 pixel, float low, float high, inout int left, out float
         seen /= float(seen_count);
         return Group(seen.rgb, cover, seen.a, true);
     }
-    // It lies behind those samples alone that something nearer covers.
+    // It is hidden: all its samples are behind something nearer.
     float behind = 1.0 - float(left) / float(front_count);
     float cover = behind * min(float(hidden_count) / float(BEHIND_COUNT), 1.0);
     hidden /= float(max(hidden_count, 1));

@@ -1,4 +1,4 @@
-// The tiles of a layer that are worked on, so that a pass runs on these alone: a workgroup a tile.
+// The active tiles of a layer, so that a pass runs on these alone: one workgroup a tile.
 //
 // The list begins with the workgroups of two later passes (glDispatchComputeIndirect): one of the
 // layer's size, and one of the picture's, where a tile stands for several. The order of the tiles
@@ -15,7 +15,7 @@ layout(std430) buffer tile_list_block {
 
 #define TILE_GROUPS_MAX 65535u  // what OpenGL promises; longer lists are walked in strides
 
-// The pass of the layer's size will run in so many slices (lib/list_slice.lib.glsl).
+// The number of slices of the pass at the layer's size (lib/list_slice.lib.glsl).
 void list_tile(ivec2 tile, uint slices) {
     uint slot = atomicAdd(tile_count, 1u);
     if (slot % slices == 0u && slot / slices < TILE_GROUPS_MAX) atomicAdd(layer_groups[0], 1u);

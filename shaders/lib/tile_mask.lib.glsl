@@ -1,5 +1,5 @@
-// Which tiles of a picture are worked on: a word for each tile of TILE x TILE pixels, row by row, 0 where
-// there is nothing to do. What is left out is neither read nor written.
+// Mask of the active tiles of a picture: a word for each tile of TILE x TILE pixels, row by row, 0 if
+// there is nothing to do. Other tiles are neither read nor written.
 
 layout(std430) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
 uniform int tiles_across;  // of the whole picture

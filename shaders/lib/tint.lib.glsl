@@ -1,5 +1,5 @@
-// What a surface's colour is multiplied by, and in alpha its opacity: the colours of its vertices
-// with COLORS, else white. `centroid`: at an edge nothing is seen that is not between the corners.
+// Factor on a surface's colour, and its opacity in alpha: its vertex colours with COLORS, else white.
+// `centroid` keeps interpolation inside the triangle at its edges.
 
 #ifdef COLORS
 centroid in vec4 tint;

@@ -1,5 +1,5 @@
-// Bright colours compressed while they are averaged or compared, so that one highlight at the rim
-// does not paint what is filled in behind it. Invertible; hue is kept.
+// Compresses bright colours while they are averaged or compared, so that a highlight at the rim does
+// not spread into the area filled in behind it. Invertible; hue is preserved.
 
 #define TONE_MEAN_MAX 0.98  // a compressed mean of 1 would map back to infinity
 
@@ -7,11 +7,10 @@ float mean_of(vec3 c) { return (c.r + c.g + c.b) / 3.0; }
 vec3 toned(vec3 c) { return c / (1.0 + max(mean_of(c), 0.0)); }
 vec3 untoned(vec3 c) { return c / (1.0 - min(mean_of(c), TONE_MEAN_MAX)); }
 
-// The same for highlights alone, which leaves all else nearly as it is: a mean keeps the light, and once
-// blurred it is as bright as what it is the mean of.
+// The same for highlights alone: other colours hardly change, so that their mean conserves light.
 
-#define DIMMED_MOST 2.0         // what unlimited light is dimmed to
-#define DIMMED_MEAN_MAX 0.9999  // of that: a mean of 1 would map back to infinity
+#define DIMMED_MOST 2.0         // the limit that bright light approaches
+#define DIMMED_MEAN_MAX 0.9999  // share of the limit: a mean of 1 would map back to infinity
 
 vec3 dimmed(vec3 c) {
     float part = max(mean_of(c), 0.0) / DIMMED_MOST;
