@@ -17,6 +17,7 @@ from heatlens.scene.scene_name import DEMO
 from heatlens.session.files.start_choices import Card, word_of
 from heatlens.session.settings.preferences import Preferences, Remembered
 from heatlens.session.shot.start import Start
+from heatlens.source.opener import SourceOpener
 from heatlens.source.stream_source import StreamSource
 from heatlens.ui.start import start_screen
 from heatlens.ui.start.start_layout import lay_out
@@ -74,6 +75,18 @@ def choose(gui: Gui, how: str, row: int) -> None:
 HOWS = ["click", "digit", "arrows"]
 
 # What it offers
+
+
+@pytest.mark.parametrize("source", ["", "a file"])
+def test_panels_show_no_values_before_anything_has_come(begun, monkeypatch, tmp_path, source):
+    """A lens of f/2.8 would jump to that of the scene as soon as it is read."""
+    with monkeypatch.context() as patch:
+        patch.setattr(SourceOpener, "poll", lambda _: None)
+        gui = begun(source=source and room_file(tmp_path / "room.exr"))
+        assert "f-stop" not in gui.drawn and gui.session.source.plate is None
+    if source:
+        gui.opened()
+        assert "f-stop" in gui.drawn
 
 
 def test_without_a_plate_it_offers_the_demo_the_still_life_and_a_file(begun):

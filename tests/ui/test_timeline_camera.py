@@ -10,7 +10,7 @@ from heatlens.base.errors import InputError
 from heatlens.model.framing import CameraTrack, Pose, PoseKey
 from heatlens.model.shot import LensParameter
 from heatlens.session.keys.key_choice import KeyId, all_keys, copied, deleted, pasted
-from heatlens.session.keys.key_rows import CAMERA
+from heatlens.session.keys.key_rows import CAMERA, ROWS
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
 from support.window_plates import QUICK
@@ -68,6 +68,16 @@ def drag_key(gui, frame: int, to: float, through: tuple[float, ...] = ()) -> Non
     for column in (*through, to):
         gui.move((x + (column - 6) * (next_x - x) / 6, y + 2))
     gui.release()
+
+
+def test_the_grips_of_the_chosen_keys_lie_below_every_row(gui):
+    """Five rows in a timeline as high as it is at first, without scrolling."""
+    gui.session.keys.choose(all_keys(gui.session.shot))
+    gui.frame(2)
+    for grip in (gui.rect("stretch first"), gui.rect("stretch last")):
+        assert all(grip[1] >= gui.rect(f"row {row}")[3] for row in ROWS)
+        assert grip[3] <= gui.rect("keys")[3] <= gui.size[1]
+    assert gui.rect("row camera")[3] - gui.rect("row camera")[1] >= imgui.get_font_size()
 
 
 def test_a_key_of_the_camera_is_dragged_to_a_whole_frame_in_one_step(gui):

@@ -77,8 +77,8 @@ class StartChoices:
 
     @property
     def has_nothing(self) -> bool:
-        """True if nothing has been opened yet, so that panels have nothing to show."""
-        return self.is_wanted and self._source.plate is None
+        """True if nothing has been opened yet, so that panels would show values of nothing."""
+        return self._source.opened is None and not self._source.is_waiting
 
     @property
     def most_recent(self) -> int:

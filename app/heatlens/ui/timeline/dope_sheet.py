@@ -15,7 +15,7 @@ from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.camera_row import camera_row
 from heatlens.ui.timeline.row_parts import diamond, row_name
 from heatlens.ui.timeline.scale import TimeScale
-from heatlens.ui.timeline.stretch_grips import stretch_grips
+from heatlens.ui.timeline.stretch_grips import GRIPS_EM, stretch_grips
 from heatlens.ui.timeline.view import TimelineView
 
 # The names under which the Lens panel reports the controls of each parameter.
@@ -34,7 +34,9 @@ def dope_sheet(
 ) -> None:
     """Draw the rows at `corner`, their names left of `scale`, and apply drags of keys."""
     rows: tuple[Row, ...] = tuple(LensParameter) if not session.has_camera else ROWS
-    row = _row_height(height, len(rows))
+    strip = GRIPS_EM * imgui.get_font_size()  # below the rows, so that no key lies under a grip
+    row = _row_height(height - strip, len(rows))
+    height = max(height, len(rows) * row + strip)
     for index, parameter in enumerate(LensParameter):
         _draw_row(session, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
     if session.has_camera:
@@ -42,7 +44,7 @@ def dope_sheet(
         camera_row(session, scale, ImVec2(corner.x, below), row)
     places = _places(session.shot, rows, scale, corner.y, row)
     stretch_grips(view.stretch, scale, corner.y, height)
-    hold_keys(view.drag, scale, corner.y, max(height, len(rows) * row), places, _move)
+    hold_keys(view.drag, scale, corner.y, height, places, _move)
     draw_keys(session, view.drag, scale, places, corner.y, height)
 
 

@@ -7,6 +7,7 @@ from heatlens.ui import probe, theme
 from heatlens.ui.timeline.scale import TimeScale
 
 _WIDTH_EM, _HEIGHT_EM, _GAP_EM = 0.5, 1.3, 0.55
+GRIPS_EM = _HEIGHT_EM + 0.2  # height of the strip that the grips need
 
 
 def stretch_grips(stretch: KeyStretch, scale: TimeScale, y: float, height: float) -> None:
@@ -15,7 +16,7 @@ def stretch_grips(stretch: KeyStretch, scale: TimeScale, y: float, height: float
     if ends is None:
         return
     em = imgui.get_font_size()
-    top = y + max(height - (_HEIGHT_EM + 0.2) * em, 0.0)
+    top = y + max(height - GRIPS_EM * em, 0.0)
     for name, frame, is_last in (("first", ends.first, False), ("last", ends.last, True)):
         left = scale.x_at(frame) + (_GAP_EM if is_last else -_GAP_EM - _WIDTH_EM) * em
         left = min(max(left, scale.x), scale.x + scale.width - _WIDTH_EM * em)
