@@ -12,6 +12,7 @@ PACKAGE = Path(heatlens.__file__).parent
 # Modules that may look up the record of a kind.
 MAY_ASK_THE_KIND = {
     "api.opening": "opens a source by the record of its kind",
+    "commands.bench_scene": "a truth is for sources with many views alone",
     "commands.camera": "the world of a scene is known, so options for it are refused",
     "commands.options.given_options": "refuses the options of other kinds, which the record names",
     "commands.sources.source_commands": "reads a source on the command line by its record",

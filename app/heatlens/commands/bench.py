@@ -15,6 +15,7 @@ from heatlens.commands.bench_drag import (
     dragged,
     level_sentences,
 )
+from heatlens.commands.bench_scene import add_scene_options, run_scene
 from heatlens.commands.options.blur_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import refuse_unused
 from heatlens.commands.options.scene_options import size_of
@@ -56,6 +57,7 @@ examples:
   heatlens bench --size 960x540 --methods --plot methods.svg
   heatlens bench --size 960x540 --methods --truth-views 0    # only times
   heatlens bench --size 960x540 --methods --truth-size 960x540 --truth-views 4096 --json
+  heatlens bench --methods demo --frames 60-88x9,150-184x11
   heatlens bench --solver partition --json > partition.json
   heatlens bench --drag --size 1280x720
   heatlens bench --drag --plate plate.exr --focus-distance 1.2 --f-stop 1.4 --json
@@ -110,6 +112,7 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
         help="also measure one layer of heat, and the two bare line sweeps that it needs at least",
     )
     add_drag_options(parser, group)
+    add_scene_options(parser, group)
     _add_method_options(group)
     group.add_argument("--json", action="store_true", help="one JSON object instead of tables")
 
@@ -157,6 +160,10 @@ def run(args: argparse.Namespace) -> int:
         refuse_unused(args, method=settings.method)
     if args.runs < 1:
         raise InputError(f"--runs must be at least 1, got {args.runs}.")
+    if args.shown is not None:
+        return run_scene(args, settings)
+    if args.frames is not None:
+        raise InputError("--frames are those of a scene: name one, as in bench --methods demo.")
     _check_methods(args, settings)
     check_drag(args)
     frames = BenchFrames(headless_context(), args.solver)

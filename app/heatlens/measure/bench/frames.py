@@ -50,11 +50,11 @@ class BenchFrames:
     def __init__(self, ctx: moderngl.Context, solver: str) -> None:
         """Make a renderer; `solver` is a name of SOLVERS, or "auto" for that of `render`."""
         self.ctx = ctx
-        self._renderer = FrameRenderer(
+        self.renderer = FrameRenderer(
             ctx, None if solver == "auto" else SOLVERS[SolverName(solver)](ctx)
         )
-        self.solver = self._renderer.solver
-        self.stopwatch = self._renderer.stopwatch
+        self.solver = self.renderer.solver
+        self.stopwatch = self.renderer.stopwatch
 
     def check_fits(self, size: tuple[int, int], settings: DefocusSettings) -> None:
         """Raise GpuError for a picture that is too large for OpenGL or for memory.
@@ -66,15 +66,15 @@ class BenchFrames:
 
     def frame(self, plate: Plate, lens: Lens, settings: DefocusSettings) -> "Frame":
         """Load `plate` to the GPU; it replaces the previous source."""
-        self._renderer.load(plate)
-        return Frame(self._renderer, Shot(lens, settings))
+        self.renderer.load(plate)
+        return Frame(self.renderer, Shot(lens, settings))
 
     def scene_frame(
         self, scene: Scene, framing: Framing, lens: Lens, settings: DefocusSettings
     ) -> "SceneFrame":
         """Load `scene` to the GPU; it replaces the previous source."""
-        self._renderer.load_scene(scene)
-        return SceneFrame(self._renderer, Shot(lens, settings, framing=framing))
+        self.renderer.load_scene(scene)
+        return SceneFrame(self.renderer, Shot(lens, settings, framing=framing))
 
 
 @dataclass(frozen=True, eq=False)
