@@ -44,9 +44,11 @@ def test_it_comes_back(tmp_path: Path, suffix: str) -> None:
     assert with_camera(bare, read_camera(str(path))).lens == LENS
 
 
-def test_a_round_lens_says_nothing_of_it() -> None:
+def test_a_round_lens_says_so_and_needs_no_node_of_its_own() -> None:
     camera = camera_before_plates(Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames), "cam")
-    assert not camera.opening and "blade" not in nuke_text(camera)
+    assert camera.opening["blades"] == (0.0, 0.0) and not camera.shaped
+    node = nuke_text(camera)
+    assert "blades 0.0" in node and "Bokeh" not in node
 
 
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])

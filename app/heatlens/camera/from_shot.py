@@ -11,6 +11,7 @@ from heatlens.camera.plate_camera import picture_aspect, placement_of
 from heatlens.camera.samples import (
     LOST_OF_OPENING,
     OPENING_TRACKS,
+    PLAIN_OPENING,
     CameraSamples,
     UpAxis,
     fields_of,
@@ -32,7 +33,6 @@ from heatlens.sequence.sequence import Sequence, find_sequence
 _ASSUMED_ASPECT = 16 / 9
 _SAME_HEIGHT = 0.005  # film backs are told in hundredths of a millimetre
 _STILL = FrameRange(1, 1)
-_USUAL = Lens(50.0, 1.0, 1.0, 36.0)
 
 _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
 
@@ -143,7 +143,7 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
     }
     for field in OPENING_TRACKS:
         values = [getattr(lens, field) for lens in lenses]
-        if any(value != getattr(_USUAL, field) for value in values):
+        if None not in values:
             tracks[field] = tuple(float(value) for value in values)
     return CameraSamples(
         name,
@@ -158,7 +158,7 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
 
 def _opening_notes(lens: Lens) -> tuple[str, ...]:
     """Return what is to be said of an image and of other values that are no numbers."""
-    lost = [name for name in LOST_OF_OPENING if getattr(lens, name) != getattr(_USUAL, name)]
+    lost = [name for name in LOST_OF_OPENING if getattr(lens, name) != PLAIN_OPENING[name]]
     notes = tuple(
         f"the {options_of(Lens)[name].words} is lost: no camera holds it." for name in lost
     )

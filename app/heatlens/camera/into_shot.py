@@ -6,7 +6,7 @@ from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.camera.same_discs import with_nominal_f_stop
-from heatlens.camera.samples import CameraSamples, Track, is_constant
+from heatlens.camera.samples import PLAIN_OPENING, CameraSamples, Track, is_constant
 from heatlens.model.lens import Lens
 from heatlens.model.linear_keys import linear_keys
 from heatlens.model.option import type_of
@@ -16,9 +16,9 @@ from heatlens.model.shot import LensParameter, Shot
 def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -> Shot:
     """Return `shot` with the lens of `camera`.
 
-    Fields of Lens named in `kept`, and those that the camera does not have, stay as they are. A
-    value that changes over the frames gets linear keys on the curve's own scale; a constant one
-    gets none.
+    Fields of Lens named in `kept`, and those that the camera does not have, stay as they are; an
+    opening of which it tells anything is taken whole. A value that changes over the frames gets
+    linear keys on the curve's own scale; a constant one gets none.
 
     Raises InputError for a film back whose width changes, and LensError where the values describe
     no possible lens.
@@ -40,15 +40,17 @@ def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str,
 
     Raises InputError for a sensor width that changes.
     """
-    values: dict[str, Any] = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
-    for name in values:
+    plain = PLAIN_OPENING if camera.tells_opening else {}
+    values = {name: value for name, value in plain.items() if name not in kept}
+    told: dict[str, Any] = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
+    for name in told:
         if type_of(Lens, name) is not float:  # cameras hold numbers, also of what is counted
-            values[name] = type_of(Lens, name)(round(values[name]))
+            told[name] = type_of(Lens, name)(round(told[name]))
     if camera.lens_model is not None and "model" not in kept:
-        values["model"] = camera.lens_model
+        told["model"] = camera.lens_model
     if camera.aperture_image is not None and "aperture_image" not in kept:
-        values["aperture_image"] = camera.aperture_image
-    return values
+        told["aperture_image"] = camera.aperture_image
+    return values | told
 
 
 def lens_tracks(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Track]:

@@ -38,7 +38,7 @@ def has_shape(camera: CameraSamples) -> bool:
     """Return whether the opening is another than a round one."""
     tracks = camera.lens_tracks
     is_oval = set(tracks.get("squeeze", (1.0,))) != {1.0}
-    return is_oval or bool(camera.opening) or camera.aperture_image is not None
+    return is_oval or bool(camera.shaped) or camera.aperture_image is not None
 
 
 def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
@@ -57,7 +57,7 @@ def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
 
 def left_out(camera: CameraSamples) -> str:
     """Return in a sentence what the nodes cannot hold of the opening; "" where they hold all."""
-    names = [OPENING_TRACKS[name] for name in camera.opening if name not in _HELD]
+    names = [OPENING_TRACKS[name] for name in camera.shaped if name not in _HELD]
     names += [] if camera.aperture_image is None else ["aperture image"]
     if not names:
         return ""

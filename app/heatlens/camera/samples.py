@@ -36,6 +36,10 @@ OPENING_TRACKS = {
     for name in (*APERTURE_FIELDS, "widest_f_stop")
     if name != "squeeze" and type_of(Lens, name) in (float, int, bool)
 }
+# The opening of a plain lens, which a camera that tells of the opening has where it is silent.
+PLAIN_OPENING = {
+    name: getattr(Lens(50.0, 2.0, 2.0, 36.0), name) for name in (*APERTURE_FIELDS, "widest_f_stop")
+}
 # What no file of a camera has a place for; an aperture image has one of its own.
 LOST_OF_OPENING = tuple(
     n for n in APERTURE_FIELDS if n not in (*OPENING_TRACKS, "squeeze", "aperture_image")
@@ -112,6 +116,18 @@ class CameraSamples:
         """The known tracks, by the names of their fields."""
         named = {name: getattr(self, name, None) for name in LENS_TRACKS} | dict(self.opening)
         return {name: track for name, track in named.items() if track is not None}
+
+    @property
+    def tells_opening(self) -> bool:
+        """Return whether it names the opening; what it does not name is then as in a plain lens."""
+        return bool(self.opening) or self.aperture_image is not None
+
+    @property
+    def shaped(self) -> tuple[str, ...]:
+        """The fields of the opening that are not as in a plain lens."""
+        return tuple(
+            name for name, track in self.opening.items() if set(track) != {PLAIN_OPENING[name]}
+        )
 
     @property
     def focus_without_unit_m(self) -> Track:

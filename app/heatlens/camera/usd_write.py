@@ -93,7 +93,7 @@ def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> No
         _author(prim.GetFocusDistanceAttr(), camera, distances)
     if "f_stop" in tracks:
         _author(prim.GetFStopAttr(), camera, tracks["f_stop"])
-    if "squeeze" in tracks and set(tracks["squeeze"]) != {1.0}:
+    if "squeeze" in tracks:
         _author_own(prim, SQUEEZE, camera, tracks["squeeze"])
     if "nominal_f_stop" in tracks:
         _author_own(prim, NOMINAL_F_STOP, camera, tracks["nominal_f_stop"])

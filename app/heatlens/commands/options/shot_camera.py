@@ -105,6 +105,7 @@ def said_of(camera: CameraSamples, shot: Shot, text: str, kept: Collection[str])
     taken = [
         f"{LENS_TRACKS[name]} {_span(name, min(track), max(track))}{_keys(shot, name)}"
         for name, track in tracks.items()
+        if name not in camera.opening or name in camera.shaped
     ]
     if camera.lens_model is not None and "model" not in kept:
         taken.append(f"discs of a {camera.lens_model.facts.words}")
