@@ -8,8 +8,7 @@ import pytest
 from PIL import Image
 
 from heatlens.color.color_config import PLAIN_OCIO_VIEW, load_color_config
-from heatlens.color.rgb_matrix import to_rec709
-from heatlens.color.view_transform import srgb_transform
+from heatlens.color.view_transform import srgb_transform, to_rec709
 from heatlens.commands.main import main
 from heatlens.display.display_pass import DisplayPass
 from heatlens.gpu.textures import download, new_texture, upload

@@ -14,7 +14,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.export.job_file import job_text, read_job
+from heatlens.export.job import job_text, read_job
 from heatlens.export.options import ExportOptions
 from heatlens.model.guides import Guides
 from heatlens.model.look_options import LookOptions
@@ -82,7 +82,7 @@ def test_the_job_of_the_window_and_its_panel_have_it(tmp_path):
         from imgui_bundle import imgui
         from heatlens.commands.export_options import add_export_options
         from heatlens.commands.options.field_options import fill_fields
-        from heatlens.export.job_file import read_job
+        from heatlens.export.job import read_job
         from heatlens.model.look_options import LookOptions
         from heatlens.session.exports.export_settings import ExportSettings
         from heatlens.ui import widgets

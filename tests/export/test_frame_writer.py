@@ -9,7 +9,7 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import write_shot
 from heatlens.export import frame_files
-from heatlens.export.frame_writer import FrameWriter
+from heatlens.export.run import FrameWriter
 from support.exports import MANY, exported, shot_of, write_plates
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import tevclient
 
+from heatlens.live.stream.chosen_image import plate_path
 from heatlens.live.stream.images import TevImages
-from heatlens.live.stream.names import plate_path
 from heatlens.live.stream.protocol import CreateImage, TevPacketError
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions

@@ -9,11 +9,10 @@ from PIL import Image as PillowImage
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.measure.bench import methods, plot
+from heatlens.measure.bench import methods, plot_panels
 from heatlens.measure.bench.method_errors import ErrorCell, ErrorReport, ErrorRow
 from heatlens.measure.bench.methods import MethodReport, MethodRow
-from heatlens.measure.bench.plot import write_plot
-from heatlens.measure.bench.plot_panels import time_panel, trade_panel, trade_row
+from heatlens.measure.bench.plot_panels import time_panel, trade_panel, trade_row, write_plot
 from heatlens.measure.chart import new_figure
 
 TIMES = MethodReport(
@@ -65,8 +64,10 @@ def legend_of(axes) -> list[str]:
 def figure_drawn(tmp_path, monkeypatch, times, errors):
     """Return the figure that `write_plot` wrote."""
     figures: list = []
-    made = plot._whole_figure
-    monkeypatch.setattr(plot, "_whole_figure", lambda *a: figures.append(made(*a)) or figures[-1])
+    made = plot_panels._whole_figure
+    monkeypatch.setattr(
+        plot_panels, "_whole_figure", lambda *a: figures.append(made(*a)) or figures[-1]
+    )
     write_plot(tmp_path / "a.png", times, errors, "made")
     return figures[0]
 
@@ -132,7 +133,7 @@ def test_what_is_interrupted_while_it_is_written_leaves_the_old_plot(tmp_path, m
         raise KeyboardInterrupt
 
     figure = SimpleNamespace(savefig=interrupted, suptitle=lambda *_, **__: None)
-    monkeypatch.setattr(plot, "_time_figure", lambda _: figure)
+    monkeypatch.setattr(plot_panels, "_time_figure", lambda _: figure)
     with pytest.raises(KeyboardInterrupt):
         write_plot(path, TIMES, None, "made")
     assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]

@@ -6,7 +6,7 @@ import pytest
 from heatlens.model.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot import Shot
 from heatlens.plate.behind import with_behind
-from heatlens.plate.light_scale import light_scale
+from heatlens.source.plate_on_gpu import light_scale
 from support.plates import lens_blurring, plate_of, room
 
 UNIT = 16.0**2  # an exact factor

@@ -6,8 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.frame_cache.plate_shelf import Damaged, Held, PlateShelf, plate_bytes
-from heatlens.frame_cache.play_order import PlayOrder
+from heatlens.frame_cache.plate_shelf import Damaged, Held, PlateShelf, PlayOrder, plate_bytes
 from support.plates import coc_plate_of, plate_of
 
 FRAMES = tuple(range(10))

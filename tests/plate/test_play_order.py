@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.frame_cache.play_order import PlayOrder
+from heatlens.frame_cache.plate_shelf import PlayOrder
 
 FRAMES = tuple(range(1001, 1011))
 

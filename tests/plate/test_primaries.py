@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from heatlens.color.color_config import ColorConfig, load_color_config
 from heatlens.color.input_space import input_space_of
-from heatlens.color.rgb_matrix import to_rec709
-from heatlens.color.view_transform import srgb_transform, view_transform
+from heatlens.color.view_transform import srgb_transform, to_rec709, view_transform
 from heatlens.commands.main import main
 from heatlens.plate.header.primaries import KNOWN, REC709, TOLERANCE, Primaries, header_primaries
 from heatlens.plate.read import read_plate

@@ -5,7 +5,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.plate.depth.radial import checked_lens_mm, planar_depth_m
+from heatlens.plate.depth_read import checked_lens_mm, planar_depth_m
 
 
 def ray_lengths(data, display, aspect, focal_length_mm, sensor_width_mm, depth_m):

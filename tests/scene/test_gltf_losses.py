@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.scene.gltf.extensions import READ_EXTENSIONS
+from heatlens.scene.gltf.file import READ_EXTENSIONS
 from heatlens.scene.gltf.vocabulary import KINDS
 from heatlens.scene.scene_read import read_scene
 from support.gltf_files import SQUARE, SQUARE_UVS, GltfWriter, figure_scene, square_scene

@@ -8,8 +8,8 @@ from heatlens.model.curve import Key
 from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.scene.first_shot import through_camera
 from heatlens.scene.scene import SceneCamera
-from heatlens.scene.through_camera import through_camera
 
 TRACK = CameraTrack((PoseKey(1, looking_at((9, 1, 0), (0, 0, 0))),))
 LENS = Lens(35.0, 2.0, 5.0, 36.0)

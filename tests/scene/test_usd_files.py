@@ -6,8 +6,7 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdUtils
 
 from heatlens.base.errors import InputError
-from heatlens.scene.scene_read import files_of_scene
-from heatlens.scene.usd.files import named_by_usd
+from heatlens.scene.scene_read import files_of_scene, named_by_usd
 from support.exports import exported, refused
 from support.gltf_files import encoded
 

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.session.loop.pace import LEAST, MOST_S, QUICK_S, Pace
+from heatlens.session.opened.scene_preview import LEAST, MOST_S, QUICK_S, Pace
 
 _SPEEDS = st.floats(1e-4, 2.0)  # seconds for a usual step
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.model.timecode import Timecode
-from heatlens.session.live.ring_news import RingNews
+from heatlens.session.live.ring_hand import RingNews
 
 
 class Window:

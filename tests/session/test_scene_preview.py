@@ -11,8 +11,7 @@ from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
-from heatlens.session.loop.pace import MOST_S
-from heatlens.session.opened.scene_preview import ScenePreview
+from heatlens.session.opened.scene_preview import MOST_S, ScenePreview
 
 SIZE = (640, 360)
 REST_S, SLICE_S = 0.08, 0.012

@@ -13,7 +13,7 @@ from PIL import Image
 
 from heatlens.base.paths import data_dir, folder_to_write_in
 from heatlens.commands.main import main
-from heatlens.export.job_file import read_job
+from heatlens.export.job import read_job
 from heatlens.export.options import ExportOptions
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box

@@ -11,7 +11,7 @@ from heatlens.gpu.textures import download
 from heatlens.model.view import Compare
 from heatlens.model.view_geometry import Viewport
 from heatlens.render import FrameRenderer
-from heatlens.session.pictures.look_still import pixels_of_still, still_of
+from heatlens.session.pictures.look_commands import pixels_of_still, still_of
 from heatlens.ui.picture.grid import cell_at, cells
 from support.window_plates import displayed
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.model.boxes import Box
-from heatlens.model.ruler import Intrinsics, distance_m
 from heatlens.model.view_geometry import PictureShape
-from heatlens.plate.depth.radial import planar_depth_m
+from heatlens.plate.depth_read import planar_depth_m
+from heatlens.session.pictures.ruler import Intrinsics, distance_m
 from heatlens.ui.picture.ruler import _ends
 from support.window_plates import BALL, BALL_M, LENS, POST, POST_M, SKY, WIDTH
 

@@ -9,15 +9,58 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import data_dir
 from heatlens.color.color_config import ColorConfig, check_known, ocio, one_line
-from heatlens.color.rgb_matrix import Matrix, to_rec709
 from heatlens.model.look_options import PLAIN_VIEW
-from heatlens.plate.header.primaries import KNOWN, REC709, Primaries
+from heatlens.plate.header.primaries import KNOWN, REC709, XYZ, Primaries
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
+
+Matrix = npt.NDArray[np.floating[Any]]
+
+_BRADFORD: Matrix = np.array(
+    [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
+)
+
+
+def to_rec709(primaries: Primaries) -> Matrix:
+    """Return M (3, 3) with linear Rec.709 = M light, for columns.
+
+    White stays white; the D65 white of XYZ becomes white.
+    """
+    back: Matrix = np.linalg.inv(_to_xyz(REC709))
+    if primaries == XYZ:
+        return back
+    matrix: Matrix = back @ _adapted(_white(primaries), _white(REC709)) @ _to_xyz(primaries)
+    return matrix
+
+
+def _to_xyz(primaries: Primaries) -> Matrix:
+    """Return the XYZ of red, green and blue as columns, which sum to the white with Y = 1."""
+    red, green, blue, _ = np.reshape(primaries.chromaticities, (4, 2))
+    columns = np.stack([_xyz(*xy) for xy in (red, green, blue)], axis=1)
+    matrix: Matrix = columns * np.linalg.solve(columns, _white(primaries))
+    return matrix
+
+
+def _white(primaries: Primaries) -> Matrix:
+    x, y = primaries.chromaticities[6:]
+    return _xyz(x, y) / y
+
+
+def _xyz(x: float, y: float) -> Matrix:
+    """Return XYZ with the sum 1, because blue of AP0 has almost no luminance."""
+    return np.array([x, y, 1.0 - x - y])
+
+
+def _adapted(white: Matrix, wanted: Matrix) -> Matrix:
+    gain = (_BRADFORD @ wanted) / (_BRADFORD @ white)
+    matrix: Matrix = np.linalg.inv(_BRADFORD) @ np.diag(gain) @ _BRADFORD
+    return matrix
+
 
 # Light is clamped to the largest half float, of either sign: infinity would become NaN.
 LIGHT_MAX = 65504.0

@@ -20,7 +20,7 @@ from heatlens.commands.options.blur_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import refuse_unused
 from heatlens.commands.options.scene_options import size_of
 from heatlens.commands.options.value_types import whole
-from heatlens.commands.output.paced_progress import paced_progress
+from heatlens.commands.output.progress_line import paced_progress
 from heatlens.commands.output.say import say
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.gpu.context import headless_context
@@ -34,7 +34,7 @@ from heatlens.measure.bench.measure import (
 )
 from heatlens.measure.bench.method_errors import ErrorReport, check_errors, measure_errors
 from heatlens.measure.bench.methods import measure_methods
-from heatlens.measure.bench.plot import check_plot, write_plot
+from heatlens.measure.bench.plot_panels import check_plot, write_plot
 from heatlens.measure.bench.report import BenchReport, report_text
 from heatlens.measure.bench.schedule import Asked, planned, probe_seconds_per_px
 from heatlens.model.settings import DefocusSettings

@@ -1,24 +1,29 @@
 """`heatlens export`: render a shot to EXR frames, pictures or a movie; runs can be resumed."""
 
 import argparse
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.commands.export_options import add_export_options, job_of
-from heatlens.commands.export_send import add_send_option, sending
 from heatlens.commands.export_submit import submit
 from heatlens.commands.options.field_options import fill_fields
 from heatlens.commands.options.look_options import say_seen_through
+from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.output.export_progress import failure_reported, progress_of
 from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
 from heatlens.commands.output.say import say
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.shot_file import is_shot_file
-from heatlens.export.job_file import read_job
+from heatlens.export.job import read_job
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import export_frames
 from heatlens.gpu.context import headless_context
+from heatlens.live.ring.address import opentrackio_address
+from heatlens.live.ring.sender import SOURCE, LensOutput, LensSender
+from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 
 _DESCRIPTION = """\
@@ -118,3 +123,35 @@ def _say_of_shot(plan: ExportPlan) -> None:
 def _renderer() -> FrameRenderer:
     ctx = headless_context()
     return FrameRenderer(ctx, settled_solver(ctx))
+
+
+def add_send_option(parser: argparse.ArgumentParser) -> None:
+    """Add `--send` to the options of an export."""
+    parser.add_argument_group("sending live").add_argument(
+        "--send",
+        metavar="PROTOCOL[://HOST:PORT]",
+        help="send the lens of each frame that is done, to an engine or another heatlens: "
+        "opentrackio for this machine, or opentrackio://HOST:PORT. `heatlens camera --send` plays "
+        "it in real time",
+    )
+
+
+@contextmanager
+def sending(address: str | None, shot: Shot, first: int) -> Iterator[Callable[[int], None]]:
+    """Yield a function that sends the lens of a frame; it does nothing if `address` is None.
+
+    `first` is the first of the frames.
+
+    A network that refuses the lens does not end the export: that is only reported. Raise
+    InputError for an invalid address.
+    """
+    if address is None:
+        yield lambda frame: None
+        return
+    with LensSender(opentrackio_address(address)) as sender:
+        output, timecode_at = LensOutput(sender, say), shot_timecodes(shot, first)
+
+        def send(frame: int) -> None:
+            output.send(sample_of_shot(SOURCE, shot, frame, timecode_at(frame)))
+
+        yield send

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.blur_options import add_blur_options, settings_of
-from heatlens.commands.options.frame_command import add_frame_command
+from heatlens.commands.options.frame_command import add_frame_command, check_one_frame
 from heatlens.commands.options.given_options import given, refuse_unused
 from heatlens.commands.options.kept_option import add_keep_option, kept_names
 from heatlens.commands.options.look_options import (
@@ -18,7 +18,6 @@ from heatlens.commands.options.look_options import (
     say_seen_through,
     transform_of,
 )
-from heatlens.commands.options.one_frame import check_one_frame
 from heatlens.commands.options.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,

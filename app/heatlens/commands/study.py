@@ -7,9 +7,8 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.commands.options.blur_options import settings_of
 from heatlens.commands.options.field_options import add_fields
-from heatlens.commands.options.frame_command import add_frame_command
+from heatlens.commands.options.frame_command import add_frame_command, check_one_frame
 from heatlens.commands.options.given_options import refuse_unused
-from heatlens.commands.options.one_frame import check_one_frame
 from heatlens.commands.options.value_types import positive, whole
 from heatlens.commands.output.picture_progress import view_progress
 from heatlens.commands.output.pipes import file_of_input

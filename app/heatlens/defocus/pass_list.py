@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from heatlens.defocus import pass_costs
 from heatlens.defocus.line_solver import LineSystem
 from heatlens.defocus.pass_costs import Traffic, Work
-from heatlens.gpu.variants import PLAIN, Variants, crossed, either
+from heatlens.gpu.program_versions import PLAIN, Variants, crossed, either
 
 # Where a name has its memory: a name, also with the only reduction that it is used for; "" if the
 # memory is called as it is.

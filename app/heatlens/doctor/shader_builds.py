@@ -6,7 +6,7 @@ import re
 from heatlens.base.paths import data_dir
 from heatlens.defocus import pass_list
 from heatlens.defocus.line_solver import Axis, LineSystem, PartitionSolver, SweepSolver
-from heatlens.gpu.variants import PLAIN, Variants, crossed, either
+from heatlens.gpu.program_versions import PLAIN, Variants, crossed, either
 
 Build = tuple[str, dict[str, object]]
 

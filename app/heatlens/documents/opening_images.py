@@ -5,12 +5,29 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from heatlens.files.beside import path_beside, path_from
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.shot import Shot
 from heatlens.plate.opening_picture import read_opening_image
+
+
+def path_beside(path: str, folder: str | os.PathLike[str]) -> str:
+    """Return the path relative to the folder of a file, or absolute where they share none."""
+    absolute = os.path.abspath(path)
+    try:
+        shared = os.path.commonpath([absolute, os.path.abspath(folder)])
+    except ValueError:  # on two drives
+        return absolute
+    if shared == os.path.dirname(shared):
+        return absolute
+    return Path(os.path.relpath(absolute, folder)).as_posix()
+
+
+def path_from(path: str, folder: str | os.PathLike[str]) -> str:
+    """Return a path that a file in `folder` names as an absolute one."""
+    return os.path.abspath(os.path.join(folder, path))
+
 
 Turned = Callable[[OpeningImage], OpeningImage]
 

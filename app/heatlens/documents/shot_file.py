@@ -13,9 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.base.errors import InputError
-from heatlens.documents.opening_images import image_beside, named_beside, shot_with_images
+from heatlens.documents.opening_images import (
+    image_beside,
+    named_beside,
+    path_beside,
+    path_from,
+    shot_with_images,
+)
 from heatlens.files.atomic_file import write_whole
-from heatlens.files.beside import path_beside, path_from
 from heatlens.files.json_record import JsonEntry, plain, read_json, record_to_json
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange

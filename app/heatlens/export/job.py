@@ -1,13 +1,18 @@
 """The description of an export as a value: the same job gives the same files."""
 
+import json
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.export.options import ExportOptions
 from heatlens.export.output import Output
 from heatlens.export.pinhole_plate import PinholeOptions
+from heatlens.files.json_record import read_json, record_to_json
 from heatlens.model.guides import NO_GUIDES, Guides
+from heatlens.model.look_options import LookOptions
 from heatlens.model.shot import Shot
 from heatlens.source.named import checked_source
 
@@ -65,3 +70,22 @@ class ExportJob:
             raise InputError("There is no frame to export. Give frames with --frames.")
         if self.pinhole and self.shot.defocus.proxy != 1.0:
             raise InputError("Frames without a lens are always full size: leave --proxy out.")
+
+
+_VERSION, _NEWEST = "heatlens_export_job", 1
+_KINDS: dict[str, type] = {"options": ExportOptions, "look": LookOptions, "guides": Guides}
+
+
+def job_text(*records: ExportOptions | LookOptions | Guides) -> str:
+    """Return records of options as the text of a file that `read_job` can read."""
+    entries = {name: r for name, kind in _KINDS.items() for r in records if isinstance(r, kind)}
+    told = {name: record_to_json(record) for name, record in entries.items()}
+    return json.dumps({_VERSION: _NEWEST, **told}, indent=2)
+
+
+def read_job(path: Path) -> tuple[Any, ...]:
+    """Return the records of a file. Raises InputError that names the damaged place in it."""
+    top = read_json(path)
+    top.check_version(_VERSION, _NEWEST, "export job")
+    entries = top.members([_VERSION, *_KINDS])
+    return tuple(entries[name].record(kind) for name, kind in _KINDS.items() if name in entries)

@@ -1,16 +1,19 @@
 """Run an export: skip finished frames, and read, render and write the others concurrently."""
 
+from collections import deque
 from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from itertools import repeat
 from pathlib import Path
+from typing import Generic, TypeVar
 
+from heatlens.base.closing import Closing
 from heatlens.base.errors import HeatlensError
 from heatlens.export.finished import is_finished, is_movie_finished
 from heatlens.export.frame_files import RenderedFrame, write_frame
-from heatlens.export.frame_writer import FrameWriter
 from heatlens.export.movie import movie_file
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.rendering import FrameRendering
@@ -19,6 +22,41 @@ from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import remove_leftovers
 from heatlens.files.output_check import check_space, check_writable, make_folder
 from heatlens.render import FrameRenderer
+
+Written = TypeVar("Written")
+
+_WAITING = 2  # rendered frames that may wait in memory, besides the one being written
+
+
+class FrameWriter(Closing, Generic[Written]):
+    """Runs functions on a thread in order, one at a time, and returns their results in order.
+
+    If its context is left by an exception, pending functions are dropped and a running one is
+    awaited.
+    """
+
+    def __init__(self) -> None:
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="frame-writer")
+        self._pending: deque[Future[Written]] = deque()
+
+    def put(self, write: Callable[[], Written]) -> Iterator[Written]:
+        """Queue `write`; yield finished results, and wait if too many are pending.
+
+        Raises the errors of writing.
+        """
+        self._pending.append(self._thread.submit(write))
+        while self._pending and (len(self._pending) > _WAITING or self._pending[0].done()):
+            yield self._pending.popleft().result()
+
+    def drain(self) -> Iterator[Written]:
+        """Wait for all pending functions, and yield their results."""
+        while self._pending:
+            yield self._pending.popleft().result()
+
+    def close(self) -> None:
+        """Drop pending functions, and wait for a running one."""
+        self._thread.shutdown(wait=True, cancel_futures=True)
+
 
 Write = Callable[[RenderedFrame], None]
 

@@ -11,8 +11,15 @@ from typing import Literal
 from heatlens.base.background import Threads
 from heatlens.base.closing import Closing
 from heatlens.base.errors import HeatlensError
-from heatlens.frame_cache.plate_shelf import Damaged, Held, PlateShelf, Stamps, plate_bytes
-from heatlens.frame_cache.play_order import Direction, PlayOrder
+from heatlens.frame_cache.plate_shelf import (
+    Damaged,
+    Direction,
+    Held,
+    PlateShelf,
+    PlayOrder,
+    Stamps,
+    plate_bytes,
+)
 from heatlens.plate.plate import Plate
 from heatlens.sequence.sequence import Sequence, rescanned, stamp_of
 

@@ -1,5 +1,6 @@
-"""Keep the builds of a shader with different defines, each compiled on first use."""
+"""The variants of a shader, by their defines; each is compiled on first use."""
 
+import itertools
 from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
 
@@ -27,3 +28,21 @@ class ProgramVersions(Generic[Built]):
     def all(self) -> tuple[Built, ...]:
         """All builds made so far."""
         return tuple(self._built.values())
+
+
+Variants = tuple[Mapping[str, object], ...]
+
+PLAIN: Variants = ({},)
+
+
+def either(define: str) -> Variants:
+    """Return two variants: without a define and with it."""
+    return {}, {define: 1}
+
+
+def crossed(*choices: Variants) -> Variants:
+    """Return every combination of one variant of each of `choices`."""
+    return tuple(
+        {name: value for one in chosen for name, value in one.items()}
+        for chosen in itertools.product(*choices)
+    )

@@ -8,8 +8,25 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at, pose_of
 from heatlens.model.lens import Lens
-from heatlens.scene.corners import placed_corners
 from heatlens.scene.scene import Array, Scene
+
+# Picks the least or the greatest corner on each axis.
+_PICKS = np.indices((2, 2, 2)).reshape(3, 8).T
+
+
+def corners_of(boxes_m: Array) -> Array:
+    """Return the corners (..., 8, 3) of boxes (..., 2, 3), a least and a greatest corner each."""
+    return np.asarray(np.where(_PICKS == 0, boxes_m[..., :1, :], boxes_m[..., 1:, :]))
+
+
+def placed_corners(boxes_m: Array, to_world: Array) -> Array:
+    """Return the corners (N, 8, 3) of boxes (N, 2, 3) in the world.
+
+    The matrices `to_world` (N, 4, 4) transform each box from its own axes.
+    """
+    turned = corners_of(boxes_m) @ to_world[:, :3, :3].transpose(0, 2, 1)
+    return np.asarray(turned + to_world[:, None, :3, 3])
+
 
 _MARGIN = 1.15  # factor for the space around the framed points
 _CLOSEST = 1e-3  # least distance of a camera from objects, as a part of their size

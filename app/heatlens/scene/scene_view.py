@@ -17,8 +17,8 @@ from heatlens.model.coc import axial_dioptres, lens_diameter_m
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.model.pupil import Pupil
-from heatlens.scene.corners import corners_of
 from heatlens.scene.scene import Array
+from heatlens.scene.scene_bounds import corners_of
 
 _NEAREST = 1e-4  # nearest near plane as a part of the far plane, for 24 bits of depth
 

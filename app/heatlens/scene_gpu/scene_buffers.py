@@ -7,8 +7,8 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.scene.corners import placed_corners
 from heatlens.scene.scene import Array, MapPlace, Material, Mesh, PointLight, Scene
+from heatlens.scene.scene_bounds import placed_corners
 from heatlens.scene_gpu.closed_meshes import ClosedMeshes
 from heatlens.scene_gpu.scene_maps import maps_of
 

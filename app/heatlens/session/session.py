@@ -42,8 +42,7 @@ from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.pictures.live_picture import LivePicture
 from heatlens.session.pictures.look_commands import LookCommands
 from heatlens.session.pictures.picture_commands import PictureCommands
-from heatlens.session.pictures.picture_look import PictureLook
-from heatlens.session.pictures.picture_view import PictureView
+from heatlens.session.pictures.picture_view import PictureLook, PictureView
 from heatlens.session.pictures.reference import Reference, ReferenceLoader
 from heatlens.session.pictures.view_commands import ViewCommands
 from heatlens.session.pictures.visible_work import VisibleWork

@@ -1,7 +1,10 @@
 """Hold one plate on the GPU, in textures that the next plate of the same size uses again."""
 
+import math
+
 import moderngl
 import numpy as np
+import numpy.typing as npt
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.listed_fragments import FragmentBuffers
@@ -11,9 +14,28 @@ from heatlens.gpu.textures import FloatArray, new_texture, uploading
 from heatlens.model.framing import Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
-from heatlens.plate.light_scale import light_scale
 from heatlens.plate.plate import Plate
 from heatlens.source.pinhole import Pinhole
+
+_BRIGHT_PERCENT = 90.0  # of the pixels are darker than what counts as bright
+_BRIGHT_MOST = 4.0  # up to here the light is in units of a white surface, as renderers write it
+_STEP = 16.0  # a power of two, so that scaling is exact; and coarse, so that it is steady in a shot
+_SAMPLES_A_SIDE = 128
+
+
+def light_scale(color: npt.NDArray[np.float32]) -> float:
+    """Return what the light of a picture is multiplied by before it is blurred, a power of two.
+
+    `color` is (H, W, 4), scene-linear. It is 1 for pictures in which a white surface is about 1,
+    and less for those in physical units, such as candela per square metre: what outshines its
+    surroundings, and what alike colours are, is then judged as in any other picture.
+    """
+    rows, columns = (max(1, side // _SAMPLES_A_SIDE) for side in color.shape[:2])
+    luminance = color[::rows, ::columns, :3].mean(axis=2)
+    bright = float(np.percentile(luminance, _BRIGHT_PERCENT))
+    if bright <= _BRIGHT_MOST:
+        return 1.0
+    return float(_STEP ** -math.ceil(math.log(bright / _BRIGHT_MOST, _STEP)))
 
 
 class PlateOnGpu:

@@ -15,8 +15,7 @@ from heatlens.ui.action_list import actions
 from heatlens.ui.actions import Action, in_order, opens, pressed
 from heatlens.ui.docked_panels import DockedPanels
 from heatlens.ui.export_bar import export_words
-from heatlens.ui.files.quit_question import quit_question
-from heatlens.ui.files.shot_question import shot_question
+from heatlens.ui.files.questions import quit_question, shot_question
 from heatlens.ui.keys_window import keys_window
 from heatlens.ui.layout import dock_panels, leave_room_for_picture, menu_bar
 from heatlens.ui.panels.marks_panel import pull_popup

@@ -5,11 +5,10 @@ from collections.abc import Callable
 from heatlens.session.keys.key_drag import KeyDrag
 from heatlens.session.keys.key_stretch import KeyStretch
 from heatlens.session.session import Session
-from heatlens.ui.files.file_dialogs import FileDialogs
+from heatlens.ui.appearance import ThemeChoice, UiScale
+from heatlens.ui.files.file_browser import FileDialogs
 from heatlens.ui.palette import Palette
-from heatlens.ui.theme_choice import ThemeChoice
 from heatlens.ui.timeline.view import TimelineView
-from heatlens.ui.ui_scale import UiScale
 
 # The names of the panels on their tabs and in the menu.
 PANELS = (

@@ -1,13 +1,16 @@
-"""The parser that all commands on one frame of a plate or a 3D scene share."""
+"""The parser and the check that all commands on one frame of a plate or a 3D scene share."""
 
 import argparse
+import os
 from collections.abc import Callable
 from pathlib import Path
 
+from heatlens.base.errors import InputError
 from heatlens.commands.options.lens_options import add_lens_options
 from heatlens.commands.options.plate_options import add_plate_options
 from heatlens.commands.options.scene_options import add_framing_options
 from heatlens.commands.options.value_types import whole
+from heatlens.sequence.names import parse_pattern
 
 AddOptions = Callable[[argparse.ArgumentParser], None]
 
@@ -47,3 +50,14 @@ def add_frame_command(
     group = add_framing_options(parser)
     group.add_argument("--frame", type=whole, metavar="N", help="of the animation (default: first)")
     parser.set_defaults(run=run)
+
+
+def check_one_frame(path: Path) -> None:
+    """Raise InputError for a pattern or a folder; it names the command for these."""
+    is_pattern = not os.path.exists(path) and parse_pattern(path.name) is not None
+    if is_pattern or os.path.isdir(path):
+        what = "a sequence" if is_pattern else "a folder"
+        raise InputError(
+            f"{path} is {what}: use `heatlens export` to render the frames of a sequence, or name "
+            "one frame here."
+        )

@@ -20,8 +20,9 @@ from heatlens.commands.sources.source_commands import Line, SourceCommands
 from heatlens.model.frames import parse_frame_range
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.scene.first_shot import first_shot
-from heatlens.scene.scene_facts import scene_facts
+from heatlens.scene.first_shot import FirstShot, first_shot
+from heatlens.scene.scene import SceneCamera
+from heatlens.scene.scene_bounds import bounds_m, object_names
 
 if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
@@ -63,3 +64,41 @@ class SceneCommands(SourceCommands):
         refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
         facts = scene_facts(first_shot(text, placing=placing_of(args)))
         return facts, scene_lines(facts)
+
+
+Facts = dict[str, Any]
+
+
+def scene_facts(first: FirstShot) -> Facts:
+    """Return cameras, frames, objects and the size of the scene at the first frame.
+
+    Lengths are metres or millimetres as their names say; x is to the right, y up. `frames` is None
+    for a still scene.
+    """
+    scene, frames = first.scene, first.shot.frames
+    low, high = bounds_m(scene, first.frame)
+    return {
+        "path": str(scene.path),
+        "frames": None if frames is None else {"first": frames.first, "last": frames.last},
+        "frames_per_second": first.shot.frames_per_second,
+        "clips": list(scene.clips),
+        "cameras": [_camera_facts(camera) for camera in scene.cameras],
+        "lens_model": str(first.shot.lens.model),
+        "objects": list(object_names(scene)),
+        "triangles": scene.triangle_count,
+        "lights": len(scene.lights),
+        "sun": any(scene.daylight.sun),
+        "size_m": [float(side) for side in high - low],
+        "low_m": [float(value) for value in low],
+        "notes": list(scene.notes),
+    }
+
+
+def _camera_facts(camera: SceneCamera) -> Facts:
+    return {
+        "name": camera.name,
+        "focal_length_mm": camera.focal_length_mm,
+        "sensor_width_mm": camera.sensor_width_mm,
+        "sensor_width_assumed": camera.is_width_assumed,
+        "moves": camera.track.is_moving,
+    }

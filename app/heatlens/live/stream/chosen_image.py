@@ -7,12 +7,12 @@ the channel (`Z`), others by the image (`depth`, with any single channel or the 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.live.stream.images import TevImage
-from heatlens.live.stream.names import plate_path
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.header.channel_choice import DEPTH_WORDS, choose_color, choose_depth
@@ -22,6 +22,16 @@ from heatlens.plate.windows import header_at_box
 # A stream has no header that names the program, and only Mitsuba calls a channel T.
 _OF_MITSUBA = {"software": "Mitsuba"}
 _ALONG_RAY = re.compile(r"(^|\.)T$")
+_NAME_LETTERS = 100  # longest path of a plate: file systems allow 255 bytes
+
+
+def plate_path(name: str) -> Path:
+    """Return a path for the image `name`, at which there is no file.
+
+    A client chooses the name, so the path must not lead out of a folder.
+    """
+    plain = "".join(c if c.isprintable() and c not in '/\\:*?"<>|' else "_" for c in name)
+    return Path(plain[-_NAME_LETTERS:].strip(". ") or "tev")
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.live.stream.chosen_image import ChosenImage, header_of
+from heatlens.live.stream.chosen_image import ChosenImage, header_of, plate_path
 from heatlens.live.stream.images import TevImage, not_sent
-from heatlens.live.stream.names import plate_path
 from heatlens.model.boxes import Box
 from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import PlateOptions

@@ -2,12 +2,24 @@
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+from heatlens.base.errors import InputError
+from heatlens.files.output_check import check_writable
 from heatlens.measure.bench.entrants import KNOWN_VIEWS
 from heatlens.measure.bench.method_errors import ErrorReport, ErrorRow
 from heatlens.measure.bench.methods import MethodReport
-from heatlens.measure.chart import GREY, Entry, legend_beside, plain_axes, plain_ticks, style_of
+from heatlens.measure.chart import (
+    GREY,
+    Entry,
+    legend_beside,
+    new_figure,
+    plain_axes,
+    plain_ticks,
+    style_of,
+    write_figure,
+)
 
 _TRADE_COC_PX = 50.0  # the blur of the third panel: large enough to distinguish the methods
 _FLIP_LEAST = 1e-4  # drawn for equal pictures, because a logarithmic axis has no 0
@@ -137,3 +149,43 @@ def _flips(row: ErrorRow) -> dict[str, float | None]:
 def _flip(flip: float) -> float:
     """Return the FLIP to draw, which is above zero."""
     return max(flip, _FLIP_LEAST)
+
+
+PLOT_SUFFIXES = (".png", ".svg")
+
+
+def check_plot(path: Path) -> None:
+    """Raise InputError for a plot that cannot be written, before minutes of measuring."""
+    if path.suffix.lower() not in PLOT_SUFFIXES:
+        raise InputError(f"{path}: a plot must end in {' or '.join(PLOT_SUFFIXES)}.")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: there is no folder {path.parent}.")
+    check_writable(path)
+    new_figure(1.0, 1.0)
+
+
+def write_plot(path: Path, times: MethodReport, errors: ErrorReport | None, renderer: str) -> None:
+    """Plot time against blur, error against blur, and error against time, a line for each method.
+
+    All axes are logarithmic. Without errors, the plot has only the first panel. `renderer` names
+    the machine. Raises InputError if the file cannot be written.
+    """
+    figure = _time_figure(times) if errors is None else _whole_figure(times, errors)
+    words = f"{renderer}; a number after a method's name is its number of views"
+    figure.suptitle(words, fontsize="small", color=GREY)
+    write_figure(path, figure)
+
+
+def _time_figure(times: MethodReport) -> Any:
+    figure = new_figure(9, 5.5)
+    time_panel(figure.subplots(), times)
+    return figure
+
+
+def _whole_figure(times: MethodReport, errors: ErrorReport) -> Any:
+    figure = new_figure(13, 9)
+    panels = figure.subplot_mosaic([["time", "error"], ["trade", "trade"]])
+    time_panel(panels["time"], times)
+    error_panel(panels["error"], errors)
+    trade_panel(panels["trade"], errors)
+    return figure

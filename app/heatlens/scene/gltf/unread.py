@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from typing import Any
 
-from heatlens.scene.gltf.extensions import READ_EXTENSIONS
-from heatlens.scene.gltf.file import GltfFile
+from heatlens.scene.gltf.file import READ_EXTENSIONS, GltfFile
 from heatlens.scene.gltf.vocabulary import KINDS, UNSEEN_EXTENSIONS
 
 _MATERIAL = "KHR_materials_"

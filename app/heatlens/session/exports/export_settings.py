@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.base.paths import folder_to_write_in
-from heatlens.export.job_file import job_text
+from heatlens.export.job import job_text
 from heatlens.export.options import ExportOptions, in_panel
 from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.look_options import LookOptions

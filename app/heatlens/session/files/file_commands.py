@@ -14,8 +14,7 @@ from heatlens.sequence.depth_files import picture_and_depth
 from heatlens.session.files.folder_walk import Chosen, Purpose
 from heatlens.session.files.plate_reading import PlateReading
 from heatlens.session.files.shot_documents import ShotDocuments
-from heatlens.session.lens.camera_import import CameraImport
-from heatlens.session.lens.image_import import OpeningImageImport
+from heatlens.session.lens.lens_imports import CameraImport, OpeningImageImport
 from heatlens.session.loop.worker import Worker
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.picture_commands import PictureCommands

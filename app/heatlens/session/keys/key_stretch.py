@@ -12,8 +12,8 @@ from heatlens.model.framing import PoseKey
 from heatlens.model.interpolation import Ease
 from heatlens.model.shot import Shot
 from heatlens.session.keys.key_choice import Chosen, KeyId, checked, frames_of
+from heatlens.session.keys.key_drag import KeysInHand
 from heatlens.session.keys.key_rows import ROWS, keyed_of, keys_of, with_keyed, with_pasted
-from heatlens.session.keys.keys_in_hand import KeysInHand
 from heatlens.session.loop.messages import Problem
 
 

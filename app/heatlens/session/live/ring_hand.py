@@ -16,11 +16,41 @@ from heatlens.live.ring.sources import Heard, Numbered
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import from_pupil_m
 from heatlens.model.measured_from import MeasuredFrom
-from heatlens.session.live.ring_news import RingNews
 from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.editing import Editing
+
+_RESTING_S = 0.25  # between window frames while no value changes
+
+
+class RingNews:
+    """Wakes the window for changed values; `is_due` is True until the window has handled them."""
+
+    def __init__(
+        self, wake: Callable[[], None] = lambda: None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Create it; `hear` calls `wake` to have the window drawn."""
+        self.is_due = False
+        self._wake = wake
+        self._clock = clock
+        self._known: LensSample | None = None
+        self._woken_s = -_RESTING_S
+
+    def hear(self, sample: LensSample | None) -> None:
+        """Note a new sample of the followed source."""
+        lens = None if sample is None else replace(sample, timecode=None)
+        now_s = self._clock()
+        if self.is_due or (lens == self._known and now_s - self._woken_s < _RESTING_S):
+            return
+        self._known, self._woken_s = lens, now_s
+        self.is_due = True
+        self._wake()
+
+    def take(self) -> None:
+        """Note that the window handles samples now; call this before it reads them."""
+        self.is_due = False
+
 
 _LATENCIES = 50  # number of latest latencies for the median
 _TURNING_S = 0.3  # the ring counts as being turned for this long after a change

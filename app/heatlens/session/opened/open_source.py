@@ -1,7 +1,10 @@
 """The source that is open in the window: opened on a thread, and its pictures fed to the GPU."""
 
 from collections.abc import Callable
+from contextlib import suppress
+from threading import Event, Thread
 
+from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.framing import SceneTiming
@@ -18,11 +21,36 @@ from heatlens.scene.placing import Placing
 from heatlens.scene.scene import Scene
 from heatlens.session.opened.gpu_picture import GpuPicture
 from heatlens.session.opened.picture_feed import PictureFeed, Playhead, feed_of
-from heatlens.source.disk_watch import DiskWatch
 from heatlens.source.kinds import kind_of
 from heatlens.source.opened import Opened
 from heatlens.source.opener import SourceOpener
 from heatlens.source.stream_source import StreamSource
+
+_EVERY_S = 2.0
+_FRAMES_A_SECOND = 2000  # a folder with more files is scanned less often
+
+
+class DiskWatch:
+    """A thread that makes `cache` scan the disk."""
+
+    def __init__(self) -> None:
+        self.cache: FrameCache | None = None
+        self._is_over = Event()
+        Thread(target=self._watch, name="disk-watch", daemon=True).start()
+
+    def _watch(self) -> None:
+        while not self._is_over.wait(self._pause_s()):
+            with suppress(Exception):  # the cache raises it again when the loop asks for a frame
+                if self.cache is not None:
+                    self.cache.refresh()
+
+    def _pause_s(self) -> float:
+        frames = 0 if self.cache is None else len(self.cache.sequence.frames)
+        return max(_EVERY_S, frames / _FRAMES_A_SECOND)
+
+    def close(self) -> None:
+        """Stop the thread."""
+        self._is_over.set()
 
 
 class OpenSource:

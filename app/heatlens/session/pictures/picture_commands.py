@@ -8,8 +8,8 @@ from heatlens.preview.shown import Shown
 from heatlens.session.loop.worker import Worker
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.live_picture import LivePicture
-from heatlens.session.pictures.picture_look import PictureLook
 from heatlens.session.pictures.picture_saver import PictureSaver, Snapshot, snapshot
+from heatlens.session.pictures.picture_view import PictureLook
 from heatlens.session.shot.editing import Editing
 
 

@@ -15,6 +15,7 @@ from heatlens.model.marks import ObjectMark, PointMark, next_mark_name
 from heatlens.model.orbit import dollied, orbited, panned, pivot_of
 from heatlens.model.pull import followed
 from heatlens.model.units import format_distance
+from heatlens.scene.first_shot import lens_values, through_camera
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import (
     bounds_m,
@@ -23,7 +24,6 @@ from heatlens.scene.scene_bounds import (
     object_depth_m,
     object_names,
 )
-from heatlens.scene.through_camera import lens_values, through_camera
 from heatlens.session.loop.messages import Problem
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.scenes.point_following import Following

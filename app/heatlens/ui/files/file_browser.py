@@ -12,6 +12,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
 from heatlens.sequence.folder_list import Entry
+from heatlens.session.files.file_commands import PURPOSES, FileCommands
 from heatlens.session.files.folder_walk import Chosen, FolderWalk, Purpose
 from heatlens.session.loop.messages import Problem
 from heatlens.ui import probe, theme, topmost, widgets
@@ -240,3 +241,25 @@ def _button(name: str) -> bool:
 
 def _time_text(seconds: float) -> str:
     return time.strftime("%Y-%m-%d  %H:%M", time.localtime(seconds)) if seconds else ""
+
+
+class FileDialogs:
+    """Opens the file browser for a purpose and applies the choice."""
+
+    def __init__(
+        self, files: FileCommands, say: Callable[[str], None], wake: Callable[[], None]
+    ) -> None:
+        self._files = files
+        self.browser = FileBrowser(say, wake)
+
+    def ask(self, key: str) -> None:
+        """Ask for a file; `key` is a key of PURPOSES."""
+        if self._files.may_choose(key):
+            folder, name = self._files.first_folder(key), self._files.first_name(key)
+            self.browser.open(PURPOSES[key], folder, name)
+
+    def draw(self) -> None:
+        """Draw the dialog if it is open, and apply the user's choice."""
+        chosen = self.browser.draw()
+        if chosen is not None:
+            self._files.take(chosen)

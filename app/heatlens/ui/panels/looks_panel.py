@@ -12,7 +12,7 @@ from heatlens.model.look import Look
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.view import GRID_MOST, Compare
 from heatlens.session.pictures.compare_sides import grid_names, is_look_b
-from heatlens.session.pictures.look_still import pixels_of_still, still_of
+from heatlens.session.pictures.look_commands import pixels_of_still, still_of
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.picture.picture_alone import PictureAlone

@@ -8,15 +8,84 @@ from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.keys.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.session.keys.key_drag import KeyDrag, Move, Places
-from heatlens.session.keys.key_rows import ROWS, Row, key_frames
+from heatlens.session.keys.key_rows import CAMERA, ROWS, Row, key_frames
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.probe import Rect
-from heatlens.ui.timeline.camera_row import camera_row
-from heatlens.ui.timeline.row_parts import diamond, row_name
 from heatlens.ui.timeline.scale import TimeScale
 from heatlens.ui.timeline.stretch_grips import GRIPS_EM, stretch_grips
 from heatlens.ui.timeline.view import TimelineView
+
+
+def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -> None:
+    """Draw the row at `corner`, its name left of `scale`; its keys are drawn with all others."""
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    _dot(session, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
+    row_name(
+        session, CAMERA, corner, scale.x, row, "Click to select the camera: K then sets its key"
+    )
+    color = theme.colors.handle if session.shot.camera_key_frames else theme.colors.text_dim
+    draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (row - em) / 2), color, CAMERA.words)
+    end = ImVec2(scale.x + scale.width, corner.y + row - 2)
+    draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
+
+
+def _dot(session: Session, middle: ImVec2) -> None:
+    """Draw the dot of the camera; a click sets or removes its key at the playhead."""
+    side = 0.5 * imgui.get_font_size()
+    is_here = session.editing.frame in session.shot.camera_key_frames
+    imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
+    if imgui.invisible_button("dot camera", ImVec2(2 * side, 2 * side)):
+        if is_here:
+            session.scenes.delete_key()
+        else:
+            session.scenes.set_key()
+    probe.note("dot camera")
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip("Key of the camera at this frame")
+    color = theme.colors.accent if session.shot.camera_key_frames else theme.colors.queued
+    draw = imgui.get_window_draw_list()
+    if is_here:
+        draw.add_quad_filled(*diamond(middle, 0.6 * side), color)
+    else:
+        draw.add_quad(*diamond(middle, 0.6 * side), color, 1.2)
+
+
+_LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot left of the name, and for a gap to the keys
+
+
+def row_name(
+    session: Session, row: Row, corner: ImVec2, keys_x: float, height: float, tip: str
+) -> None:
+    """Draw the background of a row's name, from `corner` to `keys_x`.
+
+    It is lighter for the selected row, and a click selects the row. The caller draws the name over
+    it.
+    """
+    em = imgui.get_font_size()
+    first = ImVec2(corner.x + _LEFT_EM * em, corner.y)
+    size = ImVec2(max(keys_x - _RIGHT_EM * em - first.x, 1.0), height - 2)
+    imgui.set_cursor_screen_pos(first)
+    if imgui.invisible_button(f"row {row}", size):
+        session.keys.rows.choose(row)
+    probe.note(f"row {row}")
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(tip)
+    if session.keys.rows.chosen is row:
+        end = ImVec2(first.x + size.x, first.y + size.y)
+        imgui.get_window_draw_list().add_rect_filled(first, end, theme.colors.played, 3.0)
+
+
+def diamond(middle: ImVec2, reach: float) -> tuple[ImVec2, ImVec2, ImVec2, ImVec2]:
+    """Return the corners of a diamond, `reach` from its middle, in screen units."""
+    x, y = middle.x, middle.y
+    return (
+        ImVec2(x, y - reach),
+        ImVec2(x + reach, y),
+        ImVec2(x, y + reach),
+        ImVec2(x - reach, y),
+    )
+
 
 # The names under which the Lens panel reports the controls of each parameter.
 _CONTROLS = {

@@ -1,0 +1,90 @@
+"""Draw modal questions in the middle of the window: what to do with an export or unsaved work."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.base.printable import printable
+from heatlens.session.files.shot_documents import ShotDocuments
+from heatlens.session.shot.shot_store import Found
+from heatlens.ui import probe, topmost, widgets
+from heatlens.ui.state import UiState
+
+_FLAGS = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
+
+
+@contextmanager
+def question(title: str, width_em: float) -> Iterator[bool]:
+    """Open and draw a modal question; yield False while it is not visible.
+
+    The block draws text and buttons, and calls `imgui.close_current_popup` once the user has
+    answered.
+    """
+    if not imgui.is_popup_open(title):
+        imgui.open_popup(title)
+    imgui.set_next_window_size(ImVec2(width_em * imgui.get_font_size(), 0))
+    middle = imgui.get_main_viewport().get_center()
+    imgui.set_next_window_pos(middle, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
+    shown, _ = imgui.begin_popup_modal(title, None, _FLAGS)
+    yield bool(shown)
+    if shown:
+        imgui.end_popup()
+
+
+def quit_question(ui: UiState, words: str, stays: str) -> None:
+    """Draw the question while it is open.
+
+    `words` tell the progress of the export, `stays` is a sentence on what stays of it.
+    """
+    if not ui.asks_to_quit:
+        return
+    with question("An export is under way###quit", width_em=28.0) as shown:
+        if shown:
+            _answer_quit(ui, words, stays)
+
+
+def _answer_quit(ui: UiState, words: str, stays: str) -> None:
+    topmost.answers_keys_itself()
+    imgui.text_wrapped(f"{words}. {stays}")
+    widgets.spacer()
+    entered = imgui.is_key_pressed(imgui.Key.enter, False)
+    is_closing = _button("Stop it and close") or entered
+    imgui.same_line()
+    if is_closing or _button("Keep exporting") or topmost.is_escaped() or not words:
+        ui.asks_to_quit, ui.is_over = False, is_closing or not words
+        imgui.close_current_popup()
+
+
+def _button(name: str) -> bool:
+    pressed = imgui.button(name)
+    probe.note(f"quit {name}")
+    return bool(pressed)
+
+
+def shot_question(documents: ShotDocuments) -> None:
+    """Draw the question while there are unsaved changes to recover."""
+    offer = documents.offer
+    if offer is None:
+        return
+    with question("Not saved###unsaved shot", width_em=30.0) as shown:
+        if shown:
+            _answer_recovery(documents, offer)
+
+
+def _answer_recovery(documents: ShotDocuments, offer: Found) -> None:
+    topmost.answers_keys_itself()
+    if offer.saved is None:
+        imgui.text_wrapped("There is a shot of this plate that was never saved to a file.")
+    else:
+        imgui.text_wrapped(f"{printable(offer.path.name)} was changed after it was saved last.")
+    imgui.text_wrapped("Heatlens ended before that was saved. Recover it?")
+    widgets.spacer()
+    for name, goes_on in (("Recover it", True), ("Discard it", False)):
+        entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)
+        if imgui.button(name) or entered:
+            documents.answer(goes_on)
+            imgui.close_current_popup()
+        probe.note(f"unsaved {name}")
+        imgui.same_line()
+    imgui.new_line()
