@@ -14,7 +14,7 @@
     heatlens.open("scene.glb", size=(960, 540)).render(f_stop=2, focus_distance_m=3, views=256,
                                                        method="accumulation")
 
-What is doubtful is a `HeatlensWarning`, and what was found out is in `Source.notes`.
+Doubts are raised as `HeatlensWarning`; `Source.notes` says how the source was read.
 
 The commands use the same functions: `FrameRenderer` draws, `plate_lens` and `first_shot` find the
 lens. OpenGL is started with the first picture and kept, for one thread. `render` leaves its context

@@ -1,4 +1,4 @@
-"""What can be asked of a source, and of one of its frames."""
+"""The properties that sources and their frames share."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -19,7 +19,7 @@ DepthRange = tuple[float, float]
 
 @dataclass(frozen=True)
 class Facts:
-    """What a source tells of one frame; see the properties of `Asked`."""
+    """The values behind the properties of `Asked`, for one frame."""
 
     size: tuple[int, int]
     lens: Mapping[str, Any]
@@ -28,10 +28,9 @@ class Facts:
 
 
 class Asked(ABC):
-    """What can be asked of a frame; of a source, it is told of its first frame.
+    """The properties of a frame; those of a source are the ones of its first frame.
 
-    Files are read for it, and a scene is drawn for its depths. Raises HeatlensError where that
-    fails.
+    They read files, and draw a scene to find its depths. They raise HeatlensError if that fails.
     """
 
     @abstractmethod
@@ -45,7 +44,7 @@ class Asked(ABC):
 
     @property
     def lens(self) -> Mapping[str, Any]:
-        """What the shot file, the header or the scene's camera tells of the lens.
+        """The lens values in the shot file, the header or the scene's camera.
 
         Fields of `Lens` with their values; those that are missing have to be given to `render`.
         """
@@ -58,7 +57,7 @@ class Asked(ABC):
 
     @property
     def behind(self) -> tuple[str, ...]:
-        """What is known to lie behind the picture, a sentence for each source of it."""
+        """The known surfaces behind the picture: a sentence for each place they come from."""
         return self._told().behind
 
     def _told(self) -> Facts:
@@ -83,7 +82,7 @@ class Frame(Asked):
 
 
 def facts_of(plate: Plate, lens: Mapping[str, Any] | None = None) -> Facts:
-    """Return what a plate tells; `lens` are the values of its shot file, if it has one."""
+    """Return the values of a plate; `lens` holds those of its shot file, if it has one."""
     if lens is None:
         header = {name: getattr(plate.camera, name) for name in NEEDED}
         lens = {name: value for name, value in header.items() if value is not None}

@@ -1,4 +1,4 @@
-"""What is said of a source: kept for whoever asks, and what is doubtful as warnings, once."""
+"""Notes about a source: all are kept, and doubtful ones are also raised as warnings, once."""
 
 import sys
 import warnings

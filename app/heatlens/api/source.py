@@ -56,7 +56,7 @@ class Source(Asked, Closing):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was found out in rendering so far, in sentences.
+        """What rendering has reported so far, in sentences.
 
         How the depth was read, and all that `HeatlensWarning` warned of: repairs, guesses, and a
         focus, lens and depth that can hardly belong together.

@@ -29,9 +29,9 @@ def is_at_work() -> bool:
 
 @atexit.register
 def wait_a_moment() -> None:
-    """Let jobs end before Python takes itself apart; those of a disk that hangs are given up.
+    """Let jobs end before Python shuts down, except those waiting for a disk that hangs.
 
-    A thread that came back from a library of C++ meanwhile would abort the process.
+    A thread that returned from a C++ library during shutdown would abort the process.
     """
     end = time.monotonic() + _PATIENCE_S
     for thread in tuple(_at_work):
@@ -95,7 +95,7 @@ class Threads:
     """Runs jobs in the order of `submit` on up to `most` threads, which end when they are idle."""
 
     def __init__(self, name: str, most: int = 1) -> None:
-        """Create it without any thread; `name` is that of its threads."""
+        """Create it without starting a thread; `name` is the name of its threads."""
         self._name = name
         self._most = most
         self._lock = Lock()  # guards the fields below

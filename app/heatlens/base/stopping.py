@@ -35,9 +35,9 @@ class Stopped(KeyboardInterrupt):
 
 @cache
 def stop_signals() -> frozenset[signal.Signals]:
-    """Return the signals that end the program: not those that it was started to ignore.
+    """Return the signals that end the program, except those it was started to ignore.
 
-    `nohup` and shell scripts start programs so. Worker processes know what their parent was told.
+    `nohup` and shell scripts start programs like this. Worker processes inherit the setting.
     """
     names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
     found = {getattr(signal, name) for name in names if hasattr(signal, name)}

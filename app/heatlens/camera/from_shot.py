@@ -39,7 +39,7 @@ _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
 
 @dataclass(frozen=True)
 class CameraWish:
-    """What is asked of the camera of a shot.
+    """The choices for writing a shot as a camera.
 
     frames            the frames to sample; None means those that are played
     sensor_height_mm  None: as wide and high as the picture
@@ -157,7 +157,7 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
 
 
 def _opening_notes(lens: Lens) -> tuple[str, ...]:
-    """Return what is to be said of an image and of other values that are no numbers."""
+    """Return notes on the aperture image and on other values that a camera cannot hold."""
     lost = [name for name in LOST_OF_OPENING if getattr(lens, name) != PLAIN_OPENING[name]]
     notes = tuple(
         f"the {options_of(Lens)[name].words} is lost: no camera holds it." for name in lost

@@ -1,10 +1,10 @@
-"""The nodes of Nuke that defocus, with the opening of a lens as far as they can hold it.
+"""Write Nuke's defocus nodes, with as much of the lens opening as they support.
 
-Bokeh is told the whole lens, and computes the amount of blur from it. ZDefocus is told the plane in
-focus S, the shape, and its `size`: with depths as distances it blurs z by size (1 - S / z), so the
-size is the blur of what is infinitely far. Half the diameter of that disc is f^2 / (2 N S) on the
-sensor, N of a renderer; as a share of the sensor's width it is a knob of our own, which an
-expression multiplies by the width of the picture.
+Bokeh takes the whole lens and computes the amount of blur from it. ZDefocus takes the focus plane
+S, the shape, and a `size`: with depths as distances it blurs z by size (1 - S / z), so the size is
+the blur at infinity. The radius of that disc on the sensor is f^2 / (2 N S), with the N of a
+renderer. A knob of our own holds it as a share of the sensor's width, and an expression multiplies
+it by the width of the picture.
 
 The names of the knobs are those of Foundry's reference guide and of Nuke 17.0v3. Foundry does not
 say whether a size is half a diameter, as Epic's example for Unreal has it, where the rotation of
@@ -56,7 +56,7 @@ def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
 
 
 def left_out(camera: CameraSamples) -> str:
-    """Return in a sentence what the nodes cannot hold of the opening; "" where they hold all."""
+    """Return a sentence on the values of the opening that the nodes cannot hold, or ""."""
     names = [OPENING_TRACKS[name] for name in camera.shaped if name not in _HELD]
     names += [] if camera.aperture_image is None else ["aperture image"]
     if not names:
@@ -115,9 +115,9 @@ def _zdefocus(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
 
 
 def _half_discs(camera: CameraSamples) -> list[float]:
-    """Return half the disc of what is infinitely far, over the width of the picture, at each frame.
+    """Return the disc radius at infinity, as a share of the picture's width, at each frame.
 
-    Empty where the camera does not tell enough.
+    Empty if the camera lacks the values for it.
     """
     tracks = with_renderer_f_stop(camera).lens_tracks
     names = ("focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm")

@@ -131,7 +131,7 @@ class CameraSamples:
 
     @property
     def focus_without_unit_m(self) -> Track:
-        """The focus distances, where they were taken for metres without being told."""
+        """The focus distances that had no unit and were assumed to be in metres."""
         return () if self.has_focus_unit else self.focus_distance_m or ()
 
     @property

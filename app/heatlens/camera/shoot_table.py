@@ -150,7 +150,7 @@ def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[i
 
 
 def _timecodes(rows: Sequence[Row]) -> tuple[Timecode, ...] | None:
-    """Return the timecode of each row; None if some row tells none."""
+    """Return the timecode of each row; None if any row has none."""
     column = _named(rows[0], _TIMECODES)
     if column is None:
         return None
@@ -169,6 +169,6 @@ def _rate(row: Row) -> float:
 
 
 def _named(row: Row, known: Sequence[str]) -> str | None:
-    """Return the column that has one of these names, in whatever case."""
+    """Return the column that has one of these names, ignoring case."""
     by_small = {name.strip().lower(): name for name in row}
     return next((by_small[name] for name in known if name in by_small), None)

@@ -37,7 +37,7 @@ def at_timecode(
 def _frames_of(
     timecodes: Sequence[Timecode], of_shot: Placed, rate: float
 ) -> tuple[int, ...] | None:
-    """Return the frame of each row; None if a timecode is none of this rate."""
+    """Return the frame of each row; None if a timecode does not fit this rate."""
     frame, start = of_shot
     alike = [replace(timecode, drop=start.drop) for timecode in timecodes]  # tables rarely tell it
     if not all(timecode.fits(rate) for timecode in (*alike, start)):

@@ -61,7 +61,7 @@ def split_prim(text: str) -> tuple[Path, str | None]:
 
 
 def read_usd_camera(text: str) -> CameraSamples:
-    """Run `usd_camera` in a process of its own, and survive a crash of OpenUSD.
+    """Run `usd_camera` in a separate process, to survive a crash of OpenUSD.
 
     Raises InputError as `usd_camera` does, and where OpenUSD ends that process.
     """
@@ -169,14 +169,14 @@ def _own_track(opened: _Stage, name: str, frames: tuple[int, ...]) -> Track | No
 
 
 def _lens_model(opened: _Stage) -> LensModel | None:
-    """Return the lens model that heatlens has written; None if none is told or known."""
+    """Return the lens model that heatlens has written; None if it is missing or unknown."""
     told = opened.prim.GetAttribute(LENS_MODEL)
     name = told.Get() if told else None
     return LensModel(name) if name in list(LensModel) else None
 
 
 def _aperture_image(opened: _Stage) -> OpeningImage | None:
-    """Return the image that heatlens has named, unread; None if none is told."""
+    """Return the aperture image named in the file, not yet read; None if there is none."""
     told = opened.prim.GetAttribute(APERTURE_IMAGE)
     path = told.Get() if told else None
     return OpeningImage(path) if isinstance(path, str) and path else None

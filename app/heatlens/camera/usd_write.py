@@ -1,6 +1,6 @@
 """A camera as USD: UsdGeomCamera with a time sample at each frame of what moves.
 
-UsdGeomCamera knows no opening, so that is in attributes of our own. The draft "Physical Cameras for
+UsdGeomCamera does not describe the opening, so our own attributes do. The draft "Physical Cameras for
 USD" of the OpenUSD proposals names two of its values, blades and squeeze; it has no names for the
 others, and no prefix yet. These two are custom data of the prim under the classes of that draft.
 
@@ -109,7 +109,7 @@ def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> No
 
 
 def _author_proposed(prim: Any, camera: CameraSamples) -> None:
-    """Write what the draft proposal has names for, unless it is as without being told."""
+    """Write the values that the draft proposal names, unless they are the defaults."""
     tracks = camera.lens_tracks
     for name, key in PROPOSED.items():
         value = tracks[name][0] if name in tracks else 1.0

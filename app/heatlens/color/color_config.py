@@ -110,7 +110,7 @@ class ColorConfig:
         return found, f"{found}: the config's scene_linear; it has no linear Rec.709."
 
     def space_called(self, *names: str) -> str | None:
-        """Return the first space that has one of `names`.
+        """Return the first colour space with one of `names`.
 
         A name may be the space's own, an alias or its interop identifier. Returns None where there
         is none, or the space is marked as data.

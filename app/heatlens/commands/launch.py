@@ -49,7 +49,7 @@ def main() -> int:
 
 
 def _use_utf8() -> None:
-    """Start again with names of files in UTF-8, unless they are; libraries know no other way.
+    """Restart with UTF-8 file names if they are not yet; libraries offer no other way.
 
     Text is still printed in the encoding of the terminal, and what that lacks is printed escaped.
     """
@@ -83,10 +83,10 @@ def _work() -> int:
 
 
 def _end_now(code: int) -> NoReturn:
-    """End the process although a thread still reads from a disk that does not answer.
+    """End the process even if a thread still waits for a disk that does not answer.
 
-    Python would let that thread go on while it takes itself apart, and abort the process where the
-    thread is inside a library of C++ at that moment.
+    Python would keep that thread running during shutdown, and abort the process if the thread is
+    inside a C++ library at that moment.
     """
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):

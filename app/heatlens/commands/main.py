@@ -91,7 +91,7 @@ class _Parser(argparse.ArgumentParser):
         return parsed, unknown
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Refuse a value that is none of the choices, with the one that is like it."""
+        """Refuse a value that is not among the choices, and suggest the closest one."""
         try:
             super()._check_value(action, value)
         except argparse.ArgumentError as error:

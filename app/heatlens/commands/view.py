@@ -120,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _is_handed_over(args: argparse.Namespace) -> bool:
-    """Have the running window open what is named; False where there is none, or options are given.
+    """Have a running window open the files; False if there is none, or if options are given.
 
     Raises InputError for what cannot be opened, as a window of its own would.
     """
@@ -135,7 +135,7 @@ def _is_handed_over(args: argparse.Namespace) -> bool:
 
 
 def _require(plate: str) -> None:
-    """Raise InputError if what is named is not there: a slip is answered without a window."""
+    """Raise InputError if the named file does not exist, before a window opens."""
     if is_shot_file(plate):
         read_shot(plate)
     else:

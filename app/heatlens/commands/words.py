@@ -1,4 +1,4 @@
-"""The words of a command line before they are parsed, and what was meant by wrong ones."""
+"""Prepare the words of a command line for parsing, and suggest corrections for wrong ones."""
 
 import argparse
 import difflib

@@ -108,7 +108,7 @@ def of_rank(error: DiscError, near: Fit, rank: int) -> Fit:
 
 @dataclass(frozen=True, eq=False)
 class _RankSearch:
-    """The error and what has to be exact, over a point of log poles and V, with their slopes."""
+    """The error and the exact constraints at a point of log poles and V, with their gradients."""
 
     error: DiscError
     count: int
@@ -143,7 +143,7 @@ class _RankSearch:
 
 
 def _slopes(poles: Complexes, images: Complexes, by_pole: Complexes, by_mix: Complexes) -> Reals:
-    """Return slopes along log poles and V of what has those along poles and M = V V^T."""
+    """Convert gradients along poles and M = V V^T to gradients along log poles and V."""
     return np.concatenate([_parts(by_pole * poles), _parts((by_mix + by_mix.T) @ images)])
 
 
@@ -199,7 +199,7 @@ def _pair(value: complex) -> list[float]:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Fit what was asked for and print how it compares with what is stored."""
+    """Fit the requested kernels and print how they compare with the stored ones."""
     parser = argparse.ArgumentParser(
         prog="python -m heatlens.defocus.fit_kernels",
         description="Fit sums of exponentials to a disc: the kernels that heatlens blurs with.",

@@ -91,9 +91,9 @@ class ListsWithoutHighlights:
 
 @dataclass(frozen=True)
 class WithoutHighlights:
-    """What a picture is split into.
+    """A picture split into its highlights and the rest.
 
-    low     RGBA, what is diffused
+    low     RGBA, the part to diffuse
     high    RGBA, what is drawn as discs, and its signed coc
     around  R of half the size, the luminance that highlights exceed
     lists   the same of fragment lists, where there are lists

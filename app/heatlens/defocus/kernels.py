@@ -60,8 +60,8 @@ def named_kernel(name: str) -> Kernel:
 def rim_kernel(name: str, rim: float) -> Kernel:
     """Return the kernel of a disc with a rim from -1, soft, to 1, bright; 0 is the flat disc's.
 
-    As of all kernels, the variance is that of a flat disc, for which a disc with a bright rim is
-    smaller, and one with a soft rim larger. The number of poles is that of the flat disc as well,
+    Like all kernels it has the variance of a flat disc, so a disc with a bright rim is smaller, and
+    one with a soft rim larger. The number of poles is that of the flat disc as well,
     so that a rim costs nothing. Raises KeyError for a kernel that is no disc.
     """
     flat, kernels = named_kernel(name), _rim_kernels()[name]

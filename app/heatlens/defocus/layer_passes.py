@@ -193,9 +193,9 @@ _Textures = dict[str, moderngl.Texture]
 
 
 def _matched(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
-    """Return what lists are compared with, where the match is written, and what is read of it.
+    """Return the inputs of the brightness match, its output, and the textures to read it from.
 
-    All are empty where nothing is matched.
+    All are empty if nothing is matched.
     """
     if layer.told is None or scratch.match is None:
         return {}, {}, {}

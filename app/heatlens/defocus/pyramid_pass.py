@@ -55,7 +55,7 @@ def widest_px(optics: Optics) -> float:
 class PyramidPass:
     """Makes the levels, then reads each pixel from two of them: the same work for every blur.
 
-    What is sharp flows into what is blurred beside it, for a level knows no depth.
+    Sharp pixels bleed into blurred neighbours, because the pyramid ignores depth.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:

@@ -152,7 +152,7 @@ class ScatterPass:
         first: int,
         count: int,
     ) -> None:
-        """Add `count` discs from `first` on; whatever others drew in between is set anew."""
+        """Add `count` discs from `first` on; sets all state that other draws may have changed."""
         textures, disc, sums = inputs
         program = self._discs.with_(**disc.switches)
         quads = self._quads_of(program, targets.pixel)

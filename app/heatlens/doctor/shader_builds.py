@@ -69,7 +69,7 @@ def _elsewhere() -> dict[str, Variants]:
 def _of_scenes(*words: str) -> Variants:
     """Return the variants with none, one, four and five of the defines that a scene decides.
 
-    PEEL is for what lies behind others.
+    PEEL draws hidden surfaces.
     """
     chosen = (names for count in (0, 1, 4, 5) for names in itertools.combinations(words, count))
     return tuple(dict.fromkeys(names, 1) for names in chosen)

@@ -21,7 +21,7 @@ _frames, _exr, _look = (
 
 @dataclass(frozen=True, kw_only=True)
 class ExportOptions:
-    """What a person chooses of an export, apart from its shot, its files and the view."""
+    """The user's choices for an export, apart from its shot, its files and the view."""
 
     frames: str = _frames(
         "",

@@ -144,8 +144,8 @@ class FrameRendering:
 def _origin_before(plan: ExportPlan, first: PlannedFrame) -> Origin | None:
     """Return the plate before the first frame to render, if it has to be compared with.
 
-    It is read for strict options alone: a part of a shot, or an export that goes on, must not take
-    what a whole export would refuse.
+    It is read only if the options are strict: exporting part of a shot, or resuming an export, must
+    refuse the same frames as a whole export.
     """
     source, shot = plan.source, plan.job.shot
     if not shot.plate_options.strict or source.first_file is None:

@@ -11,8 +11,8 @@ from heatlens.export.plan import ExportPlan
 def check_replaced(plan: ExportPlan) -> None:
     """Raise InputError if files of others are in the place of frames and must not be replaced.
 
-    Files of an earlier export are replaced without a question, whatever it was an export of. Of
-    an empty file, or one whose header cannot be read, nothing can be lost.
+    Files of any earlier export are replaced without asking. So are empty files and files whose
+    header cannot be read, because nothing can be lost.
     """
     if plan.job.options.overwrite:
         return

@@ -21,8 +21,8 @@ def sequence_facts(
 ) -> Facts:
     """Return frames, gaps, sizes, depth over the shot, and what is wrong with single frames.
 
-    Every frame is read; `tell` is called with each frame before. Lengths are metres; what no frame
-    has is None. A sentence on several frames is given once.
+    Reads every frame, and calls `tell` with each one first. Lengths are in metres; values that no
+    frame has are None. A sentence that applies to several frames is given once.
     """
     survey = _Survey(options)
     reader = SequenceReader(options)
@@ -42,7 +42,7 @@ def sequence_facts(
 
 
 class _Survey:
-    """Gathers what the frames have in common, and where they differ."""
+    """Collects what the frames have in common, and where they differ."""
 
     def __init__(self, options: PlateOptions) -> None:
         self._options = options
@@ -90,7 +90,7 @@ class _Survey:
 
 
 def _mean_words(reports: list[BehindReport]) -> str:
-    """Return what a picture behind adds in the mean of its frames."""
+    """Return what a picture behind adds, averaged over its frames."""
     count = len(reports)
     hidden = sum(report.hidden_part for report in reports) / count
     seen = sum(report.seen_part for report in reports) / count

@@ -10,7 +10,7 @@ _KEPT = 4  # looks beside each other
 
 
 class OpeningTextures:
-    """What lib/opening_image.lib.glsl reads, for the openings that were asked for last."""
+    """Textures for lib/opening_image.lib.glsl, of the most recently used openings."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx

@@ -1,15 +1,15 @@
-"""The shape of the opening of the lens: the one place on the processor that knows it.
+"""The shape of the lens opening: the only CPU code that knows it.
 
 Coordinates are in radii of the round lens of the same f-stop: u to the right and v up, seen from
 behind the lens. `model/pupil.py` gives an opening a size, so that a scene is seen through it, and
 `model/disc_shape.py` is its image in a picture. Circles and ellipses are simple enough for these
-files and shaders/lib/aperture.lib.glsl; all else about a shape is in `model/opening.py` and
-shaders/lib/shaped_aperture.lib.glsl. tests/defocus/test_aperture_on_gpu.py holds both together.
-A picture in the place of the diaphragm is in `model/opening_image.py`.
+files and shaders/lib/aperture.lib.glsl; all other shapes are in `model/opening.py` and
+shaders/lib/shaped_aperture.lib.glsl. tests/defocus/test_aperture_on_gpu.py keeps both in agreement.
+A picture in place of the diaphragm is in `model/opening_image.py`.
 
 A new property of the opening is a field of `OpeningFields`, from which lenses, kits, camera files,
-the panel, the command line and Python have it, a uniform in `shape_uniforms`, and its geometry in
-those two files. Passes, renderers and samplers ask these values and need no change.
+the panel, the command line and Python derive it; a uniform in `shape_uniforms`; and its geometry in
+those two files. Passes, renderers and samplers use these values and need no change.
 """
 
 import math
@@ -148,7 +148,7 @@ APERTURE_FIELDS = tuple(options_of(Aperture))  # those that a person sets
 
 
 def shape_uniforms(aperture: Aperture) -> dict[str, object]:
-    """Return what lib/shaped_aperture.lib.glsl needs to know of the shape alone."""
+    """Return the uniforms of lib/shaped_aperture.lib.glsl that depend on the shape alone."""
     blades, grid = aperture.diaphragm, aperture.grid
     return {
         "aperture_blades": blades.number,

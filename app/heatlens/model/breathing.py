@@ -1,8 +1,8 @@
 """Breathing: how the view of a lens changes as it is focused.
 
-A lens that is focused nearer mostly shows less. The width of the view goes evenly with the
-dioptres of the focus, from that at infinity to `Lens.breathing` times that at close focus. What is
-seen is that of a lens of another length with an opening of the same diameter.
+Most lenses show less when they are focused nearer. The width of the view is linear in the dioptres
+of the focus, from its value at infinity to `Lens.breathing` times that at close focus. The picture
+is that of a lens of another focal length with an opening of the same diameter.
 """
 
 from dataclasses import replace
@@ -24,9 +24,9 @@ def view_ratio(lens: Lens) -> float:
 
 
 def as_seen(lens: Lens) -> Lens:
-    """Return the lens without breathing that shows the same: its length and its f-stop differ.
+    """Return the equivalent lens without breathing: focal length and f-stop differ.
 
-    The diameter of the opening stays, and so do the discs in parts of what is seen.
+    The diameter of the opening stays the same, and so do the discs relative to the view.
     """
     ratio = view_ratio(lens)
     if lens.breathing == 1.0:
@@ -44,8 +44,8 @@ def as_seen(lens: Lens) -> Lens:
 def plate_ratio(lens: Lens, room: float) -> float:
     """Return the width of the frame that a picture of a plate shows.
 
-    `room` is the width that the plate has over that of its frame, 1 without overscan. A view that
-    would become wider than that is scaled by the same factor at every focus.
+    `room` is the width of the plate divided by that of its frame, 1 without overscan. A view that
+    would become wider than the plate is scaled by the same factor at every focus.
     """
     return view_ratio(lens) / max(1.0, lens.breathing / max(room, 1.0))
 

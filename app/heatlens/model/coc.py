@@ -64,10 +64,10 @@ def lens_diameter_m(lens: Lens) -> float:
 
 
 def axial_px(lens: Lens, display_width_px: int) -> float:
-    """Return by how much a disc in blue is wider than in green, signed, and green than red.
+    """Return the signed difference in disc diameter of blue and green, and of green and red.
 
-    Light that comes to its focus farther behind the lens has its sensor too near by as much: by the
-    image distance v, a shift d changes the diameter of a disc by A d / v.
+    For light that focuses a distance d farther behind the lens, the sensor is too near by d: with
+    the image distance v, this changes the diameter of a disc by A d / v.
     """
     shift_mm = lens.axial_colour_mm / 2
     wider_mm = shift_mm * _focal_over_image_distance(lens) / lens.f_stop
@@ -125,7 +125,7 @@ def sharp_dioptres(lens: Lens) -> float:
 def _per_dioptre_mm(lens: Lens) -> float:
     """Return the diameter on the sensor in mm for each dioptre from the focus.
 
-    It is -A v, which needs no case of its own for focus at infinity.
+    It is -A v, with no special case for focus at infinity.
     """
     f_mm = lens.focal_length_mm
     return -1e-3 * lens.aperture_diameter_mm * f_mm / _focal_over_image_distance(lens)

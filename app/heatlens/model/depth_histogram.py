@@ -35,11 +35,11 @@ def dioptres_shown(nearest: float) -> float:
 def depth_histogram(dioptres: ValueBins, least_most: float = 0.0) -> DepthHistogram:
     """Return the histogram of 1 / metres, in which 0 means that nothing was hit.
 
-    It reaches to `least_most` dioptres at least: that of the other frames of a shot, so that its
-    scale stays where it is from one to the next.
+    It covers at least `least_most` dioptres, the range of the other frames of a shot, so that the
+    scale does not change between frames.
 
-    Heights are square roots, so that few pixels are visible. Each of the fine bins counts where its
-    middle is.
+    Heights are square roots, so that small counts are visible. Each fine bin counts in the bin that
+    contains its centre.
     """
     most = dioptres_shown(dioptres.high)
     if not 0.0 < most < math.inf:

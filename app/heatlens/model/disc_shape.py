@@ -44,7 +44,7 @@ class DiscShape:
 
     @property
     def switches(self) -> dict[str, bool]:
-        """What of lib/aperture.lib.glsl a build has to define for this disc."""
+        """The defines of lib/aperture.lib.glsl that this disc needs."""
         return {
             "SHAPED": not self.is_plain,
             "COLORED": self.axial_px != 0.0,
@@ -59,7 +59,7 @@ class DiscShape:
 
     @property
     def wider_px(self) -> float:
-        """By how much the diameter of a disc in one of its colours is larger than in green."""
+        """The largest difference in disc diameter between green and another colour."""
         return abs(self.axial_px)
 
     @property
@@ -74,7 +74,7 @@ class DiscShape:
 
     @property
     def side_variances(self) -> Pair:
-        """Variance of a disc in front of the focus and behind it, over that of a round disc."""
+        """Variance of a disc in front of the focus and behind it, relative to a round disc."""
         front, behind = self.aperture.spreads
         return front**2, behind**2
 

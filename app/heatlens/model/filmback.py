@@ -3,7 +3,7 @@
 Sizes are of the largest recorded area (open gate) in millimetres. Where they are from:
   film      camera apertures in the American Cinematographer Manual and SMPTE standards
   cameras   the makers' technical data sheets
-  programs  the defaults of a new camera, so that its picture is met without asking
+  programs  the defaults of a new camera, so that default renders match without asking
 """
 
 import difflib

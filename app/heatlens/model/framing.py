@@ -262,14 +262,14 @@ class WorldAxis(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SceneTiming:
-    """How the seconds of a scene's file become frames, for files that tell no frames.
+    """How the seconds of a scene's file become frames, for files without frame numbers.
 
     clip               the animation that is played, by its name or its number from 1 on; None for
                        all at once
     frames_per_second  frames of a second
     first_frame        the frame at the first key of what is played; None for frame 1 at second 0
 
-    Raises InputError for a rate that no film has.
+    Raises InputError for an impossible frame rate.
     """
 
     clip: str | None = None
@@ -284,7 +284,7 @@ class SceneTiming:
 
 @dataclass(frozen=True, slots=True)
 class Framing:
-    """The part of a scene that is seen, in space and in time.
+    """The view of a scene, in space and in time.
 
     width_px, height_px  of the picture; pixels are square
     camera               name of the scene's camera that is used, None for none

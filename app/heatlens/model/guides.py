@@ -1,7 +1,7 @@
 """Guides over the picture: mattes of other aspects, safe areas, thirds, the centre, desqueeze.
 
-`guide_shapes` is the one description of what is drawn: the window draws it with ImGui, exports
-write it into their pixels.
+`guide_shapes` is the only description of them: the window draws it with ImGui, exports draw it into
+their pixels.
 """
 
 from dataclasses import dataclass, field
@@ -47,13 +47,13 @@ def _parsed(text: str, least: float, most: float, what: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Guides:
-    """What is drawn over the picture, and how wide its pixels are shown.
+    """The guides over the picture, and the width of its pixels.
 
     Raises InputError for numbers beyond what the options take.
 
-    aspect      width over height of what the matte leaves, None for no matte
+    aspect      width over height of the open part of the matte, None for no matte
     opacity     of the matte: 1 is black
-    safe_areas  frames of what is safe for action and for titles
+    safe_areas  outlines of the action-safe and title-safe areas
     thirds      lines at the thirds
     centre      a cross in the middle
     desqueeze   width of a pixel for its height, None: as the file says
@@ -103,7 +103,7 @@ NO_GUIDES = Guides()
 
 @dataclass(frozen=True, slots=True)
 class GuideShapes:
-    """What is to be drawn: all of it lies along rows and columns.
+    """The shapes to draw: axis-aligned rectangles and lines.
 
     shades  rectangles that are darkened
     frames  rectangles of which the outline is drawn
@@ -147,7 +147,7 @@ def _cross(rect: Rect) -> list[Rect]:
 
 
 def inner_rect(picture: Rect, aspect: float | None) -> Rect:
-    """Return the largest rectangle of an aspect in the middle of the picture; all of it for None.
+    """Return the largest centred rectangle of an aspect; the whole picture for None.
 
     Units are those of the screen, in which a pixel is as wide as it is high.
     """
@@ -160,7 +160,7 @@ def inner_rect(picture: Rect, aspect: float | None) -> Rect:
 
 
 def scaled_rect(rect: Rect, across: float, down: float) -> Rect:
-    """Return the rectangle around the same middle, so many times as wide and as high."""
+    """Return the rectangle scaled about its centre."""
     x0, y0, x1, y1 = rect
     middle, half = ((x0 + x1) / 2, (y0 + y1) / 2), ((x1 - x0) / 2 * across, (y1 - y0) / 2 * down)
     return middle[0] - half[0], middle[1] - half[1], middle[0] + half[0], middle[1] + half[1]

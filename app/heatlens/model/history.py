@@ -30,13 +30,13 @@ class History:
 
     @property
     def undo_words(self) -> str:
-        """What the next step back changes, in a few words; "" where there is none."""
+        """What undo would change, in a few words; "" if there is nothing to undo."""
         rest = self.at_rest()
         return change_words(rest.past[-1], rest.now) if rest.past else ""
 
     @property
     def redo_words(self) -> str:
-        """What the next step forward changes; "" where there is none."""
+        """What redo would change, in a few words; "" if there is nothing to redo."""
         rest = self.at_rest()
         return change_words(rest.now, rest.future[-1]) if rest.future else ""
 

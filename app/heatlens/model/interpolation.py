@@ -73,8 +73,8 @@ class Scale(StrEnum):
 class Ease:
     """One handle of a key, in the terms of After Effects.
 
-    influence_percent  how far it reaches into the segment, 0 to 100 % of the segment's frames: so
-                       a curve never runs back in time, wherever its keys are moved
+    influence_percent  its reach into the segment, 0 to 100 % of the segment's frames, so that a
+                       curve never runs back in time, wherever its keys are moved
     speed_per_frame    slope of the curve at the key, in units of its scale; 0 eases to a rest
     """
 

@@ -33,9 +33,8 @@ def reduced_keys(
     `samples` are pairs of a frame and a focus distance in metres, which may be infinite. They may
     come in any order, and of several at one frame the last one counts. `scale` is that of the
     curve which the keys are for. The first and the last sample are kept as they are, unless all
-    samples lie within the tolerance of the first: then that is the only key. There are no keys
-    without samples. Raises InputError for a tolerance below 0, and for distances that have no
-    place on the scale.
+    samples lie within the tolerance of the first: then that is the only key. Without samples there
+    are no keys. Raises InputError for a tolerance below 0, and for distances outside the scale.
     """
     if not tolerance_dioptres >= 0:
         raise InputError(f"A tolerance must be 0 or more dioptres, got {tolerance_dioptres:g}.")
@@ -60,7 +59,7 @@ class _Piece:
 
 @dataclass(frozen=True)
 class _Recording:
-    """The samples in the order of their frames, and how far a curve may be off."""
+    """The samples in the order of their frames, and the tolerance of the curve."""
 
     samples: Samples
     tolerance: float
@@ -68,7 +67,7 @@ class _Recording:
 
     @property
     def is_still(self) -> bool:
-        """Return True if the first sample stands for all."""
+        """Return True if the first sample represents all of them."""
         first = self.samples[0][1]
         return all(self._is_near(distance_m, first) for _, distance_m in self.samples)
 

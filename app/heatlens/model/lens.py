@@ -1,4 +1,4 @@
-"""The lens: what is written on its barrel, where it is focused and how wide the sensor is."""
+"""The lens: the values on its barrel, its focus distance and the width of the sensor."""
 
 import math
 from dataclasses import KW_ONLY, dataclass, field
@@ -35,9 +35,9 @@ class Lens(OpeningFields):
                        nearer one is rendered all the same, and `pull.frames_too_close` finds it
     model              whose discs it makes: those of a real lens, or those of a CG renderer
     breathing          width of the view at close focus over that at infinity; see `breathing`
-    widest_f_stop      with the ring fully open; None if unknown: the barrel then cuts alike at
+    widest_f_stop      with the ring fully open; None if unknown: the barrel then cuts equally at
                        every stop
-    measured_from      where distances begin that people read; those here are from the pupil
+    measured_from      origin of displayed distances; those in this class are from the pupil
     pupil_offset_mm    from the film plane to the entrance pupil, below 0 where that is behind it
 
     Raises LensError naming the value and what it may be.
@@ -145,12 +145,12 @@ class Lens(OpeningFields):
 
     @property
     def measuring_offset_m(self) -> float:
-        """By how much the distances that people read are longer than those from the pupil."""
+        """The amount by which displayed distances exceed those from the pupil."""
         return self.measured_from.offset_m(self.pupil_offset_mm)
 
     @property
     def transmission_stops(self) -> float:
-        """By how much the glass darkens the picture, in practice below 0; 0 without a T-stop."""
+        """Exposure change due to the T-stop, in stops; normally negative, 0 without a T-stop."""
         return 0.0 if self.t_stop is None else 2.0 * math.log2(self.f_stop / self.t_stop)
 
     @property

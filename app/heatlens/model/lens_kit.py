@@ -1,7 +1,7 @@
-"""A kit of lenses: which lengths there are, how far each opens and how near it focuses.
+"""A kit of lenses: their focal lengths, widest stops and close focus distances.
 
-A kit bounds what a hand may do to the lens of a shot, as the lenses on a set do. It stands in the
-shot as a value, so that a shot is the same on a machine that does not have the kit.
+A kit limits the lens of a shot in the way the lenses on a set do. The shot stores it as a value, so
+that the shot is the same on a machine that does not have the kit.
 """
 
 import math
@@ -70,7 +70,7 @@ class KitLens:
 
     @property
     def words(self) -> str:
-        """How far the lens opens and how near it focuses."""
+        """The widest stop and the close focus, in words."""
         opens = f"f/{self.f_stop:g}" + (f" (T{self.t_stop:g})" if self.t_stop else "")
         return f"opens to {opens}, focuses from {self.close_focus_m:g} m"
 
@@ -81,7 +81,7 @@ class KitLens:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LensCharacter(OpeningFields):
-    """What the lenses of a kit do out of focus. Raises InputError for an opening that cannot be."""
+    """The out-of-focus character of a kit. Raises InputError for an impossible opening."""
 
     def __post_init__(self) -> None:
         try:
@@ -95,9 +95,9 @@ class LensKit:
     """Lenses that belong together.
 
     name       in one word, for the command line
-    words      what they are, for people
-    lenses     by their length
-    character  what all of them do out of focus
+    words      a description for people
+    lenses     sorted by focal length
+    character  the look of all of them out of focus
 
     Raises InputError for a kit without a name or without lenses, and for two lenses of one length.
     """
@@ -155,7 +155,7 @@ class LensKit:
         return f"The kit {self.name} has no {focal_length_mm:.4g} mm, only {lengths} mm."
 
     def refusal(self, asked: Lens) -> str:
-        """Return in one sentence what of `asked` the kit has not, or ""."""
+        """Return a sentence on the requested values that the kit cannot provide, or ""."""
         kit_lens = self.nearest(asked.focal_length_mm)
         if asked.focal_length_mm != kit_lens.length_near(asked.focal_length_mm):
             return self.no_length(asked.focal_length_mm)
@@ -187,7 +187,7 @@ def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
 def _close_focus_m(lens: Lens, kit_lens: KitLens) -> float:
     """Return how near a lens of a kit focuses, from the entrance pupil.
 
-    A kit tells it from where `lens` is measured. No lens focuses within its own length.
+    A kit gives it from the point that `lens` is measured from. No lens focuses within its own length.
     """
     least_m = _NEAREST_FOCUS * 1e-3 * kit_lens.length_near(lens.focal_length_mm)
     return max(from_pupil_m(lens, kit_lens.close_focus_m), least_m)

@@ -14,10 +14,10 @@ from typing import assert_never
 
 @dataclass(frozen=True)
 class LensModelFacts:
-    """The facts of a lens model, from which whoever asks derives.
+    """The facts of a lens model, from which all other code derives.
 
     words        its name for people
-    meaning      what it stands for, for a hint or for help
+    meaning      its explanation, for a tooltip or for help
     image_moves  the sensor lies at the image distance, which grows as the focus comes nearer; else
                  it always lies at the focal length
     """
@@ -47,7 +47,7 @@ class LensModel(StrEnum):
                 assert_never(self)
 
     def focal_over_image_distance(self, focal_length_mm: float, focus_distance_m: float) -> float:
-        """Return f/v, 0 to 1: by how much a renderer's discs are smaller than this model's.
+        """Return f/v, 0 to 1: the size of a renderer's discs relative to this model's.
 
         1 - f/S for a real lens, from the equation of the thin lens, also with focus at infinity; 1
         where the image lies at the focal length.

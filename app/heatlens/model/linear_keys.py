@@ -39,5 +39,5 @@ def _slope(frames: tuple[int, ...], places: list[float], start: int, end: int) -
 
 
 def _slack(value: float, scale: Scale) -> float:
-    """Return by how much a place on the scale may differ and still be the same float32 value."""
+    """Return the largest difference on the scale that rounds to the same float32 value."""
     return _SAME * abs(scale.slope_at(value) * value) if math.isfinite(value) else 0.0

@@ -13,8 +13,8 @@ class LookOptions:
 
     ocio            path or name of the config; None: $OCIO, else a built-in one
     display, view   names in the config; None: its defaults
-    input_space     name of the space of the light; None: as the plate's header tells
-    gamma           display values to the power of one over it, after the view
+    input_space     name of the colour space of the light; None: from the plate's header
+    gamma           display values are raised to 1/gamma, after the view
     exposure_stops  brighter by 2^stops, before the view
     """
 

@@ -34,11 +34,11 @@ class DistanceMark:
 
 @dataclass(frozen=True, slots=True)
 class PointMark:
-    """A point of the picture by name: its distance is that of what is seen there at each frame.
+    """A named point of the picture; its distance is that of the visible surface at each frame.
 
     x_px, y_px      pixels from the corner of the display window, y downwards
-    smooth_frames   how many frames around each one are averaged, as many before as after; 1 for
-                    none but it
+    smooth_frames   number of frames averaged around each one, half before and half after; 1 for no
+                    averaging
     """
 
     name: str
@@ -60,7 +60,7 @@ class PointMark:
 
 @dataclass(frozen=True, slots=True)
 class ObjectMark:
-    """An object of a 3D scene by its name there: its distance is that of its middle, each frame."""
+    """A named object of a 3D scene; its distance is that of its centre at each frame."""
 
     name: str
     object_name: str

@@ -24,5 +24,5 @@ def measured_text(lens: Lens, distance_m: float, unit: str = "m") -> str:
 
 
 def parse_measured_m(lens: Lens, text: str) -> float:
-    """Return the distance from the entrance pupil that a text tells; raise InputError for none."""
+    """Return the distance in a text, from the entrance pupil; raise InputError if it has none."""
     return from_pupil_m(lens, parse_distance_m(text))

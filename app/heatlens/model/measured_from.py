@@ -9,7 +9,7 @@ from enum import StrEnum
 
 
 class MeasuredFrom(StrEnum):
-    """Where the distances begin that people read and type."""
+    """The origin of the distances that people read and type."""
 
     PUPIL = "entrance-pupil"
     FILM = "film-plane"
@@ -20,5 +20,5 @@ class MeasuredFrom(StrEnum):
         return str(self).replace("-", " ")
 
     def offset_m(self, pupil_offset_mm: float) -> float:
-        """Return by how much a distance from here is longer than one from the pupil."""
+        """Return the amount by which a distance from here exceeds one from the pupil."""
         return 1e-3 * pupil_offset_mm if self is MeasuredFrom.FILM else 0.0

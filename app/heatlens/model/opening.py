@@ -12,9 +12,9 @@ Blades are arcs between corners on the unit circle. With the half angle h = pi /
 
 which is a straight line for c = 0 and the unit circle for c = 1. The gradient has length 1 there.
 
-The barrel of the lens ends in a circle in front and in one behind. From a place in the picture away
-from the middle they are seen shifted to opposite sides. What both let through makes the disc, which
-so becomes a cat's eye whose middle stays where the disc's was.
+The barrel of the lens ends in a circle at the front and another at the back. Seen from off the
+centre of the picture, they shift to opposite sides. The disc is the light that passes both: a cat's
+eye with the same centre as the full disc.
 """
 
 import math
@@ -55,9 +55,9 @@ class Barrel(NamedTuple):
 
 
 def past_blades(x: Array, y: Array, blades: Blades) -> tuple[Array, Array, Array]:
-    """Return how far points are outside the diaphragm, negative inside, and the gradient of that.
+    """Return the signed distance of points from the diaphragm, negative inside, and its gradient.
 
-    The distance is to first order, in radii.
+    The distance is a first-order estimate, in radii.
     """
     if blades.number == 0:
         from_middle = np.maximum(np.hypot(x, y), _TINY)

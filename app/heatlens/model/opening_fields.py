@@ -1,4 +1,4 @@
-"""What a person sets of the opening of a lens: the one list of these fields.
+"""The settings of a lens opening: the only list of these fields.
 
 `Aperture`, `Lens` and the `LensCharacter` of a kit inherit them. Camera files, the rows of the
 panel, the command line and the arguments of Python derive from them by their metadata.

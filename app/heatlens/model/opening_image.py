@@ -1,14 +1,14 @@
 """A picture as the opening of the lens: its light on a grid, in NumPy.
 
 The square of the picture is the box around the round opening of the same f-stop, as a lamp behind
-the focus shows it: the top row is on top. What lies outside the circle is dark, for there is no
-glass. Points are those of `model/opening.py`. The light is told relative to its mean over the
-circle, so that neither a dark picture nor a small shape changes the exposure.
+the focus shows it: the top row is on top. Cells outside the circle are dark, because there is no
+glass. Points are those of `model/opening.py`. The light is relative to its mean over the circle, so
+that neither a dark picture nor a small shape changes the exposure.
 
 shaders/lib/opening_image.lib.glsl has the same functions; tests/defocus/test_opening_image.py holds
 the two against each other. Both read one table: the sums of the light over the cells above and to
-the left of each corner (Crow 1984), in whole numbers, so that differences are exact. From it come
-the mean over any box, and points by inversion of the cumulative sums.
+the left of each corner (Crow 1984), in whole numbers, so that differences are exact. It yields the
+mean over any box, and sample points by inversion of the cumulative sums.
 """
 
 import math
@@ -69,7 +69,7 @@ class ImageGrid:
 
     @property
     def scale(self) -> float:
-        """What turns a cell's number into light, whose mean over the circle is 1."""
+        """The scale from a cell's number to light whose mean over the circle is 1."""
         return math.pi * IMAGE_SIDE**2 / 4 / float(self.sums[-1, -1])
 
     @property
@@ -96,7 +96,7 @@ class ImageGrid:
         return np.asarray(np.maximum(total, 0.0) * (self.scale / (4 * half_x * half_y)))
 
     def _sum_to(self, column: Array, row: Array) -> Array:
-        """Return the light of all that is above a row and to the left of a column, in fractions."""
+        """Return the light above a row and to the left of a column; both may be fractional."""
         (i, part_x), (j, part_y) = (
             _split(np.clip(at, 0.0, float(IMAGE_SIDE))) for at in (column, row)
         )

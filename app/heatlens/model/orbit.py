@@ -1,6 +1,6 @@
-"""The hand on a camera: round what it looks at, aside, nearer; as in every 3D program.
+"""Orbit, pan and dolly of a camera, as in every 3D program.
 
-All keep the world's y upright and take a pivot, the point that is looked at, in metres.
+All keep the world's y upright and take a pivot, the point the camera looks at, in metres.
 """
 
 import math

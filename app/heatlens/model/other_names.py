@@ -1,4 +1,4 @@
-"""What options are called in other programs, and other hints on names that there are not."""
+"""Suggest options for names used in other programs and for other unknown names."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches

@@ -1,4 +1,4 @@
-"""Focus peaking: what is in focus is coloured, as the screens of cameras do it."""
+"""Focus peaking: areas in focus are coloured, as on camera monitors."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -24,7 +24,7 @@ BLUR_RANGE = 0.1, 4.0  # in acceptable circles of confusion
 
 
 class PeakingOn(StrEnum):
-    """Where colour is laid."""
+    """Where focus peaking draws its colour."""
 
     PICTURE = "edges of the picture"  # seen through the lens, and the silhouettes
     DEPTH = "all at the distance"  # edges or none

@@ -1,4 +1,4 @@
-"""Where in a picture a place is, for what a lens does differently towards the corners."""
+"""Position in a picture, for lens effects that vary towards the corners."""
 
 import math
 from dataclasses import dataclass, replace
@@ -103,5 +103,5 @@ def _parts_past_barrel(aperture: Aperture) -> list[Pair]:
 
 
 def _shift_most(aperture: Aperture) -> float:
-    """Return how far each circle of the barrel is shifted at a corner, in radii of the opening."""
+    """Return the shift of each circle of the barrel at a corner, in radii of the opening."""
     return aperture.cat_eye / 2 * aperture.stopped_down

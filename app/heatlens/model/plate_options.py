@@ -1,4 +1,4 @@
-"""What the user says about a plate that its file does not say itself."""
+"""The user's options for reading a plate, for facts missing from its file."""
 
 import math
 import os
@@ -128,15 +128,15 @@ class PlateOptions:
     focal_length_mm  only radial depth needs it; None: from the header
     sensor_width_mm  likewise
     depth_source     file or pattern that holds the depth; None: the picture does
-    behind           files or patterns of what lies behind the picture, in any order
+    behind           files or patterns of the surfaces behind the picture, in any order
     behind_conventions  of the depths of `behind`, one each; (): that of the plate, where one was
                      chosen for a depth in its own file, else guessed
     picture_curve    of PNG, JPEG and TIFF
     eye              view of a stereo file; None: the first, or that of `color_layer`
     despike          replace lone pixels that are far too bright, see `plate.grain.despike`
-    strict           refuse what could be read in two ways, instead of taking the likelier
+    strict           refuse ambiguous input, instead of choosing the likelier reading
 
-    Raises InputError for a convention, kind or curve that is none, and for an impossible unit.
+    Raises InputError for an unknown convention, kind or curve, and for an impossible unit.
     """
 
     depth_channel: str | None = field(

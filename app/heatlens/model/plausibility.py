@@ -1,7 +1,7 @@
 """Whether a lens and the depths of a picture can belong together; if not, which unit may be wrong.
 
-A unit that is wrong by a factor of 25 to 1000 makes a picture that is blurred all over, or not at
-all, and nothing else tells. These are doubts and no errors: a person may want such a picture.
+A unit that is wrong by a factor of 25 to 1000 blurs the whole picture, or nothing at all, without
+any other sign. These are doubts, not errors: such a picture may be intended.
 """
 
 import math
@@ -212,7 +212,7 @@ def _focus_hint(focus_m: float, span: DepthSpan) -> str:
 
 
 def _unit_question(span: DepthSpan, units: list[str]) -> str:
-    """Return what the depths would be in other units, and the option that says so."""
+    """Return the depths in other likely units, and the option that sets each."""
     readings = "; if ".join(
         f"in {_WORDS[unit]}, which makes them {span.in_unit(_SCENE_UNITS[unit]).words}, say "
         f"--scene-unit {unit}"

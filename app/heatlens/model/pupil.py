@@ -14,10 +14,10 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Pupil:
-    """An aperture of a size, as a scene is seen through it.
+    """An aperture with a physical size, through which a scene is viewed.
 
     radius_m         radius of the round lens of the same f-stop in metres; 0 is a pinhole
-    axial_dioptres   1 / focus distance of blue less that of green, and of green less that of red
+    axial_dioptres   1 / focus distance of blue minus that of green, and of green minus that of red
     """
 
     aperture: Aperture
@@ -37,7 +37,7 @@ class Pupil:
 
     @property
     def switches(self) -> dict[str, bool]:
-        """What of lib/aperture.lib.glsl a build has to define for this pupil."""
+        """The defines of lib/aperture.lib.glsl that this pupil needs."""
         is_image = self.aperture.aperture_image is not None
         return {"SHAPED": not self.is_plain, "IMAGED": is_image}
 

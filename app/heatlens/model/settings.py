@@ -93,11 +93,10 @@ _ONLY_DIFFUSION = {
 class DefocusSettings:
     """Options of the blur.
 
-    layers  how many depth layers the picture is cut into, 1 (no uncovering) to LAYERS_MAX; None:
-            what the quality brings
-    proxy   scale of the picture that is worked on, PROXY_MIN to 1; blur scales with it
-    method  bokeh, quality and layers are those of diffusion; the others do not ask for them
-    views   points of the lens that accumulation looks through, or rays of each pixel
+    layers  number of depth layers, 1 (no uncovering) to LAYERS_MAX; None: set by the quality
+    proxy   scale of the working picture, PROXY_MIN to 1; blur scales with it
+    method  only diffusion uses bokeh, quality and layers
+    views   lens points of accumulation, or rays of each pixel
 
     Raises InputError for a number outside its range.
     """

@@ -1,4 +1,4 @@
-"""What is rendered: a lens over frames and how its blur is computed."""
+"""A shot: a lens over frames, and how its blur is computed."""
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -71,18 +71,18 @@ class Shot:
 
     lens               the values of the parameters that have no keys, and all else about the lens
     source             pattern of the plate's files or name of a scene, None where there is neither
-    framing            how a scene is looked at; a plate does not ask
+    framing            the view of a scene; plates do not use it
     plate_options      how they are read
-    curves             keys; what has keys does not ask `lens`
+    curves             keys; they override the values in `lens`
     marks              focus marks, in the order they were set
     frames             those of the plate, None where they are not known
     in_out             the part of them that is played and exported, None for all
     frames_per_second  when played
-    looks              lenses that were kept, in the order of their keeping
-    kit                bounds what a hand may do to the lens; None if there are no bounds
-    start_timecode     timecode of the first frame, None: what the headers of the plates tell
+    looks              saved lenses, in the order in which they were saved
+    kit                limits the values of the lens; None for no limits
+    start_timecode     timecode of the first frame; None: from the headers of the plates
 
-    Raises InputError for marks of one name, a rate no film has, a source no file can have.
+    Raises InputError for two marks of one name, and for an impossible rate or source name.
     """
 
     lens: Lens
@@ -131,7 +131,7 @@ class Shot:
     def started_at(self, text: str) -> "Shot":
         """Return the shot with the timecode of its first frame.
 
-        Raises InputError for what is no timecode, and for one that no frame of its rate has.
+        Raises InputError for text that is not a timecode, or one that does not exist at its rate.
         """
         timecode = parse_timecode(text)
         why = timecode.why_not(self.frames_per_second)

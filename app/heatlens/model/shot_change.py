@@ -1,4 +1,4 @@
-"""What differs between two shots, in a few words: the name of a step of undo."""
+"""Describe the difference of two shots in a few words, to name an undo step."""
 
 from dataclasses import fields
 from typing import Any

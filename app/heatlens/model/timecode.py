@@ -69,7 +69,7 @@ class Timecode:
 
 
 def timecode_in(text: str) -> Timecode | None:
-    """Return the timecode that a text shows; None if it is none that is possible."""
+    """Return the timecode in a text; None if it is not a valid one."""
     match = _TEXT.fullmatch(text.strip())
     if match is None:
         return None

@@ -1,4 +1,4 @@
-"""How many values of a picture lie where, in even bins: what is asked of its depths each frame."""
+"""Count the values of a picture in even bins, to summarise its depths at each frame."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +12,7 @@ _STEP_MIN = 1e-30  # a smaller one has no reciprocal in float32
 
 @dataclass(frozen=True, eq=False)
 class ValueBins:
-    """`counts` (BINS,) of the values from `low` to `high`; all in the first where these are one."""
+    """`counts` (BINS,) of the values from `low` to `high`; if low == high, all are in the first bin."""
 
     low: float
     high: float

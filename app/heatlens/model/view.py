@@ -1,4 +1,4 @@
-"""How a picture is looked at: never what is rendered."""
+"""How a picture is viewed, as opposed to what is rendered."""
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -45,7 +45,7 @@ DIFFERENCE_GAINS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 
 @dataclass(frozen=True, slots=True)
 class ViewState:
-    """The state of looking: part of no shot and of no undo.
+    """Viewer state: not saved in the shot, not undoable.
 
     zoom             pixels of the screen for one of the picture, None: the picture fits
     center_px        point of the display window that lies in the middle of the viewport, None: its

@@ -133,8 +133,8 @@ def zoomed_to(
 def panned(view: ViewState, viewport: Viewport, shape: PictureShape, by: Point) -> ViewState:
     """Move the picture by so many window units; a fitting picture keeps its size.
 
-    The middle of the viewport stays over the picture, or goes no farther from it where zooming at
-    the pointer has left it outside.
+    The centre of the viewport stays over the picture, or moves no farther from it if zooming at the
+    pointer has left it outside.
     """
     shape = shown_shape(view, shape)
     zoom = view.zoom or fit_zoom(viewport, shape)

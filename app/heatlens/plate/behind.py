@@ -1,4 +1,4 @@
-"""Pictures of what lies behind a plate: other files, or parts and layers of its own file."""
+"""Surfaces hidden behind a plate: from other files, or from parts and layers of its own file."""
 
 import re
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Which part of a plate's frame is seen through a lens that breathes."""
+"""Find the part of a plate's frame that is visible through a lens that breathes."""
 
 from heatlens.model.breathing import plate_ratio
 from heatlens.model.lens import Lens

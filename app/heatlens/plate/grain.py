@@ -63,8 +63,8 @@ def despike(color: FloatImage, depth: FloatImage) -> int:
     """Replace pixels of `color` (H, W, C) far brighter than all around them, in place; count them.
 
     The more a pixel outshines the brightest of its eight neighbours, the more of it is replaced by
-    their median, so that nothing appears or vanishes at once over frames. What stands apart from
-    all neighbours in `depth` (H, W) is a lamp and stays.
+    their median, so that nothing pops between frames. A pixel apart from all its neighbours in
+    `depth` (H, W) is a lamp and stays.
     """
     light = color[..., :3].mean(axis=2)
     brightest = np.maximum(np.max(list(_neighbours(light)), axis=0), 0.0)

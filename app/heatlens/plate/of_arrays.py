@@ -78,7 +78,7 @@ def _check_colors(colors: NDArray[Any]) -> None:
 
 
 def _check_numbers(what: str, values: NDArray[Any], kinds: str) -> None:
-    """Raise InputError if the dtype is none of `kinds`, which are letters as NumPy has them."""
+    """Raise InputError unless the dtype's kind is among `kinds`, NumPy's kind codes."""
     if values.dtype.kind == "c":
         raise InputError(f"{what} cannot be complex numbers ({values.dtype}): give real ones.")
     if values.dtype.kind not in kinds:

@@ -27,9 +27,8 @@ _DIGEST_BYTES = 16
 def read_opening_image(path: str | os.PathLike[str]) -> OpeningImage:
     """Read the light that an opening lets through; `path` becomes absolute.
 
-    The picture is put in the middle of a square and made IMAGE_SIDE cells wide and high. Of colours
-    it is the luminance, and what is transparent is dark. A file that has not changed since it was
-    read is not read again.
+    The picture is centred in a square and scaled to IMAGE_SIDE cells on a side. Colours count by
+    their luminance; transparent pixels are dark. A file that has not changed is not read again.
 
     Raises InputError that names the file where it cannot be read, holds no numbers, or lets no
     light through.
@@ -45,7 +44,7 @@ def read_opening_image(path: str | os.PathLike[str]) -> OpeningImage:
 
 
 def opening_notes(image: OpeningImage, has_blades: bool) -> tuple[str, ...]:
-    """Return what is to be said of an aperture image; `has_blades`: of a lens with blades set."""
+    """Return the notes on an aperture image; `has_blades` if the lens has blades set."""
     unused = "The aperture image takes the place of the blades, which do not count."
     return (unused, *image.notes) if has_blades else image.notes
 
@@ -72,7 +71,7 @@ def _read(path: Path, stamp: tuple[int, int]) -> OpeningImage:
 
 
 def _off_axis(path: Path, light: NDArray[np.float32]) -> tuple[str, ...]:
-    """Return what is to be said where the light is not in balance about the axis of the lens."""
+    """Return the note on light that is off balance about the axis of the lens."""
     seen = seen_light(light)
     at = (np.arange(IMAGE_SIDE) + 0.5) * 2 / IMAGE_SIDE - 1
     x, y = (float((seen.sum(axis=axis) * at).sum() / seen.sum()) for axis in (0, 1))
@@ -87,7 +86,7 @@ def _off_axis(path: Path, light: NDArray[np.float32]) -> tuple[str, ...]:
 
 
 def _luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
-    """Return the light (H, W) of a picture, and what is to be said of it."""
+    """Return the light (H, W) of a picture, and the notes on it."""
     parts = color_file_parts(path, PlateOptions())
     chosen = choose_color(path, [header for header, _ in parts], None)
     red, green, blue = (pixels_of(parts, ref).astype(np.float32) for ref in chosen.rgb)

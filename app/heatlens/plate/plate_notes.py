@@ -1,4 +1,4 @@
-"""What is to be said of a plate and of the lens in front of it, by commands and from Python."""
+"""Notes on a plate and the lens in front of it, for commands and Python callers."""
 
 from collections.abc import Sequence
 
@@ -28,10 +28,10 @@ def lens_notes(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -
 
 
 def shot_notes(shot: Shot, plate: Plate, without_unit_m: Sequence[float] = ()) -> tuple[str, ...]:
-    """Return what `lens_notes` does for a shot, whose lens is in doubt if it is so at every key.
+    """Return `lens_notes` for a shot, whose lens is in doubt if it is so at every key.
 
-    Focus distances `without_unit_m` were taken for metres without being told, and are in doubt
-    where another unit fits the depths.
+    Focus distances `without_unit_m` had no unit and are assumed to be metres; they are in doubt if
+    another unit fits the depths.
 
     Raises InputError for the first doubt if the plate options of the shot are strict.
     """

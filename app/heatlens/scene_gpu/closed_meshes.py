@@ -1,4 +1,4 @@
-"""Which meshes are closed, so that nobody sees their inside, and how their backs are told."""
+"""Find closed meshes (their inside is never visible) and how to detect their back faces."""
 
 from collections.abc import Sequence
 

@@ -76,7 +76,7 @@ class SurfaceRaster:
 # behind.
 FRONT_SIDE, _BEHIND_SIDE = 4, 2
 # How far the samples of each draw are shifted, in their distances: no two draws share a row or a
-# column, so that an edge along one is told as finely as any other.
+# column, so that axis-aligned edges are resolved as finely as others.
 _SHIFTS = ((-1 / 3, 0.0), (0.0, 1 / 3), (1 / 3, -1 / 3))
 STEPS_OF_BAND = PEEL_DRAWS + 3
 SAMPLES = PEEL_DRAWS * FRONT_SIDE**2  # of a pixel that is not done with fewer

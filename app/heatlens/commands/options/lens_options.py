@@ -115,7 +115,7 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
 
 
 def sources_of(args: argparse.Namespace) -> dict[str, str]:
-    """Return what gives each field of Lens: an option, or a camera or key that stands for one."""
+    """Return what sets each field of Lens: an option, a camera or a key."""
     back = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
     focus = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
     typed = {**_FLAGS, "sensor_width_mm": back, "focus_distance_m": focus}

@@ -1,4 +1,4 @@
-"""Find the timecode of frames: what a shot sets, else what the header of its first file tells."""
+"""Find the timecode of frames: from the shot, else from the header of its first file."""
 
 from collections.abc import Callable
 

@@ -38,7 +38,7 @@ def add_timing_options(group: "argparse._ArgumentGroup", has_rate: bool = False)
 def timing_of(args: argparse.Namespace, text: str) -> SceneTiming | None:
     """Return the timing that was given for the scene `text`, None for the usual one.
 
-    A rate that has another use in the command counts for a scene that tells no frames itself.
+    A frame rate given for another purpose also applies to a scene that has no frames of its own.
     Raises InputError for an impossible rate.
     """
     rate, has_seconds = args.fps, Path(text).suffix.lower() in _WITH_SECONDS

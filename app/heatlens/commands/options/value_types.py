@@ -1,4 +1,4 @@
-"""Numbers as they are typed; argparse puts the option before what is said of one that is none."""
+"""Parse typed numbers; argparse puts the name of the option before an error."""
 
 import argparse
 import math

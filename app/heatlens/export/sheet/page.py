@@ -50,7 +50,7 @@ def sheet_html(title: str, shot: Shot, entries: Sequence[SheetEntry]) -> str:
 
 
 def _facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:
-    """Return what is said of the lens and the film; a zoom is said from its least to its most."""
+    """Return the description of lens and film back; a zoom is given as a range."""
     frames = [float(entry.row.frame) for entry in entries]
     zoomed = [key.frame for key in shot.curves.focal_length_mm.keys]
     frames += [frame for frame in zoomed if frames[0] < frame < frames[-1]]

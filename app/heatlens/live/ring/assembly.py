@@ -36,7 +36,7 @@ class _Unfinished:
 
     @property
     def text(self) -> bytes | None:
-        """The text of a whole sample; None if datagrams of two samples were taken for one."""
+        """The text of a complete sample; None if datagrams of two samples were mixed up."""
         is_one = _is_numbered([one.sequence for one in self.segments])
         return b"".join(one.payload for one in self.segments) if is_one else None
 

@@ -76,7 +76,7 @@ def text_of(sample: LensSample, encoding: Encoding, source_number: int = 1) -> b
 
 
 def _timing(sample: LensSample) -> dict[str, Any]:
-    """Return the rate of the samples and the timecode, which is none without a rate."""
+    """Return the rate of the samples and the timecode; no timecode without a rate."""
     if sample.frames_per_second is None:
         return {}
     exact, timecode = exact_rate(sample.frames_per_second), sample.timecode

@@ -64,7 +64,7 @@ class _Refusing(logging.Handler):
 
 @contextmanager
 def _warnings_refused() -> Iterator[None]:
-    """Refuse what the library only warns of: it would print the bytes of a stranger."""
+    """Treat the library's warnings as errors: it would print untrusted bytes."""
     root, refusing = logging.getLogger(), _Refusing()
     root.addHandler(refusing)
     try:

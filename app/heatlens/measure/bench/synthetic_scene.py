@@ -20,9 +20,9 @@ _NIGHT = Daylight(sun=_BLACK, zenith=_BLACK, horizon=_BLACK, ground=_BLACK)
 def uniform_coc_scene(size: tuple[int, int], diameter_px: float, lens: Lens = LENS) -> Scene:
     """Return a wall across the view that emits the colours of `uniform_coc_plate`, up to white.
 
-    The wall stands before the focus, where |coc| is `diameter_px`: behind the focus no |coc|
-    exceeds that of infinity. No point of the lens sees past its border, beyond which the picture
-    repeats.
+    The wall is in front of the focus, where |coc| is `diameter_px`; behind the focus |coc| cannot
+    exceed its value at infinity. The picture repeats beyond its border, so that no point of the
+    lens sees past it.
     """
     distance_m = wall_m(size[0], diameter_px, lens)
     wall = _wall(size, diameter_px, distance_m, lens)

@@ -77,10 +77,10 @@ def _check_is_ours(folder: Path) -> None:
 
 
 def _files_of(folder: Path) -> set[str]:
-    """Return the names in the record of a report; none where there is no such record.
+    """Return the names in the record of a report; none if there is no such record.
 
-    The folder may be anybody's, and what is named here will be deleted: a name that no report gives
-    a file does not count.
+    The folder may belong to anyone, and the named files will be deleted, so names that no report
+    would give a file are ignored.
     """
     try:
         with (folder / NUMBERS).open("rb") as file:

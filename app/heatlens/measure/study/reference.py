@@ -1,4 +1,4 @@
-"""What the methods of a study are held against: a file, many views of a scene, or diffusion."""
+"""The reference of a study: a file, many views of a scene, or diffusion."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

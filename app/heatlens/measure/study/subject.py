@@ -1,4 +1,4 @@
-"""What is studied: one frame of a plate or a scene, through one lens, blurred in many ways."""
+"""The subject of a study: one frame of a plate or scene through one lens, blurred in many ways."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from heatlens.render import FrameRenderer, drained
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A renderer that has the source loaded, and what to ask it for.
+    """A renderer with the source loaded, and the frame to render.
 
     The methods take the lens of `shot`; its settings are those of diffusion, and say from how many
     points the methods of a scene look.

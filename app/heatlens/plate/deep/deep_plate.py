@@ -120,7 +120,7 @@ def _surfaces_sentence(path: Path, made: Stacked) -> str:
 
 
 def _merge_sentence(path: Path, made: Stacked) -> str:
-    """Return what was merged for want of room; "" where nothing was."""
+    """Return a sentence on fragments merged to save room; "" if none were."""
     if not made.shortened:
         return ""
     return (

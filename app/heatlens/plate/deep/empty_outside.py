@@ -63,7 +63,7 @@ def _color_over(color: FloatImage, source: Box, target: Box) -> FloatImage:
 def _coc_over(coc_px: FloatImage, source: Box, target: Box) -> FloatImage:
     """Return circles of confusion over `target`; what is empty lies as far as the farthest pixel.
 
-    Nearer it would hide the blur of what lies behind it.
+    Any nearer, it would hide the blur of surfaces behind it.
     """
     return moved_to_window(coc_px, source, target, float(coc_px.max()))
 

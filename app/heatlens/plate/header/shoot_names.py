@@ -55,7 +55,7 @@ class ShootLens:
     sources     field -> the name of the entry that gave it
     has_unit    False if the distance had no unit and metres were assumed
     unreadable  field -> the name of an entry whose value cannot be read, where no other gave one
-    conflicts   field -> the name of an entry that tells another value than the one that was taken
+    conflicts   field -> the name of an entry with a value other than the one used
     """
 
     focus_distance_m: float | None = None
@@ -75,8 +75,8 @@ def shoot_lens(
     """Return the lens values in the entries of a header or the cells of a table row.
 
     `unit_m` is the length in metres of the unit of distances, for metadata that does not name one,
-    and `given_m` that which a person says. A unit beside a value goes before `given_m`, and that
-    before the unit of a name. Zero, as cameras write it for what they do not know, counts as
+    and `given_m` the one given by the user. A unit beside a value takes precedence over `given_m`,
+    and that over the unit in a name. Zero, which cameras write for unknown values, counts as
     missing. Impossible values count as unreadable.
     """
     names = {_plain(name): name for name in entries}

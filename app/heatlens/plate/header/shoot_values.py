@@ -82,7 +82,7 @@ def linear_iris(value: Any) -> float | None:
 def stop(value: Any) -> float | None:
     """Return the f- or T-number of a number, "T2.8", ARRI's "1.4 + 7/10" or Sony's "T 2 3/10".
 
-    None for what is none of them, or no number of a lens.
+    None for any other text, and for impossible numbers.
     """
     text = with_points(str(value).strip().lower())
     number: float | None = None

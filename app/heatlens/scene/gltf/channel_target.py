@@ -28,7 +28,7 @@ class Target:
 
 
 def target_of(gltf: GltfFile, channel: Record) -> Target | None:
-    """Return what a channel changes; None, and a note where something is lost, for anything else.
+    """Return what a channel changes; None if unsupported, with a note if that loses anything.
 
     Raises InputError if it is a node that is given by a matrix.
     """
