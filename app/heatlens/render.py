@@ -125,7 +125,7 @@ class FrameRenderer:
         self._place(other._source.beside())
 
     def settle(self) -> None:
-        """Wait for pending commands on a CPU rasteriser, which would otherwise run them all later."""
+        """Wait for pending commands on a CPU rasteriser, which else runs them all later."""
         if self._is_software:
             self.ctx.finish()
 

@@ -40,7 +40,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     """Add `doctor` to the command line."""
     parser = commands.add_parser(
         "doctor",
-        help="check whether everything works on this machine",
+        help="check that everything works on this machine",
         description=_DESCRIPTION,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
         report = {"ok": not faults, "seconds": seconds, "findings": [asdict(f) for f in found]}
         print(json.dumps(report, indent=2))
     else:
-        told = "nothing is at fault" if not faults else f"at fault: {faults}"
+        told = "no fault found" if not faults else f"at fault: {faults}"
         print(f"{len(found)} findings in {seconds:.1f} s, {told}")
     return int(faults > 0)
 

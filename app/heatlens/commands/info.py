@@ -43,7 +43,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     """Add `info` to the command line."""
     parser = commands.add_parser(
         "info",
-        help="say what a render or a 3D scene holds, and how depth would be read",
+        help="show the contents of a render or a 3D scene, and how its depth is read",
         description=_DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -51,7 +51,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "plates",
         nargs="+",
         metavar="PLATE",
-        help="the render to look at, or several; a sequence; a folder; a 3D scene; or demo",
+        help="one or more renders; a sequence; a folder; a 3D scene; or demo",
     )
     parser.add_argument(
         "--json", action="store_true", help="the same as JSON, for programs; see above"

@@ -43,7 +43,7 @@ class DeclaredInputs:
         if name in self.kinds:
             return f"{files}: '{name}' is declared as a {self.kinds[name]}, not as a {kind}."
         near = get_close_matches(name, sorted(self.of_kind(kind)), 1, 0.0)
-        hint = f"The nearest that is declared is '{near[0]}'." if near else "None is declared."
+        hint = f"Did you mean '{near[0]}'?" if near else "None is declared."
         return f"{files}: no {kind} '{name}' is declared. {hint}"
 
 

@@ -187,7 +187,7 @@ def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
 def _close_focus_m(lens: Lens, kit_lens: KitLens) -> float:
     """Return how near a lens of a kit focuses, from the entrance pupil.
 
-    A kit gives it from the point that `lens` is measured from. No lens focuses within its own length.
+    A kit measures it from the same point as `lens`. No lens focuses within its own length.
     """
     least_m = _NEAREST_FOCUS * 1e-3 * kit_lens.length_near(lens.focal_length_mm)
     return max(from_pupil_m(lens, kit_lens.close_focus_m), least_m)

@@ -166,8 +166,8 @@ class PlateOptions:
         metadata=option(
             "depth kind",
             "planar: measured along the optical axis, a wall seen straight on has one depth "
-            "(default, but for channels named as Mitsuba's distances along the ray); radial: along "
-            "each ray, which needs focal length and sensor width",
+            "(default, except for Mitsuba's ray-distance channels); radial: along each ray, which "
+            "needs focal length and sensor width",
         ),
     )
     scene_unit_m: float = field(
@@ -187,7 +187,10 @@ class PlateOptions:
         ),
     )
     far_m: float | None = field(
-        default=None, metadata=option("far", "its far end", metavar="METRES", unit="m")
+        default=None,
+        metadata=option(
+            "far", "far end of a normalized depth or disparity", metavar="METRES", unit="m"
+        ),
     )
     focal_length_mm: float | None = None
     sensor_width_mm: float | None = None
@@ -195,8 +198,8 @@ class PlateOptions:
         default=None,
         metadata=option(
             "depth",
-            "the depth, where it lies in a file of its own: EXR, PNG, TIFF, PFM, NPY; of a "
-            "sequence its pattern, depth.####.exr",
+            "depth file, if separate from the colour: EXR, PNG, TIFF, PFM, NPY; for a sequence its "
+            "pattern, depth.####.exr",
             metavar="FILE",
             parse=os.path.expanduser,
         ),
@@ -205,9 +208,9 @@ class PlateOptions:
         default=(),
         metadata=option(
             "behind",
-            "a picture with depth of what lies behind, rendered by the same camera: a clean plate, "
-            "a background; of a sequence its pattern. May be given several times, in any order. "
-            "Parts and layers of the plate called behind, behind.1, ... are taken by themselves",
+            "a picture with depth of hidden surfaces, rendered by the same camera: a clean plate, "
+            "a background; for a sequence its pattern. May be given several times, in any order. "
+            "Parts and layers of the plate called behind, behind.1, ... are used automatically",
             metavar="FILE",
             parse=os.path.expanduser,
         ),

@@ -56,7 +56,7 @@ class Method(StrEnum):
         """Return what is known of the method."""
         match self:
             case Method.DIFFUSION:
-                return MethodFacts("layers of diffusion, as bokeh, quality and layers say")
+                return MethodFacts("layered diffusion (see --bokeh, --quality, --layers)")
             case Method.HEAT:
                 return MethodFacts("one layer of heat, the basic form of diffusion")
             case Method.GATHER:

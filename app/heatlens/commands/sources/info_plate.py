@@ -78,7 +78,7 @@ def _camera_lines(camera: dict[str, Any]) -> list[Line]:
             value = f"{_number(camera[name])} {unit}".rstrip()
             lines.append((label, f"{value} ({_source_words(camera['sources'][name])})"))
         elif name in camera["refused"]:
-            why = "left out, as no lens has that"
+            why = "ignored: no real lens has this value"
             lines.append((label, f"none (header: {camera['refused'][name]}: {why})"))
     if camera["model"] is None:
         lines = lines or [("camera", "nothing in the header")]

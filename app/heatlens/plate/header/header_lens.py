@@ -44,7 +44,7 @@ class MissingLensError(InputError):
         found = [refused[name] for name in self.fields if name in refused]
         if not found:
             return ""
-        return f" ({_listed(found)}: left out, as no lens has that)"
+        return f" ({_listed(found)}: ignored: no real lens has this value)"
 
 
 def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
