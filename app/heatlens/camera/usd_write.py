@@ -1,7 +1,7 @@
 """A camera as USD: UsdGeomCamera with a time sample at each frame of what moves.
 
 UsdGeomCamera does not describe the opening, so our own attributes do. The draft "Physical Cameras
-for USD" of the OpenUSD proposals names two of its values, blades and squeeze; it has no names for the
+for USD" of the OpenUSD proposals names two of its values, blades and squeeze; it names none of the
 others, and no prefix yet. These two are custom data of the prim under the classes of that draft.
 
 Focus at infinity, for which renderers have no common sign, is INFINITE_M away.

@@ -12,7 +12,7 @@ _STEP_MIN = 1e-30  # a smaller one has no reciprocal in float32
 
 @dataclass(frozen=True, eq=False)
 class ValueBins:
-    """`counts` (BINS,) of values from `low` to `high`; if these are equal, all are in the first bin."""
+    """`counts` (BINS,) from `low` to `high`; if these are equal, all are in the first bin."""
 
     low: float
     high: float
