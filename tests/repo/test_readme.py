@@ -19,8 +19,9 @@ MANUAL = ROOT / "app" / "MANUAL.md"
 
 
 def blocks() -> list[str]:
-    """Return each block of shell commands."""
-    return [b.split("```")[0] for b in (ROOT / "README.md").read_text().split("```sh\n")[1:]]
+    """Return each block of shell commands, of the README and then of the manual."""
+    text = (ROOT / "README.md").read_text() + MANUAL.read_text()
+    return [b.split("```")[0] for b in text.split("```sh\n")[1:]]
 
 
 def code_lines() -> list[str]:
@@ -92,9 +93,8 @@ def test_every_example_can_be_typed(line):
 
 
 def runnable() -> list[str]:
-    """Return the block of commands to run, without those that take minutes or wait."""
-    block = next(b for b in blocks() if "heatlens --demo" in b)
-    lines = [line for line in block.splitlines() if line.startswith("heatlens ")]
+    """Return the commands to run, without those that take minutes or wait."""
+    lines = [line for line in code_lines() if line.startswith("heatlens ")]
     return [line for line in lines if "# minutes" not in line and "--listen" not in line]
 
 
