@@ -74,3 +74,21 @@ def test_a_smaller_picture_is_cut_where_the_whole_one_is(coc, layers_max, proxy)
         for cut, scaled in ((one.near, other.near), (one.far, other.far)):
             if abs(cut.at_px) < 1e9:
                 assert scaled.at_px == pytest.approx(cut.at_px * proxy)
+
+
+@given(COCS, st.integers(1, 7), st.floats(0.05, 1.0))
+def test_layers_that_begin_at_the_first_near_cut_are_before_the_focus(
+    coc: np.ndarray, layers_max: int, proxy: float
+) -> None:
+    """The first near cut itself counts: what is behind it is sharp, and what is before it is not."""
+    farthest, *others = layer_cuts(coc * proxy, layers_max, proxy)
+    for layer in others:
+        assert layer.is_before_focus == (layer.far.at_px < 0)
+    if others:
+        assert not farthest.is_before_focus
+
+
+def test_the_layer_right_before_the_sharp_one_is_before_the_focus() -> None:
+    layers = layer_cuts(np.linspace(-100, 1, 400), 6)
+    assert layers[1].far.at_px == NEAR_CUTS_PX[0]
+    assert [layer.is_before_focus for layer in layers] == [False] + [True] * 5

@@ -71,3 +71,10 @@ def test_one_key_cannot_be_reversed_and_a_held_focus_stays():
     held = held_focus(shot, 5)
     assert dioptres(held, 5) == dioptres(held, 19) == pytest.approx(dioptres(shot, 5))
     assert dioptres(held, 20) == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("target", [50.0, math.inf])
+def test_an_overshoot_past_infinity_goes_to_infinity(target):
+    shot = shaped_pull(SHOT, 1.0, target, 0, 20, PullShape.OVERSHOOT)
+    assert shot.lens_at(15).focus_distance_m == math.inf
+    assert dioptres(shot, 20) == pytest.approx(1.0 / target)

@@ -67,6 +67,18 @@ def test_a_part_among_others_is_found(tmp_path):
     assert_same(path, 1, made)
 
 
+def test_black_samples_packed_as_small_as_can_be_are_read(tmp_path):
+    """Nothing packs better than 1032 to 1, and that is no sign of damage."""
+    samples = np.empty((1, 1), object)
+    samples[0, 0] = np.zeros(4_000_000, np.float32)
+    header = DEEP | {"compression": OpenEXR.ZIPS_COMPRESSION}
+    path = write_file(tmp_path / "black.exr", {"Z": samples}, **header)
+    assert samples[0, 0].nbytes > 950 * path.stat().st_size
+    deep = DeepPart(path, 0)
+    (band,) = deep.bands([deep.numbers["Z"]])
+    assert deep.count == 4_000_000 and not band.values[deep.numbers["Z"]].any()
+
+
 # Damage: the file is not compressed, and its chunks begin with y, three lengths, and the counts.
 
 

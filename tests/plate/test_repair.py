@@ -90,3 +90,15 @@ def test_depth_is_copied_from_the_nearest_ring(bad):
         rings = np.abs(good - (row, column)).max(axis=1)
         assert np.abs(source - (row, column)).max() == rings.min()
     np.testing.assert_array_equal(filled[~mask], depth[~mask])
+
+
+@pytest.mark.parametrize("good", range(1, 9))
+def test_of_good_neighbours_the_lower_one_in_the_middle_is_taken(good):
+    """With an even number of them a lamp that fills half of the neighbourhood does not win."""
+    color = flat(9.0)
+    color[2:5, 3:6] = np.nan
+    around = [(y, x) for y in (2, 3, 4) for x in (3, 4, 5) if (y, x) != (3, 4)]
+    for value, at in enumerate(around[:good]):
+        color[at] = float(value)
+    repair_color(color, "a.exr")
+    assert color[3, 4].tolist() == [float((good - 1) // 2)] * 4
