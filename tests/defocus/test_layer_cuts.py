@@ -80,7 +80,7 @@ def test_a_smaller_picture_is_cut_where_the_whole_one_is(coc, layers_max, proxy)
 def test_layers_that_begin_at_the_first_near_cut_are_before_the_focus(
     coc: np.ndarray, layers_max: int, proxy: float
 ) -> None:
-    """The first near cut itself counts: what is behind it is sharp, and what is before it is not."""
+    """The first near cut itself counts: it is where sharp pixels end and blurred ones begin."""
     farthest, *others = layer_cuts(coc * proxy, layers_max, proxy)
     for layer in others:
         assert layer.is_before_focus == (layer.far.at_px < 0)

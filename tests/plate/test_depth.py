@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.depth.depth import read_depth
+from heatlens.plate.depth.depth_guess import DepthOrigin, guess_convention, looked_at
 
 INF = math.inf
 NAN = math.nan
@@ -200,3 +201,13 @@ def test_the_doubt_about_zeros_is_told_once():
     assert result.report.question
     assert "taken as nothing hit" in result.notes[0]
     assert sum("--depth-convention inverse" in note for note in result.notes) == 1
+
+
+@pytest.mark.parametrize("top", [20.0, 20.5, 39.0])
+def test_only_up_to_20_may_values_be_1_over_z(top):
+    """A greater 1/z would be nearer than 5 cm, so that a file of Nuke's holds distances."""
+    row = np.array([[1.5, 2.0, top]], np.float32)
+    raw = looked_at(row, "shot.exr", "depth.Z", DepthOrigin("Nuke"))
+    guess = guess_convention(raw, PlateOptions())
+    assert guess.convention == ("inverse" if top == 20.0 else "distance")
+    assert bool(guess.question) == (top == 20.0)

@@ -8,6 +8,7 @@ from heatlens.live.ring.channel_map import Ring
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.sources import Heard
 from heatlens.model.lens import Lens
+from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.shot import Shot
 from heatlens.session.live.ring_hand import RingHand
 from heatlens.session.shot.editing import Editing
@@ -193,3 +194,12 @@ def test_a_ring_is_turning_for_a_moment_after_each_turn(receiver, editing, said)
     now[0] += 1.0
     hand.poll()
     assert not hand.is_turning
+
+
+@pytest.mark.parametrize("told", [{}, {"pupil_offset_mm": 120.0}])
+def test_a_ring_measured_from_the_film_plane_is_nearer_to_the_pupil(hand, receiver, editing, told):
+    offset = {"measured_from": MeasuredFrom.FILM, "pupil_offset_mm": 120.0}
+    editing.edit_lens(replace(editing.lens, **offset))
+    receiver.hears(focus_distance_m=2.0, **told)
+    hand.poll()
+    assert editing.lens.focus_distance_m == pytest.approx(1.88)
