@@ -7,9 +7,11 @@ import pytest
 
 from heatlens.gpu.textures import download
 from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import Shot
+from heatlens.model.view import Against, Compare, ViewState
 from heatlens.render import FrameRenderer
+from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.pictures.live_picture import LivePicture
 from support.plates import plate_of, room
 
@@ -47,3 +49,25 @@ def test_the_whole_picture_is_the_renderers_bit_for_bit(ctx, loaded, defocus):
         live.work(1e-4)
     assert live.shown.settings == defocus
     np.testing.assert_array_equal(download(live.shown.texture), loaded.pixels(shot))
+
+
+def test_answers_in_slices_of_one_step_are_the_renderers_bit_for_bit(ctx, loaded):
+    """Also those of a drag, each of which comes late, and beside which B waits for its turn."""
+    sides, seen = CompareSides(loaded), []
+    view = ViewState(compare=Compare.WIPE, against=Against.METHOD, b_method=Method.GATHER)
+    shots = [Shot(replace(LENS, focus_distance_m=1.0 + 0.01 * at)) for at in range(400)]
+    for shot in shots:
+        sides.request(view, shot, 0, 1e-4, within_s=1e-4)
+        assert sides.a.is_answering or sides.b.is_working
+        if sides.a.shown is not None and sides.a.shown.shot not in seen:
+            seen.append(sides.a.shown.shot)
+            quick = replace(seen[-1], defocus=sides.a.shown.settings)
+            np.testing.assert_array_equal(download(sides.a.shown.texture), loaded.pixels(quick))
+    assert seen and len(seen) < len(shots)
+    while any(side.is_working for side in sides.rendered):
+        sides.work(0, 1e-4)
+        sides.request(view, shot, 0, 1e-4, within_s=1e-4)
+        sides.work(1, 1e-4)
+    np.testing.assert_array_equal(download(sides.a.shown.texture), loaded.pixels(shot))
+    other = replace(shot, defocus=replace(shot.defocus, method=Method.GATHER))
+    np.testing.assert_array_equal(download(sides.b.shown.texture), loaded.pixels(other))

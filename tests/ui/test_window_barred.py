@@ -1,5 +1,6 @@
 """What cannot be done with what is open is grey, and says why; what was not measured says so."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -72,3 +73,11 @@ def test_speeds_are_told_once_they_were_measured():
     assert speed.mean_ms() == pytest.approx(20.0) and speed.pictures_per_second() is None
     speed.frame(0.050, 0.04, is_held=True)
     assert speed.pictures_per_second() == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize("is_software", [True, False])
+def test_only_a_window_has_its_answers_cut_into_slices(is_software):
+    speed = Speed(is_software=is_software)
+    assert speed.answer_s == math.inf
+    speed.has_window = True
+    assert speed.budget_s < speed.answer_s < 10 * speed.budget_s
