@@ -38,7 +38,7 @@ layout(rg32f) uniform image2D state_img;
 #define DISTANCE_POWER 2.0
 #define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure
 #define DULL_REACH 0.8         // share of the distance to an end that is averaged behind it where the guess is smooth
-#define ONE_END_WEIGHT 0.02    // an end without a partner: colour without structure
+#define ONE_END_WEIGHT 0.02    // weight of an end without a partner: it gives colour but no structure
 #define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
 #define BEHIND_TAPS 6          // 1, 2, 4 ... 32 pixels behind, each standing for its whole interval
 

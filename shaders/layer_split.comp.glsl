@@ -83,7 +83,7 @@ struct Sum {
     float known;
     float count;
 #ifdef LISTS
-    float listed;    // known only from lists, behind what is seen
+    float listed;    // known only from lists, behind the visible surface
     float depth_px;  // times listed: how deep behind a silhouette that can be seen
 #endif
 };

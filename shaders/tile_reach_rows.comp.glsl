@@ -13,7 +13,7 @@
 layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
 uniform ivec2 picture_tiles;  // across, down
-uniform int reduction;        // of the layer: picture pixels a side of one of its own
+uniform int reduction;        // size of a pixel of the layer, in picture pixels
 uniform int layer;
 layout(std430) readonly buffer content_block { uint content_buf[]; };
 layout(std430) readonly buffer nearest_block { float nearest_buf[]; };

@@ -26,7 +26,7 @@ ivec2 list_pixel(uint slot) {
     return ivec2(list_pixels[slot] & 0xffffu, list_pixels[slot] >> 16);
 }
 
-// What main of a later pass does with the list.
+// Loops over the list, in the main of a later pass.
 #define FOR_EACH_LISTED(DO) \
     for (uint slot = slice_start(list_count) + gl_GlobalInvocationID.x; \
          slot < slice_end(list_count); slot += gl_NumWorkGroups.x * PIXELS_PER_GROUP) \

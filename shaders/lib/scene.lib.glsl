@@ -34,7 +34,7 @@ struct Material {
 struct Light {
     vec4 position_inner;   // metres, and a spot's inner cosine
     vec4 intensity_outer;  // candela-like, and a spot's outer cosine
-    vec4 axis;             // a spot's, unit, and 1, or 2 if it fades smoothly; zeros for no spot
+    vec4 axis;             // axis of a spot, unit; w is 1, or 2 if it fades smoothly; zeros if it is not a spot
 };
 
 layout(std430) readonly buffer instances_block { Instance instances[]; };
@@ -61,7 +61,7 @@ layout(std430) readonly buffer places_block { vec4 places[]; };
 uniform sampler2DArray maps_tx;
 
 #define SMALL 1e-20
-#define LEAST_ALONG 1e-6  // a tangent that is nearly the normal, its sine squared
+#define LEAST_ALONG 1e-6  // squared sine of the angle below which a tangent is parallel to the normal
 
 // A point to be lit. The normals are unit and face the eye; `side` is without bumps.
 struct Surface {

@@ -22,9 +22,9 @@ uniform sampler2D last_tx;
 uniform int front_side;
 uniform int behind_side;
 
-// Of the pixel that this invocation looks at.
+// State of the pixel that this invocation processes.
 bool is_done;
-int front_count;     // samples: 1 where it is done
+int front_count;     // number of samples; 1 if the pixel is done
 float own_dioptres;  // where it is done
 
 void begin_pixel(ivec2 at, float depth_m) {

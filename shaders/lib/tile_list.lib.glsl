@@ -27,7 +27,7 @@ ivec2 listed_tile(uint slot) {
     return ivec2(listed_tiles[slot] & 0xffffu, listed_tiles[slot] >> 16);
 }
 
-// What main of a later pass does with the list.
+// Loops over the list, in the main of a later pass.
 #define FOR_EACH_TILE(DO) \
     for (uint slot = slice_start(tile_count) + gl_WorkGroupID.x; \
          slot < slice_end(tile_count); slot += gl_NumWorkGroups.x) \

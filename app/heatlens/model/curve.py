@@ -132,7 +132,7 @@ class Curve:
         return self._merged(self.keys, _shifted(keys, at_frame))
 
     def multiplied(self, factor: float, frames: Collection[float] | None = None) -> "Curve":
-        """Return the curve with the values at these frames, None for all, times `factor` above 0.
+        """Return the curve multiplied by `factor` > 0 at these frames; None for all.
 
         Handles follow. Where all values are multiplied, so is the value at every frame, on every
         scale.

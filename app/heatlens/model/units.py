@@ -70,7 +70,7 @@ def parse_scene_unit_m(text: str) -> float:
         unit_m = float(match[1]) if match else 0.0
     if not 0 < unit_m < math.inf:
         raise InputError(
-            f"{text!r} is not a scene unit; understood are m, cm, mm, km, ft, in or the metres in "
+            f"{text!r} is not a scene unit. Use m, cm, mm, km, ft, in or the metres in "
             "one unit, such as 0.01."
         )
     return unit_m

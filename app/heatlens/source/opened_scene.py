@@ -51,7 +51,7 @@ class OpenedScene(Opened):
 
     @property
     def timing(self) -> SceneTiming | None:
-        """How its seconds became frames; None in the usual way."""
+        """How its seconds became frames; None for the default."""
         return self.again.timing
 
     @property
