@@ -95,7 +95,7 @@ def test_another_sequence_opens_while_a_frame_of_the_one_before_is_read(
     before = arrived(source, woken)
     disk.answers.clear()
     disk.is_asked.clear()
-    source.show(Shot(Lens(50.0, 2.8, 2.0, 36.0)), Playhead(2))
+    source.feed.show(Shot(Lens(50.0, 2.8, 2.0, 36.0)), Playhead(2))
     assert disk.is_asked.wait(PATIENCE_S)
 
     source.open(str(plate_file(tmp_path / "other.exr")), KNOWN)
@@ -126,7 +126,7 @@ def test_the_depths_of_a_plate_are_counted_by_the_thread_that_reads_it(
     monkeypatch.setattr(plate_module, "bins_of", recorded)
     source.open(str(plate_file(tmp_path / "a.exr")), KNOWN)
     arrived(source, woken)
-    assert source.histogram is not None
+    assert source.picture.histogram is not None
     assert counting and current_thread() not in counting
 
 

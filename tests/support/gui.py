@@ -209,12 +209,11 @@ class Gui:
 
     def open(self, source: Path | str, options: PlateOptions | None = None) -> None:
         """Open another plate and wait for its picture."""
-        before, opener = self.session.source.version, self.session.source.opener
+        picture, opener = self.session.source.picture, self.session.source.opener
+        before = picture.version
         self.session.files.open(str(source), options)
         # A frame that was awaited before counts as a version too, but not as what is opened.
-        self.until(
-            lambda: opener.opening is None and self.session.source.version > before, "the plate"
-        )
+        self.until(lambda: opener.opening is None and picture.version > before, "the plate")
         self.frame(3)
 
     def screenshot(self) -> np.ndarray:

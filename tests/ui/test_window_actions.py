@@ -51,7 +51,7 @@ def state(gui) -> tuple:
     """Return all that an action can change and that is seen at once."""
     session = gui.session
     ui = gui.ui
-    others = (ui.shows_keys, ui.is_over, ui.dialogs.browser.is_open, session.source.version)
+    others = (ui.shows_keys, ui.is_over, ui.dialogs.browser.is_open, session.source.picture.version)
     return session.shot, session.view, dict(ui.panels), *others
 
 
@@ -247,9 +247,9 @@ def test_reloading_keeps_the_shot_and_takes_the_new_picture(gui, tmp_path):
     gui.settled()
     shot, before = gui.session.shot, picture(gui)
     room_file(path, 64, 96)
-    version = gui.session.source.version
+    version = gui.session.source.picture.version
     gui.key(K.r, ctrl=True)
-    gui.until(lambda: gui.session.source.version > version, "the plate")
+    gui.until(lambda: gui.session.source.picture.version > version, "the plate")
     gui.settled()
     assert gui.session.shot == shot
     assert picture(gui).shape == (96, 64, 4) != before.shape

@@ -102,7 +102,7 @@ def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene
         before,
     )  # and seen large
     assert (
-        session.source.plate_px(session.shot, (959, 539))[0]
+        session.source.feed.plate_px(session.shot, (959, 539))[0]
         < session.source.plate.display_window.width
     )
     scene_gui.release(RIGHT)

@@ -85,7 +85,7 @@ def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_d
     session, (x, y) = moving.session, MIDDLE
     drawn_px, (_, whole) = (
         session.source.plate.display_window.width,
-        session.source.windows(session.shot),
+        session.source.feed.windows(session.shot),
     )
     assert drawn_px < whole.width
     words = moving.screen.status.words(MIDDLE)

@@ -66,12 +66,12 @@ def frame_of_room(width=WIDTH, height=HEIGHT):
 
 def sent(gui, values, name="beauty", channels=CHANNELS, creates=True):
     """Send a frame with the real client, and draw until it is on the GPU."""
-    before = gui.session.source.version
+    before = gui.session.source.picture.version
     with Ipc(*address(gui)) as client:
         if creates:
             client.create_image(name, values.shape[1], values.shape[0], list(channels))
         client.update_image(name, values, list(channels))
-    gui.until(lambda: gui.session.source.version > before, "the frame")
+    gui.until(lambda: gui.session.source.picture.version > before, "the frame")
 
 
 def shows(gui, values):
@@ -178,14 +178,14 @@ QUARTERS = [
 
 def sent_in_tiles(gui, values, tiles, creates=True):
     """Send tiles of a frame (rows and columns), and draw until a picture has come of them."""
-    before = gui.session.source.version
+    before = gui.session.source.picture.version
     with Ipc(*address(gui)) as client:
         if creates:
             client.create_image("beauty", WIDTH, HEIGHT, list(CHANNELS))
         for rows, columns in tiles:
             tile = np.ascontiguousarray(values[rows, columns])
             client.update_image("beauty", tile, list(CHANNELS), x=columns.start, y=rows.start)
-    gui.until(lambda: gui.session.source.version > before, "the tiles")
+    gui.until(lambda: gui.session.source.picture.version > before, "the tiles")
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (1, 3, 0, 2)])
@@ -265,11 +265,12 @@ def test_a_file_takes_the_place_of_the_stream_until_it_is_returned_to(ctx, tmp_p
         sent(gui, values)
         shows(gui, values)
         gui.open(room_file(tmp_path / "room.exr"))
-        version = gui.session.source.version
+        version = gui.session.source.picture.version
         with Ipc(*address(gui)) as client:
             client.update_image("beauty", 2 * values[..., :3], list("RGB"))
         gui.frame(10)
-        assert gui.session.source.version == version and not gui.session.source.stream.is_shown
+        source = gui.session.source
+        assert source.picture.version == version and not source.stream.is_shown
         gui.session.recent.look()
         gui.until(lambda: stream.text in gui.session.recent.found, "the stream among recent files")
         gui.open(stream.text)

@@ -207,7 +207,7 @@ class Session:
     @property
     def renderer(self) -> FrameRenderer:
         """The renderer of all pictures."""
-        return self.source.renderer
+        return self.source.picture.renderer
 
     @property
     def live(self) -> LivePicture:
@@ -256,12 +256,12 @@ class Session:
     @property
     def has_many_views(self) -> bool:
         """True if what is open can be seen from many points of the lens."""
-        return self.source.renderer.has_many_views
+        return self.source.picture.renderer.has_many_views
 
     @property
     def histogram(self) -> DepthHistogram | None:
         """The histogram of the plate's distances; None if it has none."""
-        return self.source.histogram
+        return self.source.picture.histogram
 
     @property
     def reference(self) -> Reference | None:

@@ -151,7 +151,8 @@ class DockedPanels:
             hovered_m = None
             if hovered is not None:
                 frame_px = session.source.frame_px(session.lens, hovered)
-                hovered_m = seen_depth_m(plate, session.source.plate_px(session.shot, frame_px))
+                plate_px = session.source.feed.plate_px(session.shot, frame_px)
+                hovered_m = seen_depth_m(plate, plate_px)
             reading, unit = session.files.reading, session.view.unit
             problem = window_words(reading.problem)
             facts = PlateFacts(

@@ -95,7 +95,7 @@ class PictureWindow:
 
     def _draw_picture(self, pictures: Pictures | None) -> None:
         """Draw the picture and everything over it, or the reason why there is none."""
-        if self._session.source.is_black and not self._session.pull.is_alone:
+        if self._session.source.picture.is_black and not self._session.pull.is_alone:
             imgui.text_disabled(f"  Frame {self._session.editing.frame} has no file.")
         elif self._session.source.is_waiting and self._session.source.stream is not None:
             draw_waiting(self._session.source.stream)

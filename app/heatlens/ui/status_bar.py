@@ -106,14 +106,14 @@ class StatusBar:
         if session.view.compare is Compare.GRID:
             return "Click a picture to take its look.  Escape leaves the grid."
         self._kept.uploaded(shown)
-        pixel = session.source.plate_px(session.shot, hovered)
+        pixel = session.source.feed.plate_px(session.shot, hovered)
         version = shown.key if isinstance(shown, KeptFrame) else shown
         frame_px = session.source.frame_px(session.lens, pixel)
         read = probe_at(pixel, plate, session.lens, shown, version, self._reader, frame_px)
         if read is None:
             return ""
         if session.has_camera:  # whose preview may be smaller than the whole picture
-            _, whole = session.source.windows(session.shot)
+            _, whole = session.source.feed.windows(session.shot)
             coc_px = read.coc_px * whole.width / plate.display_window.width
             read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)
         return probe_text(read, session.view.unit, session.lens)

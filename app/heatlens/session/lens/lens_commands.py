@@ -37,7 +37,7 @@ class LensCommands:
     def focus_at(self, pixel: tuple[int, int]) -> None:
         """Focus on the object at a pixel of the display window; do nothing outside the picture."""
         plate, pixel = self._source.plate, self._source.frame_px(self._editing.lens, pixel)
-        pixel = self._source.plate_px(self._editing.shot, pixel)
+        pixel = self._source.feed.plate_px(self._editing.shot, pixel)
         if plate is None or not _is_inside(plate, pixel):
             return
         try:
@@ -51,13 +51,13 @@ class LensCommands:
 
     def nudge_focus(self, notches: float) -> None:
         """Focus nearer (positive) or farther by a number of notches of the focus bar."""
-        histogram = self._source.histogram
+        histogram = self._source.picture.histogram
         if histogram is not None:
             self._editing.edit_lens(nudged(self._editing.lens, histogram, notches))
 
     def focus_at_infinity(self) -> None:
         """Focus at infinity if the plate has distances."""
-        if self._source.histogram is not None:
+        if self._source.picture.histogram is not None:
             self._editing.edit_lens(focused_at(self._editing.lens, 0.0))
 
     def step_f_stop(self, steps: int) -> None:

@@ -81,7 +81,7 @@ class MarkCommands(Worker):
             return
         pixel = self._source.frame_px(self._editing.lens, pixel)
         try:
-            depth_at_m(plate, *self._source.plate_px(self._editing.shot, pixel))
+            depth_at_m(plate, *self._source.feed.plate_px(self._editing.shot, pixel))
         except HeatlensError as error:
             self._say(Problem(error))
             return
@@ -124,7 +124,7 @@ class MarkCommands(Worker):
     def _in_scene_m(self, mark: PointMark, frame: int | None) -> float | None:
         pixel = int(mark.x_px), int(mark.y_px)
         if frame is None or frame == self._editing.frame:
-            x, y = self._source.plate_px(self._editing.shot, pixel)
+            x, y = self._source.feed.plate_px(self._editing.shot, pixel)
             return mark_m(self._source.plate, replace(mark, x_px=x, y_px=y))
         return self._scenes.point_m(*pixel, frame)
 

@@ -5,8 +5,6 @@ from contextlib import suppress
 from threading import Event, Thread
 
 from heatlens.frame_cache.cache import FrameCache
-from heatlens.model.boxes import Box
-from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.framing import SceneTiming
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
@@ -20,7 +18,7 @@ from heatlens.render import FrameRenderer
 from heatlens.scene.placing import Placing
 from heatlens.scene.scene import Scene
 from heatlens.session.opened.gpu_picture import GpuPicture
-from heatlens.session.opened.picture_feed import PictureFeed, Playhead, feed_of
+from heatlens.session.opened.picture_feed import PictureFeed, feed_of
 from heatlens.source.kinds import kind_of
 from heatlens.source.opened import Opened
 from heatlens.source.opener import SourceOpener
@@ -68,7 +66,8 @@ class OpenSource:
         `placing_of` tells what the user said of a scene whose file does not say its unit and which
         way is up.
 
-        The stream is closed together with this object.
+        The stream is closed together with this object. `picture` is what is shown, on the GPU, and
+        `feed` brings it there; another source has another feed.
         """
         self.stream = stream
         if stream is not None:
@@ -118,11 +117,6 @@ class OpenSource:
     # What is open
 
     @property
-    def renderer(self) -> FrameRenderer:
-        """The renderer that has the picture."""
-        return self.picture.renderer
-
-    @property
     def scene(self) -> Scene | None:
         """The 3D scene with the shot's placement; None if no scene is open."""
         return None if self.opened is None else self.feed.scene
@@ -150,7 +144,7 @@ class OpenSource:
         """Return the shape of the display window; one pixel while nothing is open."""
         if self.plate is None:
             return PictureShape(1, 1)
-        _, window = self.windows(shot)
+        _, window = self.feed.windows(shot)
         return PictureShape(window.width, window.height, self.plate.pixel_aspect_ratio)
 
     @property
@@ -158,86 +152,14 @@ class OpenSource:
         """True while nothing is shown and a stream waits for its first frame."""
         return self.plate is None and self.stream is not None and self.stream.is_wanted
 
-    # The picture on the GPU, see `GpuPicture`
-
     @property
     def plate(self) -> Plate | None:
         """The picture before the blur; None while there is none."""
         return self.picture.plate
 
-    @property
-    def histogram(self) -> DepthHistogram | None:
-        """The histogram of its distances; None if it has none."""
-        return self.picture.histogram
-
-    @property
-    def version(self) -> int:
-        """The number of pictures uploaded so far, which identifies the current one."""
-        return self.picture.version
-
-    @property
-    def is_finer(self) -> bool:
-        """True if the latest picture is the previous one with less noise."""
-        return self.picture.is_finer
-
-    @property
-    def is_black(self) -> bool:
-        """True if a missing frame is shown as black."""
-        return self.picture.is_black
-
-    @property
-    def problem(self) -> str:
-        """A sentence why the frame cannot be shown; "" if it can."""
-        return self.picture.problem
-
     def is_settled_at(self, frame: int) -> bool:
         """Return True if this frame is shown, or cannot be."""
         return self.picture.is_settled and self.picture.frame == frame
-
-    @property
-    def wanted(self) -> object:
-        """The last request to the frame cache; a change means that other frames are read."""
-        return self.feed.wanted
-
-    # How pictures come to the GPU, see `PictureFeed`
-
-    @property
-    def is_good(self) -> bool:
-        """True if the picture is good enough to be blurred."""
-        return self.feed.is_good
-
-    @property
-    def is_whole(self) -> bool:
-        """True if the picture has its final quality."""
-        return self.feed.is_whole
-
-    def show(self, shot: Shot, playhead: Playhead) -> None:
-        """Have the picture at the playhead on the GPU, now or as soon as it is read."""
-        self.feed.show(shot, playhead)
-
-    def follow(self, shot: Shot, frame: int) -> None:
-        """Redraw after a change of the shot since `show`, if the picture depends on it."""
-        self.feed.follow(shot, frame)
-
-    def refine(self, slice_s: float) -> None:
-        """Improve the picture for about `slice_s` seconds while nothing moves."""
-        self.feed.refine(slice_s)
-
-    def refresh(self) -> None:
-        """Take over unrequested frames. Raise HeatlensError if GPU memory is full."""
-        self.feed.refresh()
-
-    def seen(self, shot: Shot) -> Shot:
-        """Return the shot that is drawn now: a scene is drawn smaller while something moves."""
-        return self.feed.seen(shot)
-
-    def windows(self, shot: Shot) -> tuple[Box, Box]:
-        """Return data and display window of the whole picture, not of a smaller preview."""
-        return self.feed.windows(shot)
-
-    def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
-        """Return the pixel of the plate on the GPU under one of the display window."""
-        return self.feed.plate_px(shot, pixel)
 
     def frame_px(self, lens: Lens, pixel: tuple[int, int]) -> tuple[int, int]:
         """Return the pixel of the plate's frame that is visible at a pixel of the picture.
@@ -258,10 +180,6 @@ class OpenSource:
         told = None if self.plate is None else timecode_of(self.plate.attributes)
         timecode = shot.timecode_at(frame, told)
         return None if timecode is None else (frame, timecode)
-
-    def seconds_until_needed(self) -> float | None:
-        """Return the seconds until `refine` has something to do; None if it has nothing."""
-        return self.feed.seconds_until_needed()
 
     def close(self) -> None:
         """Stop every thread."""

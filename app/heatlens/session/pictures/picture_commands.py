@@ -55,7 +55,7 @@ class PictureCommands(Worker):
     def _whole(self) -> Shown | None:
         """Return the picture of the current shot once it is complete."""
         shown, source, frame = self._live.shown, self._source, self._editing.frame
-        if source.plate is None or not (source.is_whole and source.is_settled_at(frame)):
+        if source.plate is None or not (source.feed.is_whole and source.is_settled_at(frame)):
             return None
         cache = None if source.opened is None else source.opened.cache
         if cache is not None and source.plate.path != cache.sequence.resolve(frame):

@@ -122,7 +122,7 @@ class Ruler:
         return Measured((near_m, far_m), distance_m(a, b))
 
     def _depth_m(self, plate: Plate, pixel: Pixel) -> float:
-        return depth_at_m(plate, *self._source.plate_px(self._editing.shot, pixel))
+        return depth_at_m(plate, *self._source.feed.plate_px(self._editing.shot, pixel))
 
     def is_inside(self, pixel: Pixel) -> bool:
         """Return True if the pixel can be measured: the picture is there, with distances."""
@@ -130,7 +130,7 @@ class Ruler:
         if plate is None or not plate.has_distances:
             return False
         frame_px = self._source.frame_px(self._editing.lens, pixel)
-        x, y = self._source.plate_px(self._editing.shot, frame_px)
+        x, y = self._source.feed.plate_px(self._editing.shot, frame_px)
         window = plate.display_window
         return plate.data_window.contains(x + window.x0, y + window.y0)
 

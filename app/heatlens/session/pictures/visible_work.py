@@ -21,13 +21,13 @@ class VisibleWork:
     def plate(self) -> PlateState:
         """The state of the picture before the lens."""
         source = self._source
-        is_asked = source.plate is None or self._sides.plate == source.version
+        is_asked = source.plate is None or self._sides.plate == source.picture.version
         return PlateState(
             is_there=source.plate is not None,
-            is_good=source.is_good,
-            is_whole=source.is_whole,
+            is_good=source.feed.is_good,
+            is_whole=source.feed.is_whole,
             is_asked=is_asked,
-            wait_s=source.seconds_until_needed(),
+            wait_s=source.feed.seconds_until_needed(),
         )
 
     @property
@@ -36,6 +36,6 @@ class VisibleWork:
         return tuple(self._state_of(side) for side in self._sides.rendered)
 
     def _state_of(self, side: Side) -> SideState:
-        has_work = side.wants_work(self._source.is_whole)
+        has_work = side.wants_work(self._source.feed.is_whole)
         wait_s = side.seconds_to_rest()
         return SideState(not side.is_working, has_work, wait_s, side.is_answering)

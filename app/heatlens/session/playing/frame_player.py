@@ -43,8 +43,8 @@ class FramePlayer(Worker):
             if frame != now and self._timeline.may_play(frame):
                 self._timeline.put(frame)
                 self._show()
-        if self._source.problem != self._said:
-            self._said = self._source.problem
+        if self._source.picture.problem != self._said:
+            self._said = self._source.picture.problem
             if self._said:
                 self._say(self._said)
 
@@ -62,7 +62,7 @@ class FramePlayer(Worker):
             _AHEAD_PLAYING if is_playing else _AHEAD_STILL,
             self._timeline.missing,
         )
-        self._source.show(self._editing.shot, playhead)
+        self._source.feed.show(self._editing.shot, playhead)
 
     @property
     def _rate(self) -> float:

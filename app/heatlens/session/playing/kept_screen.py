@@ -46,7 +46,7 @@ class KeptScreen:
         view: PictureView,
         screen: ScreenPictures,
     ) -> None:
-        ctx = source.renderer.ctx
+        ctx = source.picture.renderer.ctx
         self._ctx = ctx
         self._pull = pull
         self._source = source
@@ -125,7 +125,7 @@ class KeptScreen:
         screen = self._screen
         screen.with_mipmaps = look[-1]
         self.uploaded(shown)
-        plate = self._source.renderer.loaded
+        plate = self._source.picture.renderer.loaded
         return screen.a(shown, shown.key, plate, view, shown.texture)
 
     def _look(self, view: ViewState, size: tuple[int, int]) -> Look:

@@ -37,7 +37,7 @@ class PullJobs:
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         self._source = source
-        self._renderer = source.renderer
+        self._renderer = source.picture.renderer
         self._editing = editing
         self._timeline = timeline
         self._view = view
@@ -110,7 +110,7 @@ class PullJobs:
         source = self._source
         if source.plate is None:
             return 1, 1
-        window, _ = source.windows(self._shot)
+        window, _ = source.feed.windows(self._shot)
         return proxy_size((window.width, window.height), self._shot.defocus.proxy)
 
     def make(self, frames: Iterable[int], seconds: float) -> bool:

@@ -68,7 +68,7 @@ class RenderScheduler(Worker):
     @property
     def picture_key(self) -> object:
         """A key that changes with the plate's picture or those of the sides."""
-        return self._source.version, self._sides.pictures
+        return self._source.picture.version, self._sides.pictures
 
     @property
     def seen_key(self) -> object:
@@ -84,12 +84,12 @@ class RenderScheduler(Worker):
 
     def _ask(self) -> None:
         source, shot, frame = self._source, self._editing.seen_shot, self._editing.frame
-        source.refresh()  # only now, so that a picture saved before was of the same frame
-        source.follow(shot, frame)
+        source.feed.refresh()  # only now, so that a picture saved before was of the same frame
+        source.feed.follow(shot, frame)
         if source.plate is not None and source.is_settled_at(frame):
-            plate = PlateVersion(source.version, source.is_finer)
+            plate = PlateVersion(source.picture.version, source.picture.is_finer)
             times = self._speed.budget_s, self._speed.answer_s
-            seen, view = source.seen(shot), self._view
+            seen, view = source.feed.seen(shot), self._view
             self._sides.request(view.state, seen, frame, times[0], plate, view.zoom, times[1])
 
     def work(self) -> None:
@@ -99,9 +99,9 @@ class RenderScheduler(Worker):
     def _work(self) -> None:
         following = self._next
         if following.work is Work.SIDE:
-            self._sides.work(following.side, _SLICE_S, self._source.is_whole)
+            self._sides.work(following.side, _SLICE_S, self._source.feed.is_whole)
         elif following.work is Work.PLATE:
-            self._source.refine(_SLICE_S)
+            self._source.feed.refine(_SLICE_S)
         else:
             self._pull.work()
 

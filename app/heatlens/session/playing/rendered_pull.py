@@ -269,7 +269,7 @@ class RenderedPull(Worker):
 
     def _ready_filler(self) -> FrameFiller:
         """Return the filler, loaded with the scene if one is open."""
-        main = self._source.renderer
+        main = self._source.picture.renderer
         if self._filler is None:
             self._filler = FrameFiller(main.beside(), self._wake)
         if main.scene is not self._filler.renderer.scene:

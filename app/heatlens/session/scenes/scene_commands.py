@@ -47,7 +47,7 @@ class SceneCommands:
 
     def __init__(self, source: OpenSource, editing: Editing, say: Callable[[str], None]) -> None:
         self._source = source
-        self._renderer = source.renderer
+        self._renderer = source.picture.renderer
         self._editing = editing
         self._say = say
         self.selected: str | None = None  # name of the selected object

@@ -102,7 +102,7 @@ class Timeline:
     @property
     def _news(self) -> object:
         opened = self._source.opened
-        return (opened.news if opened else 0, self._source.wanted)
+        return (opened.news if opened else 0, self._source.feed.wanted)
 
     # Commands
 

@@ -54,11 +54,12 @@ class SeenPictures:
             view_of_b = plain.exposed_through(self._lens_of_b(plain))
             b = screen.b(linear_b, loaded, view_of_b, of_method)
         detail = None
-        is_of_plate = not (session.live.is_answering and seen.plate != session.source.version)
+        version = session.source.picture.version
+        is_of_plate = not (session.live.is_answering and seen.plate != version)
         is_apart = view.compare is Compare.DIFFERENCE or is_kept
         if view.depth_of_field and is_of_plate and not is_apart:
             detail = screen.detail(shown, loaded, view)
-        windows = self._kept.windows(seen) or session.source.windows(session.shot)
+        windows = self._kept.windows(seen) or session.source.feed.windows(session.shot)
         light = shown.texture if view.depth_of_field else loaded.color
         whole = windows[0].width, windows[0].height
         return Pictures(
@@ -76,7 +77,7 @@ class SeenPictures:
             is_b_frame=linear_b is loaded.color,
             light_a=light if light.size == whole and not is_kept else None,
             light_b=linear_b if linear_b.size == whole else None,
-            light_version=(sides.pictures, session.source.version),
+            light_version=(sides.pictures, version),
             has_mipmaps=screen.with_mipmaps,
             tiles=self._tiles(plain, a, windows[0].width),
             names=(plain.a_look or "now", plain.b_look) if is_look_b(plain) else ("A", "B"),
