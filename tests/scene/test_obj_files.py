@@ -1,5 +1,6 @@
 """Files that an OBJ names count as its own: an export sees them, and is not written over them."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -36,9 +37,13 @@ def test_materials_and_pictures_are_named_as_they_are_read(scene, monkeypatch):
     expected = tuple(folder / name for name in ("look.mtl", "a map.png", "maps/other.png"))
     assert files_of_obj(scene) == expected
     assert files_of_scene(scene) == (scene, *expected)
-    opened = []
-    read_bytes = Path.read_bytes
-    monkeypatch.setattr(Path, "read_bytes", lambda path: opened.append(path) or read_bytes(path))
+    opened, open_file = [], os.open
+
+    def recorded(path, *words):
+        opened.append(Path(path))
+        return open_file(path, *words)
+
+    monkeypatch.setattr(os, "open", recorded)
     read_scene(scene)
     assert {scene, *expected} == set(opened)
 
