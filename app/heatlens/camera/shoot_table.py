@@ -73,10 +73,9 @@ def read_shoot_table(
     unit_m = 1e-3 if _OF_RED <= set(rows[0]) else None
     lenses = [shoot_lens(row, unit_m, focus_unit_m) for row in rows]
     notes = [*unreadable_notes(path, table, lenses), *conflict_notes(table, lenses)]
-    tracks: dict[str, Any] = {name: _track(name, lenses) for name in _READ}
+    tracks = _tracks(lenses)
     notes += _unit_notes(lenses)
-    if tracks["f_stop"] is None and (t_stops := _track("t_stop", lenses)) is not None:
-        tracks["f_stop"] = t_stops
+    if tracks["f_stop"] is not None and _track("f_stop", lenses) is None:
         notes.append(_T_AS_F)
     if all(track is None for track in tracks.values()):
         raise InputError(f"{path}: no row has a value of the lens. {_unknown(table)}".strip())
@@ -104,6 +103,12 @@ def _read(path: Path) -> ShootTable:
         raise unreadable(path, error) from error
     except (ValueError, csv.Error) as error:
         raise InputError(f"{path} is damaged: {error}.") from error
+
+
+def _tracks(lenses: Sequence[ShootLens]) -> dict[str, Any]:
+    """Return the values of each field that is read, or None; T-stops stand in for f-stops."""
+    tracks = {name: _track(name, lenses) for name in _READ}
+    return tracks | {"f_stop": tracks["f_stop"] or _track("t_stop", lenses)}
 
 
 def _track(name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:

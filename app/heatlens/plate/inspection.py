@@ -57,12 +57,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     aspect, aspect_notes = pixel_aspect_of(path, header)
     return {
         "path": str(path),
-        "width_px": window.width,
-        "height_px": window.height,
-        "data_window": _corners(window),
-        "display_window": _corners(shown),
-        "display_width_px": shown.width,
-        "display_height_px": shown.height,
+        **_size_facts(window, shown),
         "pixel_aspect_ratio": aspect,
         "views": list(views_of(headers)),
         "parts": [
@@ -79,6 +74,17 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     }
 
 
+def _size_facts(window: Box, shown: Box) -> Facts:
+    return {
+        "width_px": window.width,
+        "height_px": window.height,
+        "data_window": _corners(window),
+        "display_window": _corners(shown),
+        "display_width_px": shown.width,
+        "display_height_px": shown.height,
+    }
+
+
 def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
     """Return the facts of a deep file: those of its flattened picture and of its surfaces."""
     headers = read_headers(plate.path)
@@ -89,12 +95,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
     stated = header_primaries(plate.attributes)
     return {
         "path": str(plate.path),
-        "width_px": window.width,
-        "height_px": window.height,
-        "data_window": _corners(window),
-        "display_window": _corners(shown),
-        "display_width_px": shown.width,
-        "display_height_px": shown.height,
+        **_size_facts(window, shown),
         "pixel_aspect_ratio": plate.pixel_aspect_ratio,
         "is_for_the_eye": False,
         "views": list(views_of(headers)),

@@ -69,12 +69,16 @@ def _chosen(
     for name in wanted:
         found = [ref for ref in refs if _is_called(ref, name.lower())]
         if not found:
-            names = sorted({ref.layer or ref.full_name for ref in refs})
-            near = get_close_matches(name, names, 1)
-            hint = f"Did you mean {near[0]}?" if near else f"It has: {listed(names)}."
-            raise InputError(f"{path} has no layer or channel {name!r} to keep. {hint}")
+            raise _unknown(path, refs, name)
         chosen.update(found)
     return [ref for ref in refs if ref in chosen]
+
+
+def _unknown(path: Path, refs: Sequence[ChannelRef], name: str) -> InputError:
+    names = sorted({ref.layer or ref.full_name for ref in refs})
+    near = get_close_matches(name, names, 1)
+    hint = f"Did you mean {near[0]}?" if near else f"It has: {listed(names)}."
+    return InputError(f"{path} has no layer or channel {name!r} to keep. {hint}")
 
 
 def _is_called(ref: ChannelRef, name: str) -> bool:

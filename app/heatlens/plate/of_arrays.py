@@ -27,8 +27,6 @@ def plate_of_arrays(
     """
     colors = _array("The colours", color)
     _check_colors(colors)
-    if colors.ndim != 3 or colors.shape[2] not in (3, 4):
-        raise InputError(f"The colours must have shape (H, W, 3) or (H, W, 4), got {colors.shape}.")
     height, width = colors.shape[:2]
     check_sides("The colours have", width, height)
     if (depth_m is None) == (coc_px is None):
@@ -67,7 +65,7 @@ def _array(what: str, values: ArrayLike | None) -> NDArray[Any]:
 
 
 def _check_colors(colors: NDArray[Any]) -> None:
-    """Raise InputError for colours that are no floating point light."""
+    """Raise InputError for colours that are no floating point light, or of another shape."""
     if colors.dtype.kind in "iub":
         raise InputError(
             f"The colours are whole numbers ({colors.dtype}), which do not tell their light: make "
@@ -75,6 +73,8 @@ def _check_colors(colors: NDArray[Any]) -> None:
             "curve), or save them as a PNG and open it with depth_source."
         )
     _check_numbers("The colours", colors, "f")
+    if colors.ndim != 3 or colors.shape[2] not in (3, 4):
+        raise InputError(f"The colours must have shape (H, W, 3) or (H, W, 4), got {colors.shape}.")
 
 
 def _check_numbers(what: str, values: NDArray[Any], kinds: str) -> None:

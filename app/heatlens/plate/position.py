@@ -38,10 +38,9 @@ def position_channels(
 
     `name` is that of the layer or one of its channels; any other name gives None.
     """
-    usable = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
     layers: dict[tuple[int, str], dict[str, ChannelRef]] = {}
-    for ref in usable:
-        if _is_position(ref):
+    for ref in flat_channels(headers):
+        if _is_position(ref) and (not view or ref.view in ("", view)):
             layers.setdefault((ref.part, ref.layer), {})[ref.leaf.lower()] = ref
     for (_, layer), group in layers.items():
         names = {layer.lower(), *(part for ref in group.values() for part in _names_of(ref))}

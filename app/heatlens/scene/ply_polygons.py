@@ -94,14 +94,18 @@ def _elements(head: bytes) -> list[_Element]:
         if words[:1] == [b"element"] and len(words) == 3 and words[2].isdigit():
             found.append(_Element(line, int(words[2]), []))
         if words[:1] == [b"property"] and found:
-            kinds = [word.decode("latin-1") for word in words[1:-1] if word != b"list"]
-            is_valid = len(words) > 2 and len(kinds) == (2 if words[1] == b"list" else 1)
-            name = words[-1].decode("latin-1")
-            is_twice = name in dict(found[-1].properties)
-            if not is_valid or is_twice or not set(kinds) <= set(_TYPES):
+            name, kinds = words[-1].decode("latin-1"), _kinds(words)
+            if not kinds or name in dict(found[-1].properties):
                 return []
-            found[-1].properties.append((name, [order + _TYPES[kind] for kind in kinds]))
+            found[-1].properties.append((name, [order + kind for kind in kinds]))
     return found if order else []
+
+
+def _kinds(words: list[bytes]) -> list[str]:
+    """Return the type of a property, or both types of a list; none if a word is unknown."""
+    kinds = [word.decode("latin-1") for word in words[1:-1] if word != b"list"]
+    is_valid = len(words) > 2 and len(kinds) == (2 if words[1] == b"list" else 1)
+    return [_TYPES[kind] for kind in kinds] if is_valid and set(kinds) <= set(_TYPES) else []
 
 
 def _cut(body: bytes, start: int, face: _Element, name: str) -> tuple[NDArray[np.void], int] | None:

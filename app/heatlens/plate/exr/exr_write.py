@@ -57,11 +57,8 @@ def write_exr(
     }
     shape = (data_window.height, data_window.width)
     stored = {name: _stored(name, values, shape, half) for name, values in channels.items()}
-    stored |= {
-        name: np.ascontiguousarray(values)
-        for name, values in (kept or {}).items()
-        if name not in stored
-    }
+    others = {name: values for name, values in (kept or {}).items() if name not in stored}
+    stored |= {name: np.ascontiguousarray(values) for name, values in others.items()}
     encoded = io.BytesIO()  # on a full disk the library would silently write an incomplete file
     try:
         with quiet_library():

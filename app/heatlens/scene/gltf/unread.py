@@ -35,11 +35,14 @@ def unread_notes(gltf: GltfFile) -> dict[str, None]:
 def _unread(gltf: GltfFile, found: "_Found") -> Iterator[str]:
     """Yield sentences on extensions and properties that are not read at all."""
     unread = {name: count for name, count in found.extensions.items() if not _is_read(name)}
-    coats = {name: count for name, count in unread.items() if name.startswith(_MATERIAL)}
+    coats, others = list[str](), list[str]()
+    for name, count in unread.items():
+        if name.startswith(_MATERIAL):
+            coats.append(f"{name.removeprefix(_MATERIAL)} ({_of(count)})")
+        else:
+            others.append(f"{name[:60]} ({count})")
     if coats:
-        told = (f"{name.removeprefix(_MATERIAL)} ({_of(count)})" for name, count in coats.items())
-        yield f"Of materials these are left out: {_listed(list(told))}."
-    others = [f"{name[:60]} ({count})" for name, count in unread.items() if name not in coats]
+        yield f"Of materials these are left out: {_listed(coats)}."
     promised = (name for name in _used(gltf) if not _is_read(name) and name != _VARIANTS)
     others += [name for name in promised if name not in unread]
     if others:
