@@ -224,9 +224,16 @@ def test_scrubbing_shows_what_was_rendered_until_the_new_picture_is_there(gui):
     fill(gui)
     at_rest(gui)
     gui.session.timeline.go(FIRST + 4)
-    gui.frame()
-    assert isinstance(gui.session.seen, KeptFrame)
-    assert gui.session.seen.frame == FIRST + 4
+    seen = []
+
+    def is_whole():
+        shown = gui.session.live.shown
+        seen.append(gui.session.seen)
+        return shown.is_whole and shown.frame == FIRST + 4
+
+    gui.until(is_whole, "the whole picture")
+    kept = [picture for picture in seen if isinstance(picture, KeptFrame)]
+    assert kept and {picture.frame for picture in kept} == {FIRST + 4}
     gui.settled()
     assert gui.session.seen is gui.session.live.shown and gui.session.live.shown.is_whole
 
