@@ -147,6 +147,11 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
         raise InputError(
             f"{', '.join(wrong)}: these options are for EXR; {output.suffix} has none of them."
         )
+    _check_together(args, output)
+
+
+def _check_together(args: argparse.Namespace, output: Output) -> None:
+    """Refuse options that do nothing without another one."""
     if args.matte_opacity is not None and args.matte is None:
         raise InputError("--matte-opacity needs --matte: give both.")
     has_place = output.is_exr or output.is_movie or args.burn_in

@@ -130,8 +130,6 @@ class JsonEntry:
         if NoneType in get_args(hint):
             (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
             return None if self.value is None else self.of_type(hint)
-        if get_origin(hint) is tuple and get_args(hint)[1:] == (Ellipsis,):
-            return tuple(item.of_type(get_args(hint)[0]) for item in self.items())
         if get_origin(hint) is tuple:
             return self.row(get_args(hint))
         if get_origin(hint) is Literal:

@@ -62,8 +62,7 @@ def deep_channels(
     """
     deep = [ref for ref in list_channels(headers) if is_deep(headers[ref.part])]
     whole = [ref for ref in deep if _is_whole(deep, ref)]
-    layers = {ref.layer.lower() for ref in whole}
-    if not whole or (layer is not None and layer.lower() not in layers):
+    if not any(layer is None or layer.lower() == ref.layer.lower() for ref in whole):
         wanted = "" if layer is None else f" in the layer {layer!r}"
         raise InputError(
             f"{path} is a deep file, and has no R, G, B, A and Z{wanted}. "

@@ -51,11 +51,7 @@ class GltfCameras:
             return
         frames = self.animation.frames
         moves = frames is not None and self.animation.moves(node)
-        at = (
-            [float(frame) for frame in frames]
-            if frames and moves
-            else [float(self.animation.first_frame)]
-        )
+        at = list(map(float, frames if frames and moves else (self.animation.first_frame,)))
         places = self.animation.track_of(node, np.array(at))
         keys = [PoseKey(f, _pose(on_node, m)) for f, m in zip(at, places, strict=True)]
         lengths_mm = self._focal_lengths_mm(number, camera.inside("perspective"))
