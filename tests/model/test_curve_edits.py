@@ -1,13 +1,11 @@
 """Edits of a curve's keys do what they say, and nothing further away."""
 
-import math
 from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.base.errors import InputError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Ease, Scale
 from support.curves import BEZIER, EASES, HOLD, LINEAR, SMOOTH, VALUES, curve_of, curves
@@ -24,13 +22,6 @@ def test_keys_move_there_and_back(curve, by_frames):
     frames = {key.frame for key in curve.keys}
     there = curve.moved(frames, by_frames)
     assert there.moved({key.frame for key in there.keys}, -by_frames) == curve
-
-
-@given(curves(), st.floats(0.1, 10), st.floats(800, 1300))
-def test_multiplied_keys_multiply_the_value_everywhere(curve, factor, frame):
-    expected = curve.value_at(frame) * factor
-    found = curve.multiplied(factor).value_at(frame)
-    assert found == pytest.approx(expected, rel=1e-6)
 
 
 @given(curves(), st.integers(900, 1200), VALUES)
@@ -93,9 +84,3 @@ def test_on_another_scale_a_key_is_passed_as_fast(value, ease):
     speed = pytest.approx(-ease.speed_per_frame * value**2)
     assert (key.ease_in.speed_per_frame, key.ease_out.speed_per_frame) == (speed, speed)
     assert replace(key, ease_out=ease, ease_in=ease) == dioptres.keys[0]
-
-
-@pytest.mark.parametrize("factor", [0.0, -1.0, math.inf, math.nan])
-def test_keys_are_multiplied_by_positive_numbers_only(factor):
-    with pytest.raises(InputError, match="multiplied by a number above 0"):
-        curve_of((0, 1.0)).multiplied(factor)

@@ -87,27 +87,14 @@ class ColorConfig:
     @property
     def default_input_space(self) -> str:
         """Linear Rec.709 if the config has it, else its role scene_linear."""
-        return self._default_input()[0]
-
-    @property
-    def default_input_why(self) -> str:
-        """One sentence on why plates are assumed to be in `default_input_space`."""
-        return self._default_input()[1]
-
-    def _default_input(self) -> tuple[str, str]:
-        for name in LINEAR_REC709:
+        for name in (*LINEAR_REC709, "scene_linear"):
             space = self.config.getColorSpace(name)
             if space is not None:
-                found = str(space.getName())
-                return found, f"{found}: the primaries that renderers write by default."
-        space = self.config.getColorSpace("scene_linear")
-        if space is None:
-            raise InputError(
-                f"{self.source}: neither a linear Rec.709 space nor the role scene_linear is in "
-                "it, so nothing says what the plate's colours mean. Add that role."
-            )
-        found = str(space.getName())
-        return found, f"{found}: the config's scene_linear; it has no linear Rec.709."
+                return str(space.getName())
+        raise InputError(
+            f"{self.source}: neither a linear Rec.709 space nor the role scene_linear is in "
+            "it, so nothing says what the plate's colours mean. Add that role."
+        )
 
     def space_called(self, *names: str) -> str | None:
         """Return the first colour space with one of `names`.

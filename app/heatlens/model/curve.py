@@ -1,6 +1,5 @@
 """Keyframes of one parameter: a value that moves over frames. Editing a curve makes a new one."""
 
-import math
 from bisect import bisect_right
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
@@ -131,17 +130,6 @@ class Curve:
         """
         return self._merged(self.keys, _shifted(keys, at_frame))
 
-    def multiplied(self, factor: float, frames: Collection[float] | None = None) -> "Curve":
-        """Return the curve multiplied by `factor` > 0 at these frames; None for all.
-
-        Handles follow. Where all values are multiplied, so is the value at every frame, on every
-        scale.
-        """
-        if not 0 < factor < math.inf:
-            raise InputError(f"Keys can only be multiplied by a number above 0, got {factor:g}.")
-        chosen = self.keys if frames is None else self._keys_at(frames)
-        return self._merged(self.keys, [self._multiplied_key(key, factor) for key in chosen])
-
     def on_scale(self, scale: Scale) -> "Curve":
         """Return the same keys on another scale; the speed of the value at each key stays.
 
@@ -219,10 +207,6 @@ class Curve:
         if start.interpolation is Interpolation.HOLD:
             return frames, 0.0
         return frames, (self.scale.place_of(end.value) - self.scale.place_of(start.value)) / frames
-
-    def _multiplied_key(self, key: Key, factor: float) -> Key:
-        steeper = {Scale.LINEAR: factor, Scale.RECIPROCAL: 1 / factor, Scale.LOGARITHMIC: 1.0}
-        return replace(_steepened(key, steeper[self.scale]), value=key.value * factor)
 
     def _merged(self, kept: Iterable[Key], added: Collection[Key]) -> "Curve":
         """Return both in order; of two keys at one frame the added one."""
