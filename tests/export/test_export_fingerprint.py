@@ -64,10 +64,21 @@ def test_each_thing_that_decides_a_pixel_is_in_the_fingerprint(other):
     assert fingerprint(**other) != fingerprint()
 
 
-@given(st.sampled_from(["hold", "black", "stop"]), st.booleans(), st.floats(1, 100))
+def at_rate(job: ExportJob, rate: float) -> ExportJob:
+    return replace(job, shot=replace(job.shot, frames_per_second=rate))
+
+
+@given(st.floats(1, 100))
 @settings(deadline=None)
-def test_what_decides_no_pixel_is_not(missing, force, rate):
-    shot = replace(JOB.shot, frames_per_second=rate, source="/elsewhere/plate.####.exr")
+def test_the_rate_counts_where_it_stands_in_the_file(rate):
+    assert fingerprint(at_rate(PICTURES, rate)) == fingerprint(PICTURES)
+    assert (fingerprint(at_rate(JOB, rate)) == fingerprint()) is (rate == 24.0)
+
+
+@given(st.sampled_from(["hold", "black", "stop"]), st.booleans())
+@settings(deadline=None)
+def test_what_decides_no_pixel_is_not(missing, force):
+    shot = replace(JOB.shot, source="/elsewhere/plate.####.exr")
     other = replace(
         JOB, shot=shot, frames=(1001,), options=ExportOptions(missing=missing, force=force)
     )

@@ -56,7 +56,7 @@ def test_marks_close_focus_and_the_place_of_the_plates_change_no_pixel(
     (tmp_path / "plates").rename(tmp_path / "elsewhere")
     moved = str(tmp_path / "elsewhere" / "plate.####.exr")
     lens = replace(shot.lens, close_focus_m=0.5, acceptable_coc_mm=0.02)
-    write_shot(shot_file, replace(shot, lens=lens, source=moved, frames_per_second=25.0))
+    write_shot(shot_file, replace(shot, lens=lens, source=moved))
     assert written(capsys, shot_file, out) == []
 
 

@@ -1,16 +1,23 @@
 """`export --start-timecode`: from the first frame on, for plates, stills and shots."""
 
 import argparse
+from fractions import Fraction
 
+import OpenEXR
 import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.export.fingerprint import fingerprint_of
 from heatlens.export.plan import planned
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import DefocusSettings
 from heatlens.plate.exr.exr_read import read_parts
-from heatlens.plate.header.timecode import timecode_of
+from heatlens.plate.header.timecode import rate_at, timecode_of
+from heatlens.source.opened import Opening
+from heatlens.source.opened_plates import opened_plates
 from support.exports import exported, write_plate, write_plates
+from support.window_plates import room_file
 
 LENS = ("--f-stop", 2, "--focus-distance", 2, "--method", "pyramid")
 
@@ -72,3 +79,29 @@ def test_a_still_for_a_farm_is_refused(tmp_path):
     words = ("--frames", "1-48", "--start-timecode", "10:00:00:00", "--submit", "openjd")
     with pytest.raises(InputError, match="shot new"):
         job(still, tmp_path / "o.####.exr", *words, *LENS)
+
+
+@pytest.mark.parametrize(("rate", "exact"), [("24", (24, 1)), ("23.976", (24000, 1001))])
+def test_frames_tell_their_rate_and_it_is_read_again(capsys, tmp_path, rate, exact):
+    """A player that finds a timecode without a rate has to guess."""
+    source = str(tmp_path / "plate.####.exr")
+    for frame in (1, 2):
+        room_file(tmp_path / f"plate.{frame:04}.exr", 16, 12)
+    words = ("--fps", rate, "--bokeh", "heat", "--quality", "draft", "--with-depth")
+    exported(capsys, source, tmp_path / "out.####.exr", *words)
+    header = OpenEXR.File(str(tmp_path / "out.0001.exr")).header()
+    assert header["framesPerSecond"] == Fraction(*exact)
+    assert rate_at(header) == pytest.approx(exact[0] / exact[1])
+    opened = opened_plates(Opening(str(tmp_path / "out.####.exr"), PlateOptions()))
+    try:
+        shot = opened.shot(opened.lens({}).lens, DefocusSettings())
+        assert shot.frames_per_second == pytest.approx(exact[0] / exact[1])
+    finally:
+        opened.close()
+    again = exported(capsys, source, tmp_path / "out.####.exr", *words[2:], "--fps", "30")
+    assert "finished before" not in again
+
+
+@pytest.mark.parametrize("value", [Fraction(0, 1), Fraction(-24, 1), float("nan"), "24", None])
+def test_a_rate_that_is_none_is_no_rate(value):
+    assert rate_at({"framesPerSecond": value}) is None

@@ -14,6 +14,7 @@ from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, 
 from heatlens.model.frames import FRAMES_PER_SECOND
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header.channels import Header
+from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import CameraHeader
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
@@ -117,5 +118,5 @@ def _track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:
 
 def _frames_per_second(headers: Sequence[Header]) -> float:
     """Return the rate of the headers, else the one that OpenEXR assumes."""
-    rates = (header.get("framesPerSecond", 0) for header in headers)
-    return next((float(rate) for rate in rates if rate > 0), FRAMES_PER_SECOND)
+    rates = (rate_at(header) for header in headers)
+    return next((rate for rate in rates if rate is not None), FRAMES_PER_SECOND)

@@ -66,7 +66,8 @@ def _output_facts(job: ExportJob) -> dict[str, Any]:
     if job.output.is_exr:
         told = {name: getattr(options, name) for name in ("compression", "with_depth", "with_coc")}
         told |= {"keep": plain(job.keep)} if job.keep else {}
-        return {"kind": ".exr", "half": not options.is_float, **told, **_newer(job, EXR)}
+        rate = {"frames_per_second": job.shot.frames_per_second}  # it stands in the header
+        return {"kind": ".exr", "half": not options.is_float, **rate, **told, **_newer(job, EXR)}
     return {
         "kind": job.output.suffix,
         "view": [look.transform.key, look.transform.input_space],

@@ -15,6 +15,7 @@ from heatlens.export.plan import PlannedFrame
 from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.coc import coc_line, coc_px
+from heatlens.model.frames import exact_rate
 from heatlens.model.timecode import Timecode
 from heatlens.plate.deep.deep_write import write_deep
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
@@ -68,6 +69,7 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
         more_attributes={
             **told,
             JOB_ATTRIBUTE: frame.planned.fingerprint,
+            "framesPerSecond": exact_rate(job.shot.frames_per_second),
             **_timecode(job, frame),
         },
         kept_channels=kept,
@@ -80,6 +82,7 @@ def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
         **plate.attributes,
         **lens_header(plate, planned.lens),
         JOB_ATTRIBUTE: planned.fingerprint,
+        "framesPerSecond": exact_rate(job.shot.frames_per_second),
     }
     write_deep(planned.path, plate, attributes, half=not job.options.is_float)
 

@@ -16,6 +16,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.header.start_lens import StartLens, start_lens
+from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.plate import Plate
 from heatlens.sequence.sequence import MissingPolicy, Sequence
 from heatlens.source.one_size import sequence_of_one_size
@@ -108,7 +109,7 @@ class OpenedPlates(Opened):
             self.text,
             self.options,
             frames=self.frames,
-            frames_per_second=_frame_rate(self.plate),
+            frames_per_second=rate_at(self.attributes) or FRAMES_PER_SECOND,
         )
 
     def close(self) -> None:
@@ -148,9 +149,3 @@ def _first_frame(sequence: Sequence, text: str, wanted: int | None) -> int:
         return wanted
     named = sequence.frame_at(Path(text))
     return named if named is not None and sequence.has(named) else sequence.present[0]
-
-
-def _frame_rate(plate: Plate) -> float:
-    """Return the frame rate in the header, or the default of OpenEXR if it is not plausible."""
-    rate = float(plate.attributes.get("framesPerSecond", FRAMES_PER_SECOND))
-    return rate if 1.0 <= rate <= 1000.0 else FRAMES_PER_SECOND

@@ -1,6 +1,7 @@
 """Read the timecode in the header of a plate, and convert it to the attribute of EXR."""
 
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import Any
 
 import OpenEXR
@@ -16,6 +17,7 @@ _ENTRIES = (
     "interim.clip.timecode",
 )
 _EXR_FRAMES_MOST = 29
+_RATE_LEAST, _RATE_MOST = 1.0, 1000.0  # frames per second; headers with other rates are wrong
 
 
 def timecode_of(attributes: Mapping[str, Any]) -> Timecode | None:
@@ -40,6 +42,14 @@ def exr_timecode(timecode: Timecode) -> Any | None:
     value.seconds, value.frame = timecode.seconds, timecode.frames
     value.dropFrame = timecode.drop
     return value
+
+
+def rate_at(attributes: Mapping[str, Any]) -> float | None:
+    """Return the frames per second in the header of a plate; None if it has no plausible rate."""
+    value = attributes.get("framesPerSecond")
+    if not isinstance(value, int | float | Fraction) or not _RATE_LEAST <= value <= _RATE_MOST:
+        return None
+    return float(value)
 
 
 def _of_exr(value: Any) -> Timecode | None:
