@@ -24,7 +24,7 @@ from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.live.ring.address import RingAddress, opentrackio_address
 from heatlens.live.ring.otrk_packet import Encoding
 from heatlens.live.ring.sender import LensSender, send_in_time
-from heatlens.model.frames import parse_frame_range
+from heatlens.model.frames import FrameRange, parse_frame_range
 from heatlens.model.timecode import Timecode
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.scene.first_shot import FirstShot, first_shot
@@ -196,7 +196,9 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
     else:
         refuse_given(args, _TIMING, f"{args.source} is no 3D scene")
         _refuse_shot_options(args)
-        return read_camera(args.source, unit_m or 1.0, args.up_axis or "y")
+        camera = read_camera(args.source, unit_m or 1.0, args.up_axis or "y")
+        _check_frames(args, camera)
+        return camera
     if shot.source is not None and kind_of(shot.source).has_camera:
         why = f"{shot.source} is a 3D scene, in metres and y up"
         refuse_given(args, ("scene_unit", "up_axis"), why)
@@ -227,13 +229,20 @@ def _said_of(first: FirstShot) -> tuple[str, ...]:
     return (*first.scene.notes, f"lens at frame {first.frame}: {words}")
 
 
+def _check_frames(args: argparse.Namespace, camera: CameraSamples) -> None:
+    """Raise InputError for other frames than those of a camera, which is written whole."""
+    own = FrameRange(camera.frames[0], camera.frames[-1])
+    if args.frames and parse_frame_range(args.frames) != own:
+        raise InputError(
+            f"--frames {args.frames} is for shots; {args.source} is a camera already, with frames "
+            f"{own}: leave --frames out."
+        )
+
+
 def _refuse_shot_options(args: argparse.Namespace) -> None:
     """Refuse options of a shot for a camera file, and an output that is the camera file."""
-    for option in ("frames", "sensor_height"):
-        if getattr(args, option) is not None:
-            raise InputError(
-                f"--{option.replace('_', '-')} is for shots; {args.source} is a camera already."
-            )
+    if args.sensor_height is not None:
+        raise InputError(f"--sensor-height is for shots; {args.source} is a camera already.")
     if args.output is not None and args.output.exists() and os.path.exists(args.source):
         if os.path.samefile(args.output, args.source):
             raise InputError(f"{args.output} is the input camera: give another name.")

@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.color.color_config import load_color_config
 from heatlens.commands.options.blur_options import add_blur_options, settings_of
 from heatlens.commands.options.frame_command import add_frame_command, check_one_frame
 from heatlens.commands.options.given_options import given, refuse_unused
@@ -187,6 +188,8 @@ def _is_exr(args: argparse.Namespace) -> bool:
 def _check_look(args: argparse.Namespace) -> None:
     wrong = given(args, add_look_options)
     if wrong and _is_exr(args):
+        if args.ocio is not None:
+            load_color_config(args.ocio)  # a file that is missing is the first thing to mend
         raise InputError(
             f"{', '.join(wrong)}: an EXR stays scene-linear for further work. Write a PNG in "
             "addition."

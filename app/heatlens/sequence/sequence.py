@@ -262,6 +262,9 @@ def _shared(frames: tuple[int, ...], wanted: tuple[int, ...]) -> tuple[int, ...]
 
 def _near(form: NameForm, names: list[str]) -> str:
     """Return a sentence on the most similar names in the folder, or else on any EXR files."""
+    meant = sorted(name for name in names if name.startswith(f"{form.prefix}{form.suffix}."))
+    if meant:  # the extension was left out
+        return f"Did you mean {' or '.join(meant[:_NEAR_NAMES])}?"
     found = sequences_among(names)
     by_text = {f"{f.prefix}{f.suffix}": f for f in found}
     near = get_close_matches(f"{form.prefix}{form.suffix}", by_text, _NEAR_NAMES)

@@ -10,6 +10,7 @@ from heatlens.commands.options.lens_options import add_lens_options
 from heatlens.commands.options.plate_options import add_plate_options
 from heatlens.commands.options.scene_options import add_framing_options
 from heatlens.commands.options.value_types import whole
+from heatlens.documents.shot_file import is_shot_file
 from heatlens.sequence.names import parse_pattern
 
 AddOptions = Callable[[argparse.ArgumentParser], None]
@@ -53,7 +54,12 @@ def add_frame_command(
 
 
 def check_one_frame(path: Path) -> None:
-    """Raise InputError for a pattern or a folder; it names the command for these."""
+    """Raise InputError for a shot, a pattern or a folder; it names the command for these."""
+    if is_shot_file(str(path)):
+        raise InputError(
+            f"{path} is a shot file: `heatlens export {path} -o 'frame.####.exr' --frames N` "
+            "renders its frame N, and without --frames all of them."
+        )
     is_pattern = not os.path.exists(path) and parse_pattern(path.name) is not None
     if is_pattern or os.path.isdir(path):
         what = "a sequence" if is_pattern else "a folder"
