@@ -112,7 +112,8 @@ def test_black_is_black_in_the_size_of_the_plates(capsys, gappy, out):
 def test_a_damaged_plate_stops_there_and_what_is_done_stays(capsys, shot_file, out, tmp_path):
     plate = tmp_path / "plates" / "plate.1004.exr"
     whole = plate.read_bytes()
-    plate.write_bytes(whole[: len(whole) // 2])
+    half = len(whole) // 2
+    plate.write_bytes(whole[:half] + bytes(64) + whole[half + 64 :])  # of its full length
     said = refused(capsys, shot_file, out)
     assert "plate.1004.exr" in said and "damaged or cut short" in said
     assert list(files_in(out.parent)) == names_of(".exr", (1001, 1002, 1003))

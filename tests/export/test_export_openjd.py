@@ -68,7 +68,7 @@ def test_a_task_that_fails_says_why(capsys, folder):
     run = openjd("run", "job.yaml")
     assert run.returncode != 0
     assert "openjd_fail" in run.stdout and "plate.1002.exr is empty" in run.stdout
-    assert list(files_in(folder / "out")) == ["n.1001.exr"]
+    assert not (folder / "out").exists() or not files_in(folder / "out")  # it was seen at once
 
 
 def test_paths_are_parameters_and_options_are_as_they_were_typed(capsys, folder):

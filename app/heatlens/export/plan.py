@@ -10,10 +10,13 @@ from heatlens.export.job import ExportJob
 from heatlens.export.output import check_names
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
+from heatlens.plate.exr.exr_whole import cut_short
 from heatlens.sequence.names import parse_frames
 from heatlens.source.named import source_of
 from heatlens.source.origin import Origin
 from heatlens.source.source import Source
+
+_NAMED_MOST = 5  # files in a sentence
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,7 @@ def planned(job: ExportJob) -> ExportPlan:
     check_names(job.output, job.frames)
     plan = ExportPlan(job, source, tuple(_planned(job, source, frame) for frame in job.frames))
     _check_sources_stay(plan)
+    _check_whole(plan)
     return plan
 
 
@@ -72,6 +76,19 @@ def _planned(job: ExportJob, source: Source, frame: int) -> PlannedFrame:
     origin = source.origin(job.shot, frame, job.options.missing)
     mark = fingerprint_of(job, frame, lens, origin)
     return PlannedFrame(frame, origin, lens, job.output.path_at(frame), mark)
+
+
+def _check_whole(plan: ExportPlan) -> None:
+    """Raise InputError for plates without all of their pixels, before hours are spent on others."""
+    found = cut_short(file.path for frame in plan.frames for file in frame.origin.files)
+    if found:
+        what = "is empty" if found[0].stat().st_size == 0 else "ends before its last pixels"
+        others = ", ".join(path.name for path in found[1:_NAMED_MOST])
+        more = f", and so with {len(found) - 1} more ({others})" if others else ""
+        raise InputError(
+            f"{found[0]} {what}{more}. Write or copy such files again, or export other frames with "
+            "--frames."
+        )
 
 
 def _check_sources_stay(plan: ExportPlan) -> None:

@@ -3,7 +3,7 @@
 A file that was cut short by a full disk, a broken copy or a power cut still has a valid header.
 Each of these formats contains the length that the file must have.
 
-Sources: OpenEXR, "File Layout"; W3C, PNG specification, section 5; ISO/IEC 10918-1, annex B;
+Sources: W3C, PNG specification, section 5; ISO/IEC 10918-1, annex B;
 Adobe, TIFF revision 6.0, section 2; ISO/IEC 14496-12, section 4.2.
 """
 
@@ -13,9 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
-from heatlens.plate.exr.exr_scan import scanned_headers
+from heatlens.plate.exr.exr_whole import has_all_chunks
 
-_LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 8: 32, 9: 256}  # by compression number
 _JPEG_END = b"\xff\xd9"
 _BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # by type number
 _STRIP_OFFSETS, _STRIP_LENGTHS = 273, 279
@@ -33,30 +32,6 @@ def is_whole(path: Path, suffix: str = "") -> bool:
             return size > 0 and check(file, size)
     except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off
         return False
-
-
-def _is_whole_exr(file: BinaryIO, size: int) -> bool:
-    """Return True if all chunks of a single scanline part, flat or deep, are present."""
-    (header,) = scanned_headers(file)
-    _, first_row, _, last_row = struct.unpack("<4i", header["dataWindow"])
-    lines = _LINES_OF_CHUNK[header["compression"][0]]
-    count = -(-(last_row - first_row + 1) // lines)
-    offsets = struct.unpack(f"<{count}Q", file.read(8 * count))
-    end, is_deep = file.tell(), header.get("type") == b"deepscanline"
-    for offset in sorted(offsets):
-        if offset != end:
-            return False
-        file.seek(offset + 4)
-        end = file.tell() + _bytes_of_chunk(file, is_deep)
-    return end == size
-
-
-def _bytes_of_chunk(file: BinaryIO, is_deep: bool) -> int:
-    """Return the length of a chunk after its row number: its size fields and its data."""
-    if not is_deep:
-        return 4 + int(struct.unpack("<I", file.read(4))[0])
-    table, samples, _ = struct.unpack("<3Q", file.read(24))  # packed, and unpacked
-    return 24 + int(table) + int(samples)
 
 
 def _is_whole_png(file: BinaryIO, size: int) -> bool:
@@ -113,7 +88,7 @@ def _is_whole_movie(file: BinaryIO, size: int) -> bool:
 
 
 _CHECKS: dict[str, Callable[[BinaryIO, int], bool]] = {
-    ".exr": _is_whole_exr,
+    ".exr": has_all_chunks,
     ".png": _is_whole_png,
     ".jpg": _is_whole_jpeg,
     ".jpeg": _is_whole_jpeg,

@@ -1,0 +1,86 @@
+"""Tell whether all pixels of an EXR file are there, by its tables of chunks, without reading them.
+
+A file that was cut short by a full disk, a broken copy or a power cut still has a valid header.
+Source: OpenEXR, "File Layout".
+"""
+
+import os
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from heatlens.plate.exr.exr_scan import RawHeader, scanned_headers
+
+_LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
+_DEEP_SIZES = "<3Q"  # bytes of the packed table, of the packed samples, and unpacked
+
+
+def is_whole_exr(path: Path) -> bool:
+    """Return True if every chunk of every part of the file at `path` ends within the file."""
+    try:
+        with path.open("rb") as file:
+            return has_all_chunks(file, os.fstat(file.fileno()).st_size)
+    except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off
+        return False
+
+
+def has_all_chunks(file: BinaryIO, size: int) -> bool:
+    """Return True if every chunk is listed, and the last one ends within the `size` of the file.
+
+    Raises struct.error, ValueError or LookupError if headers or tables are cut off.
+    """
+    headers = scanned_headers(file)
+    counts = [_chunk_count(header) for header in headers]
+    if None in counts:
+        return True  # its structure does not tell; whoever reads the pixels will
+    tables = [struct.unpack(f"<{count}Q", file.read(8 * (count or 0))) for count in counts]
+    starts = file.tell()
+    return all(
+        min(offsets) >= starts and _end_of(file, max(offsets), header, len(headers) > 1) <= size
+        for header, offsets in zip(headers, tables, strict=True)
+        if offsets
+    )
+
+
+def _chunk_count(header: RawHeader) -> int | None:
+    """Return the number of chunks in a part.
+
+    None for what does not tell it: levels of detail, and compressions newer than this table.
+    """
+    if "chunkCount" in header:
+        return int(struct.unpack("<i", header["chunkCount"])[0])
+    x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
+    if "tiles" not in header:
+        lines = _LINES_OF_CHUNK.get(header["compression"][0])
+        return None if lines is None else _parts(y1 - y0 + 1, lines)
+    width, height, mode = struct.unpack("<IIB", header["tiles"])
+    return None if mode & 0xF else _parts(x1 - x0 + 1, width) * _parts(y1 - y0 + 1, height)
+
+
+def _parts(length: int, each: int) -> int:
+    return -(-length // each)
+
+
+def _end_of(file: BinaryIO, offset: int, header: RawHeader, is_one_of_many: bool) -> int:
+    """Return where the chunk at `offset` ends: its part and place, its sizes and its data."""
+    kind = header.get("type", b"")
+    is_tiled = "tiles" in header or b"tile" in kind
+    file.seek(offset + 4 * is_one_of_many + (16 if is_tiled else 4))
+    sizes = "<I" if not kind.startswith(b"deep") else _DEEP_SIZES
+    packed: tuple[int, ...] = struct.unpack(sizes, file.read(struct.calcsize(sizes)))[:2]
+    return file.tell() + sum(packed)
+
+
+def cut_short(paths: Iterator[Path]) -> list[Path]:
+    """Return those of `paths` that are empty, or EXR files that lack pixels; others are not read.
+
+    A file that is not there is left out, because whoever reads it says so.
+    """
+    return [path for path in dict.fromkeys(paths) if path.is_file() and _is_cut(path)]
+
+
+def _is_cut(path: Path) -> bool:
+    if path.suffix.lower() != ".exr":
+        return path.stat().st_size == 0
+    return not is_whole_exr(path)
