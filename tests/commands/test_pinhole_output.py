@@ -131,3 +131,16 @@ def test_samples_begin_with_what_is_shown_unless_the_list_does():
 def test_what_takes_too_much_memory_is_refused_with_what_fits():
     with pytest.raises(InputError, match=r"8000x4000.*fits"):
         check_deep_fits("deep.exr", 8000, 4000)
+
+
+@pytest.mark.parametrize("f_stop", [1.4, 2.0, 2.8, 5.6])
+def test_a_lens_needs_the_same_overscan_with_and_without_what_is_behind(tmp_path, f_stop):
+    """It is drawn at twice the size where nothing behind is written, which rounded otherwise."""
+    words = [word for word in SCENE if not word.startswith("--size")]
+    words += ["--size=96x54", f"--f-stop={f_stop}", "--focus-distance=5.6", "--overscan=auto"]
+    windows = []
+    for more in ((), ("--deep",)):
+        path = tmp_path / f"{len(more)}.exr"
+        assert main([*words, *more, "-o", str(path)]) == 0
+        windows.append(read_plate(path).data_window)
+    assert windows[0] == windows[1]

@@ -50,7 +50,8 @@ def pinhole_plate(
     margin_px = options.overscan or 0
     if isinstance(margin_px, str):
         overscan = loaded.overscan
-        margin_px = 0 if overscan is None else overscan.needed_px(renderer.optics(shot, frame))
+        own = None if overscan is None else overscan.in_own_pixels  # as they are written
+        margin_px = 0 if own is None else own.needed_px(renderer.optics(shot, frame))
     if not options.deep:
         return with_overscan(loaded, margin_px)
     width, height = (side + 2 * margin_px for side in loaded.color.size)
