@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 from heatlens.commands.main import main
 
@@ -26,23 +27,30 @@ def test_programs_get_a_line_for_each_frame(capsys, shot_file, out):
     assert said.err == ""
 
 
+def damage(path: Path) -> None:
+    """Damage pixels of a file that keeps its length, which is seen only when its turn comes."""
+    whole = path.read_bytes()
+    half = len(whole) // 2
+    path.write_bytes(whole[:half] + bytes(64) + whole[half + 64 :])
+
+
 def test_a_farm_is_told_in_its_own_words(capsys, shot_file, out, tmp_path):
-    (tmp_path / "plates" / "plate.1002.exr").write_bytes(b"")
+    damage(tmp_path / "plates" / "plate.1002.exr")
     words = ["export", str(shot_file), "-o", str(out), "--progress", "openjd"]
     assert main(words) == 2
     said = capsys.readouterr().out.splitlines()
     assert said[:2] == ["openjd_status: frame 1001, 1 of 6", "openjd_progress: 16.7"]
-    assert re.fullmatch(r"openjd_fail: .*plate\.1002\.exr is empty.*", said[2])
+    assert re.fullmatch(r"openjd_fail: .*plate\.1002\.exr.*damaged or cut short.*", said[2])
 
 
 def test_a_program_is_told_why_an_export_failed(capsys, shot_file, out, tmp_path):
     """Also before the first frame, where no other event was printed."""
     words = ["export", str(shot_file), "-o", str(out), "--progress", "json"]
-    (tmp_path / "plates" / "plate.1002.exr").write_bytes(b"")
+    damage(tmp_path / "plates" / "plate.1002.exr")
     assert main(words) == 2
     begin, frame, failed = (json.loads(line) for line in capsys.readouterr().out.splitlines())
     assert (begin["event"], frame["event"], failed["event"]) == ("begin", "frame", "failed")
-    assert "plate.1002.exr is empty" in failed["message"]
+    assert "plate.1002.exr" in failed["message"]
     assert main([*words, "--frames", "7"]) == 2
     (line,) = capsys.readouterr().out.splitlines()
     assert json.loads(line)["event"] == "failed"

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
-from heatlens.plate.exr.exr_whole import has_all_chunks
+from heatlens.plate.exr.exr_whole import end_of_chunks
 
 _JPEG_END = b"\xff\xd9"
 _BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # by type number
@@ -88,7 +88,7 @@ def _is_whole_movie(file: BinaryIO, size: int) -> bool:
 
 
 _CHECKS: dict[str, Callable[[BinaryIO, int], bool]] = {
-    ".exr": has_all_chunks,
+    ".exr": lambda file, size: end_of_chunks(file) == size,
     ".png": _is_whole_png,
     ".jpg": _is_whole_jpeg,
     ".jpeg": _is_whole_jpeg,

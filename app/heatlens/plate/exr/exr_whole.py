@@ -20,26 +20,27 @@ def is_whole_exr(path: Path) -> bool:
     """Return True if every chunk of every part of the file at `path` ends within the file."""
     try:
         with path.open("rb") as file:
-            return has_all_chunks(file, os.fstat(file.fileno()).st_size)
+            end = end_of_chunks(file)
+            return end is None or 0 < end <= os.fstat(file.fileno()).st_size
     except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off
         return False
 
 
-def has_all_chunks(file: BinaryIO, size: int) -> bool:
-    """Return True if every chunk is listed, and the last one ends within the `size` of the file.
+def end_of_chunks(file: BinaryIO) -> int | None:
+    """Return where the last chunk of a file ends; 0 if one is not listed, None if nothing tells it.
 
     Raises struct.error, ValueError or LookupError if headers or tables are cut off.
     """
     headers = scanned_headers(file)
-    counts = [_chunk_count(header) for header in headers]
-    if None in counts:
-        return True  # its structure does not tell; whoever reads the pixels will
-    tables = [struct.unpack(f"<{count}Q", file.read(8 * (count or 0))) for count in counts]
-    starts = file.tell()
-    return all(
-        min(offsets) >= starts and _end_of(file, max(offsets), header, len(headers) > 1) <= size
+    counts = [count for header in headers if (count := _chunk_count(header)) is not None]
+    if len(counts) < len(headers):
+        return None  # whoever reads the pixels will tell
+    tables = [struct.unpack(f"<{count}Q", file.read(8 * count)) for count in counts]
+    if min(min(offsets) for offsets in tables) < file.tell():
+        return 0
+    return max(
+        _end_of(file, max(offsets), header, len(headers) > 1)
         for header, offsets in zip(headers, tables, strict=True)
-        if offsets
     )
 
 
