@@ -130,34 +130,39 @@ def test_the_window_takes_what_is_told_until_another_is_chosen(ctx, tmp_path):
     other = orange_plate(tmp_path / "rec709.exr", REC709)
     with gui_of(ctx, plate, defocus=QUICK) as gui:
         session = gui.session
-        session.view = replace(session.view, display="sRGB - Display", view="Un-tone-mapped")
+        session.pictures.view.state = replace(
+            session.facts.view, display="sRGB - Display", view="Un-tone-mapped"
+        )
         gui.frame(2)
-        assert session.color.transform.input_space == "ACEScg"
+        assert session.pictures.color.transform.input_space == "ACEScg"
         light = np.linalg.inv(to_rec709(AP1)).astype(np.float32) @ ORANGE
-        shown = session.color.transform.apply_cpu(light.reshape(1, 1, 3))
+        shown = session.pictures.color.transform.apply_cpu(light.reshape(1, 1, 3))
         assert np.allclose(shown, srgb_encoded(ORANGE), atol=1e-3)
         gui.open(other)
-        assert session.color.transform.input_space == "Linear Rec.709 (sRGB)"
-        session.view = replace(session.view, input_space="Linear Rec.2020")
+        assert session.pictures.color.transform.input_space == "Linear Rec.709 (sRGB)"
+        session.pictures.view.state = replace(session.facts.view, input_space="Linear Rec.2020")
         gui.open(plate)
-        assert session.color.transform.input_space == "Linear Rec.2020"
+        assert session.pictures.color.transform.input_space == "Linear Rec.2020"
         gui.click(gui.middle("input"))
         gui.click(gui.middle("input: auto: ACEScg"))
         gui.frame(2)
-        assert (session.view.input_space, session.color.transform.input_space) == ("", "ACEScg")
+        assert (session.facts.view.input_space, session.pictures.color.transform.input_space) == (
+            "",
+            "ACEScg",
+        )
 
 
 def test_the_window_says_what_it_does_not_know(ctx, tmp_path):
     plate = orange_plate(tmp_path / "odd.exr", REC709, chromaticities=NO_TRIANGLE)
     with gui_of(ctx, plate, defocus=QUICK) as gui:
-        assert gui.session.message.count("until another input space is chosen") == 1
-        assert gui.session.color.transform.input_space == "Linear Rec.709 (sRGB)"
+        assert gui.session.messages.text.count("until another input space is chosen") == 1
+        assert gui.session.pictures.color.transform.input_space == "Linear Rec.709 (sRGB)"
 
 
 def test_without_opencolorio_the_window_follows_the_header_too(ctx, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "PyOpenColorIO", None)
     with gui_of(ctx, orange_plate(tmp_path / "acescg.exr", AP1), defocus=QUICK) as gui:
-        transform = gui.session.color.transform
+        transform = gui.session.pictures.color.transform
         assert (transform.view, transform.input_space) == ("sRGB curve", "ACEScg")
 
 
@@ -191,15 +196,15 @@ def test_the_window_shows_a_photo_through_the_view_that_render_takes(ctx, tmp_pa
     preferences = Preferences()
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         session = gui.session
-        assert session.view.view == first
+        assert session.facts.view.view == first
         gui.open(photo, options)
-        assert session.view.view == PLAIN_OCIO_VIEW
+        assert session.facts.view.view == PLAIN_OCIO_VIEW
         session.remember()
         assert preferences.now.view == ""  # nobody chose it
         gui.open(plate)
-        assert session.view.view == first
-        session.view = replace(session.view, view="Raw")
+        assert session.facts.view.view == first
+        session.pictures.view.state = replace(session.facts.view, view="Raw")
         gui.open(photo, options)
-        assert session.view.view == "Raw"
+        assert session.facts.view.view == "Raw"
         session.remember()
         assert preferences.now.view == "Raw"

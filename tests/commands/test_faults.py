@@ -144,20 +144,20 @@ def test_a_file_that_breaks_its_reader_leaves_the_window(
     monkeypatch.setattr("heatlens.source.opened_scene.opened_scene", broken)
     (tmp_path / "bad.obj").write_text("")
     before = gui.session.source.plate
-    gui.session.files.open(str(tmp_path / "bad.obj"))
-    gui.until(lambda: "fault of heatlens" in gui.session.message, "the sentence")
+    gui.session.files.commands.open(str(tmp_path / "bad.obj"))
+    gui.until(lambda: "fault of heatlens" in gui.session.messages.text, "the sentence")
     assert gui.session.source.plate is before and not gui.ui.is_over
     gui.frame(3)
 
 
 def test_work_is_kept_before_a_fault_is_said(reports, gui, tmp_path, monkeypatch, expects_faults):
     session, path = gui.session, tmp_path / "s.heatlens.json"
-    session.documents.save_as(path)
-    gui.until(lambda: not session.documents._writing, "the file")
-    session.editing.edit_lens(replace(session.lens, f_stop=1.25))
-    monkeypatch.setattr(session.scheduler, "_ask", broken)
-    session.scheduler.update()
-    assert "The picture could not be made; this is a fault" in session.message
+    session.files.documents.save_as(path)
+    gui.until(lambda: not session.files.documents._writing, "the file")
+    session.editing.edit_lens(replace(session.facts.lens, f_stop=1.25))
+    monkeypatch.setattr(session.time.scheduler, "_ask", broken)
+    session.time.scheduler.update()
+    assert "The picture could not be made; this is a fault" in session.messages.text
     assert read_shot(autosave_path(path)).lens.f_stop == 1.25
     assert read_shot(path).lens.f_stop != 1.25
 
@@ -178,12 +178,12 @@ def test_a_fault_while_the_window_is_drawn_leaves_it_whole(
 
     monkeypatch.setattr(screen, where, half_drawn)
     gui.frame(3)
-    assert "The window could not be drawn; this is a fault" in gui.session.message
+    assert "The window could not be drawn; this is a fault" in gui.session.messages.text
     monkeypatch.undo()
     gui.session.messages.clear()
     gui.frame(3)
     gui.settled()
-    assert gui.session.message == ""
+    assert gui.session.messages.text == ""
     assert (gui.screenshot() != wanted).mean() < 0.02  # the times of the panel Speed change
     assert len(list(reports.iterdir())) == 1
 

@@ -40,15 +40,15 @@ def assert_lens_of_camera(shot, camera, kept=()):
 def test_the_window_begins_with_lens_keys_frames_and_rate_of_the_camera(ctx, tmp_path):
     camera, plate = moving_camera(), room_file(tmp_path / "room.exr")
     with gui_of(ctx, plate, camera=camera, defocus=QUICK) as gui:
-        shot = gui.session.shot
+        shot = gui.session.facts.shot
         assert_lens_of_camera(shot, camera)
         assert (shot.frames, shot.frames_per_second) == (FRAMES, 25.0)
-        assert gui.session.editing.frame == FRAMES.first and gui.session.timeline.has_time
-        gui.session.editing.edit_lens(replace(gui.session.lens, f_stop=8.0))
-        gui.session.lens_commands.reset()
+        assert gui.session.editing.frame == FRAMES.first and gui.session.time.timeline.has_time
+        gui.session.editing.edit_lens(replace(gui.session.facts.lens, f_stop=8.0))
+        gui.session.lens.commands.reset()
         assert (
-            gui.session.lens
-            == gui.session.lens_commands.start_lens.lens
+            gui.session.facts.lens
+            == gui.session.lens.commands.start_lens.lens
             == shot.lens_at(FRAMES.first)
         )
 
@@ -57,7 +57,7 @@ def test_what_the_options_say_wins_and_the_plate_keeps_its_frames(ctx, tmp_path)
     camera, plates = moving_camera(), sequence_files(tmp_path, 1003, 1005)
     given = {"f_stop": 4.0, "focal_length_mm": 35.0}
     with gui_of(ctx, plates, camera=camera, lens=given, defocus=QUICK) as gui:
-        shot = gui.session.shot
+        shot = gui.session.facts.shot
         assert_lens_of_camera(shot, camera, kept=given)
         lenses = [shot.lens_at(frame) for frame in FRAMES]
         assert {(lens.f_stop, lens.focal_length_mm) for lens in lenses} == {(4.0, 35.0)}
@@ -68,22 +68,22 @@ def test_the_camera_is_that_of_its_plate_alone(ctx, tmp_path):
     first, second = (room_file(tmp_path / name) for name in ("first.exr", "second.exr"))
     with gui_of(ctx, first, camera=moving_camera(), defocus=QUICK) as gui:
         gui.open(second)
-        assert gui.session.lens == LENS and not gui.session.shot.key_frames
+        assert gui.session.facts.lens == LENS and not gui.session.facts.shot.key_frames
 
 
 def test_a_shot_is_seen_through_the_camera_and_is_not_saved_so(ctx, tmp_path):
     path, plate = tmp_path / "s.heatlens.json", room_file(tmp_path / "room.exr")
     write_shot(path, Shot(Lens(20.0, 5.6, 3.0, 24.0), QUICK, source=str(plate)))
     with gui_of(ctx, path, camera=moving_camera()) as gui:
-        assert_lens_of_camera(gui.session.shot, moving_camera())
-        assert not gui.session.documents.is_saved
+        assert_lens_of_camera(gui.session.facts.shot, moving_camera())
+        assert not gui.session.files.documents.is_saved
 
 
 def test_a_camera_that_makes_no_lens_with_the_options_is_said(ctx, tmp_path):
     plate, camera = room_file(tmp_path / "room.exr"), moving_camera()
     with gui_of(ctx, plate, camera=camera, lens={"focal_length_mm": 1000.0}) as gui:
-        assert "beyond the focal length" in gui.session.message
-        assert gui.session.lens == LENS and not gui.session.shot.key_frames
+        assert "beyond the focal length" in gui.session.messages.text
+        assert gui.session.facts.lens == LENS and not gui.session.facts.shot.key_frames
 
 
 @pytest.mark.parametrize("name", ["cam.json", "cam.csv", "cam.usda"])

@@ -92,12 +92,12 @@ class Monkey:
         gui.ui.is_over = gui.ui.asks_to_quit = False
         if gui.ui.dialogs.browser.is_open and self.rng.random() < 0.5:
             gui.key(K.escape)
-        if gui.session.exports.run.is_busy:
-            gui.session.exports.run.cancel()
+        if gui.session.files.exports.run.is_busy:
+            gui.session.files.exports.run.cancel()
         opening, opened = gui.session.source.opener.opening, gui.session.source.opened
         now = opening or (opened.text if opened is not None else self.source)
         if now != self.source:  # the demo takes minutes for a picture without a GPU
-            gui.session.files.open(self.source)
+            gui.session.files.commands.open(self.source)
 
     def _place(self) -> tuple[float, float]:
         """Return a place of the screen, mostly one on a control."""
@@ -143,7 +143,7 @@ class Monkey:
         action = self.rng.choice(self.gui.screen.actions)
         if action.name not in _LEFT_OUT:
             self.did[-1] += f" {action.name}"
-            action.do(self.gui.session.say)
+            action.do(self.gui.session.messages.say)
             self.gui.frame(2)
 
     def _rest(self) -> None:
@@ -170,7 +170,7 @@ def rss_mb() -> float:
 
 def held_mb_of(gui: Gui) -> float:
     """Return the memory of this process without the rendered frames that are kept on purpose."""
-    return rss_mb() - gui.session.pull.store.memory.bytes_in_use / 1e6
+    return rss_mb() - gui.session.time.pull.store.memory.bytes_in_use / 1e6
 
 
 def play(gui: Gui, actions: int, seed: int, tell=print) -> list[float]:
@@ -187,7 +187,7 @@ def play(gui: Gui, actions: int, seed: int, tell=print) -> list[float]:
         faults(error)
 
     gui.session.say_error = say_error
-    gui.session.scheduler._say_error = say_error
+    gui.session.time.scheduler._say_error = say_error
     tell(f"seed {seed}, 0 actions: {rss_mb():.0f} MB")
     for number in range(1, actions + 1):
         try:

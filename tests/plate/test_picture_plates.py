@@ -345,10 +345,10 @@ def test_two_files_dropped_on_the_window_are_one_plate(ctx, photo, tmp_path):
     depth = save(tmp_path / "photo_depth.png", whole(disparity(metres(), 1, 10), "u2"))
     before = write_file(tmp_path / "b.exr", rgb(HEIGHT, WIDTH) | {"Z": metres().astype("f4")})
     with gui_of(ctx, before) as gui:
-        gui.session.files.open_dropped([str(depth), str(photo)])
+        gui.session.files.commands.open_dropped([str(depth), str(photo)])
         gui.until(lambda: gui.session.source.plate.path == photo, "the plate")
-        assert gui.session.shot.source == str(photo)
-        assert gui.session.shot.plate_options.depth_source == str(depth)
+        assert gui.session.facts.shot.source == str(photo)
+        assert gui.session.facts.shot.plate_options.depth_source == str(depth)
         np.testing.assert_allclose(gui.session.source.plate.depth_m, metres(), rtol=1e-3)
 
 

@@ -51,10 +51,10 @@ def scene_gui(ctx: moderngl.Context, window: Gui, monkeypatch) -> Gui:
     """Open a scene at rest whose picture is drawn in three bands."""
     monkeypatch.setattr(bands, "_LEAST_PX", SIZE[0] * 64)
     gui = as_opened(window)
-    raster = gui.session.renderer._source._drawer._raster
+    raster = gui.session.pictures.renderer._source._drawer._raster
     raster.bands = bands.Bands(gui.ctx, raster.buffers.triangles_drawn)
     large = replace(gui.session.scenes.framing, width_px=SIZE[0], height_px=SIZE[1])
-    gui.session.editing.do(replace(gui.session.shot, framing=large))
+    gui.session.editing.do(replace(gui.session.facts.shot, framing=large))
     whole(gui)
     return gui
 
@@ -75,9 +75,9 @@ def work(scene_gui: Gui, monkeypatch) -> Work:
     for name in ("draw", "depth"):
         monkeypatch.setattr(SceneRaster, name, counted(getattr(SceneRaster, name)))
     session = scene_gui.session
-    for part in (session.source.feed._preview, session.sides.a, session.sides.b):
+    for part in (session.source.feed._preview, session.pictures.sides.a, session.pictures.sides.b):
         monkeypatch.setattr(part, "_clock", found.clock)
-    session.sides.a.cost.seconds_per_px.clear()
+    session.pictures.sides.a.cost.seconds_per_px.clear()
     session.source.feed._preview._seconds_per_px = 2 * BAND_S / (SIZE[0] * 64)  # colour and depth
     return found
 
@@ -94,7 +94,7 @@ def most_between_looks(gui: Gui, work: Work, do) -> float:
             before = work.drawn
             gui.session.work()
             most = max(most, work.drawn - before)
-        if not gui.session.scheduler.is_rendering:
+        if not gui.session.time.scheduler.is_rendering:
             return most
     raise AssertionError("never whole")
 
@@ -139,8 +139,8 @@ def test_undo_in_the_middle_of_a_frame_is_answered_at_once(scene_gui, work, monk
 )
 def test_the_whole_picture_comes_in_small_steps(scene_gui, work, method, most):
     gui = scene_gui
-    true = replace(gui.session.shot.defocus, method=method, views=20)
-    gui.session.editing.edit(replace(gui.session.shot, defocus=true))
+    true = replace(gui.session.facts.shot.defocus, method=method, views=20)
+    gui.session.editing.edit(replace(gui.session.facts.shot, defocus=true))
     whole(gui)
     look_through = lambda: gui.session.scenes.look_through("side")  # noqa: E731
     assert most_between_looks(gui, work, look_through) <= most
@@ -153,12 +153,12 @@ def test_what_is_half_done_is_given_up_for_another_wish(scene_gui, work):
     for _ in range(6):
         gui.frame()
         gui.session.work()
-    assert gui.session.scheduler.is_rendering
+    assert gui.session.time.scheduler.is_rendering
     before = work.drawn
     gui.session.scenes.look_through("main")
     gui.frame()
     assert work.drawn - before <= MOST_BANDS
-    assert gui.session.live.shown.shot.framing.camera == "main"
+    assert gui.session.pictures.live.shown.shot.framing.camera == "main"
 
 
 def test_nothing_is_drawn_while_nothing_changes(scene_gui, work):

@@ -65,7 +65,7 @@ def test_focus_in_dioptres_is_never_within_the_focal_length(focal_mm, dioptres):
 
 
 def test_one_thing_is_compared_at_a_time_and_the_same_again_is_none(session):
-    view = session.view_commands
+    view = session.pictures.commands
     for command, field, off in (
         (view.toggle_overlay, "overlay", (Overlay.ZONES, Overlay.DEPTH, Overlay.NONE)),
         (view.toggle_compare, "compare", (Compare.WIPE, Compare.FLIP, Compare.OFF)),
@@ -73,32 +73,37 @@ def test_one_thing_is_compared_at_a_time_and_the_same_again_is_none(session):
         first, second, none = off
         for toggled, expected in ((first, first), (second, second), (second, none)):
             command(toggled)
-            assert getattr(session.view, field) is expected
+            assert getattr(session.facts.view, field) is expected
 
 
 def test_gains_go_from_one_to_the_next_and_stay_at_the_ends(session):
     for _ in DIFFERENCE_GAINS:
-        session.view_commands.step_gain(1)
-    assert session.view.difference_gain == DIFFERENCE_GAINS[-1]
-    session.view_commands.step_gain(-1)
-    assert session.view.difference_gain == DIFFERENCE_GAINS[-2]
+        session.pictures.commands.step_gain(1)
+    assert session.facts.view.difference_gain == DIFFERENCE_GAINS[-1]
+    session.pictures.commands.step_gain(-1)
+    assert session.facts.view.difference_gain == DIFFERENCE_GAINS[-2]
 
 
 def test_b_is_no_reference_while_none_is_loaded(session):
-    session.view_commands.compare_with(Method.GATHER)
-    assert session.view.against is Against.METHOD and session.view.compare is Compare.WIPE
-    before = session.view
-    session.view_commands.swap_b()
-    assert session.view == before and "No reference is loaded" in session.message
+    session.pictures.commands.compare_with(Method.GATHER)
+    assert (
+        session.facts.view.against is Against.METHOD and session.facts.view.compare is Compare.WIPE
+    )
+    before = session.facts.view
+    session.pictures.commands.swap_b()
+    assert session.facts.view == before and "No reference is loaded" in session.messages.text
 
 
 def test_what_is_not_open_can_neither_be_saved_nor_copied(session):
     for key in ("save", "save shot"):
-        assert not session.files.may_choose(key) and "Nothing is open" in session.message
+        assert (
+            not session.files.commands.may_choose(key)
+            and "Nothing is open" in session.messages.text
+        )
     session.messages.clear()
-    session.pictures.copy()
-    assert "Nothing is open" in session.message
-    assert session.files.may_choose("open")
+    session.pictures.saving.copy()
+    assert "Nothing is open" in session.messages.text
+    assert session.files.commands.may_choose("open")
 
 
 def test_the_cameras_row_is_chosen_only_where_it_is_seen():
@@ -125,7 +130,7 @@ def test_options_of_the_command_line_are_for_one_source(source, first):
 
 def test_an_export_that_cannot_be_made_is_said(session, tmp_path: Path):
     (tmp_path / "file").write_text("")
-    wish = session.exports.settings.__class__(str(tmp_path / "file" / "folder"), "name")
-    session.exports.settings = wish
-    session.exports.write_camera()
-    assert "cannot be made" in session.message and session.exports.run.state is None
+    wish = session.files.exports.settings.__class__(str(tmp_path / "file" / "folder"), "name")
+    session.files.exports.settings = wish
+    session.files.exports.write_camera()
+    assert "cannot be made" in session.messages.text and session.files.exports.run.state is None

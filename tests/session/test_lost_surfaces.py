@@ -1,6 +1,7 @@
 """Surfaces that were merged or left out are told once of each source."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -10,15 +11,17 @@ from support.plates import plate_of
 
 def test_a_sentence_is_said_once_and_again_for_another_source():
     said: list[str] = []
-    lost = LostSurfaces(said.append)
+    source = SimpleNamespace(plate=None)
+    lost = LostSurfaces(source, said.append)
     whole = plate_of(np.zeros((2, 2, 3), np.float32), np.ones((2, 2), np.float32))
     cut = replace(whole, surfaces_lost="Some were left out.")
     for plate in (None, whole, cut, cut, whole, cut):
-        lost.look(plate)
+        source.plate = plate
+        lost.poll()
     assert said == ["Some were left out."]
     lost.begin(())
-    lost.look(cut)
+    lost.poll()
     assert len(said) == 2
     lost.begin(("Some were left out.",))  # has just been said with the other notes
-    lost.look(cut)
+    lost.poll()
     assert len(said) == 2

@@ -24,50 +24,54 @@ def session(opened):
 
 def perform(session, frames=range(FIRST, LAST + 1), distance_m=pulled_m) -> None:
     """Arm, play, and move the focus while each frame is shown."""
-    session.recording.arm()
-    session.timeline.play(1)
+    session.lens.recording.arm()
+    session.time.timeline.play(1)
     for frame in frames:
-        session.timeline.put(frame)
-        session.recording.poll()
+        session.time.timeline.put(frame)
+        session.lens.recording.poll()
         if distance_m is not None:
-            session.lens_commands.focus(distance_m(frame))
-        session.recording.poll()
-    session.timeline.playback.stop()
-    session.recording.poll()
+            session.lens.commands.focus(distance_m(frame))
+        session.lens.recording.poll()
+    session.time.timeline.playback.stop()
+    session.lens.recording.poll()
 
 
 def focus_keys(session):
-    return session.shot.curves.focus_distance_m.keys
+    return session.facts.shot.curves.focus_distance_m.keys
 
 
 def test_what_was_performed_is_few_keys_within_the_tolerance(session):
-    before = session.shot
+    before = session.facts.shot
     perform(session)
-    assert session.recording.state is RecordingState.RECORDED
-    assert 2 <= len(focus_keys(session)) == session.recording.key_count <= 4
+    assert session.lens.recording.state is RecordingState.RECORDED
+    assert 2 <= len(focus_keys(session)) == session.lens.recording.key_count <= 4
     for frame in range(FIRST, LAST + 1):
-        off = 1 / session.shot.lens_at(frame).focus_distance_m - 1 / pulled_m(frame)
-        assert abs(off) <= session.recording.tolerance_dioptres * (1 + 1e-6)
+        off = 1 / session.facts.shot.lens_at(frame).focus_distance_m - 1 / pulled_m(frame)
+        assert abs(off) <= session.lens.recording.tolerance_dioptres * (1 + 1e-6)
     session.editing.undo()
-    assert session.shot == before
-    session.recording.poll()
-    assert session.recording.state is RecordingState.OFF
+    assert session.facts.shot == before
+    session.lens.recording.poll()
+    assert session.lens.recording.state is RecordingState.OFF
 
 
 def test_while_it_is_performed_the_picture_follows_the_hand_and_no_key_is_set(session):
-    before = session.shot
-    session.recording.arm()
-    session.timeline.play(1)
-    session.recording.poll()
-    assert session.recording.state is RecordingState.RECORDING
-    session.lens_commands.focus(3.0)
-    session.timeline.put(FIRST + 1)
-    session.recording.poll()
-    assert session.lens.focus_distance_m == session.editing.seen_shot.lens.focus_distance_m == 3.0
-    assert session.shot == before and not session.pull.is_alone
-    session.lens_commands.step_f_stop(3)
-    assert session.shot.lens.f_stop > before.lens.f_stop
-    assert session.shot.lens.focus_distance_m == before.lens.focus_distance_m
+    before = session.facts.shot
+    session.lens.recording.arm()
+    session.time.timeline.play(1)
+    session.lens.recording.poll()
+    assert session.lens.recording.state is RecordingState.RECORDING
+    session.lens.commands.focus(3.0)
+    session.time.timeline.put(FIRST + 1)
+    session.lens.recording.poll()
+    assert (
+        session.facts.lens.focus_distance_m
+        == session.editing.seen_shot.lens.focus_distance_m
+        == 3.0
+    )
+    assert session.facts.shot == before and not session.time.pull.is_alone
+    session.lens.commands.step_f_stop(3)
+    assert session.facts.shot.lens.f_stop > before.lens.f_stop
+    assert session.facts.shot.lens.focus_distance_m == before.lens.focus_distance_m
 
 
 def test_a_wider_tolerance_leaves_fewer_keys_and_is_the_same_step(session):
@@ -79,52 +83,52 @@ def test_a_wider_tolerance_leaves_fewer_keys_and_is_the_same_step(session):
     perform(session, distance_m=shaky_m)
     counts = []
     for tolerance in (0.0005, 0.06):
-        session.recording.tolerate(tolerance)
-        counts.append(session.recording.key_count)
+        session.lens.recording.tolerate(tolerance)
+        counts.append(session.lens.recording.key_count)
     assert counts[0] > counts[1]
     assert session.editing.history.past == (*before.past, before.now)
 
 
 def test_at_first_the_tolerance_is_half_of_what_is_sharp(session):
-    expected = sharp_dioptres(session.lens) / 2
-    assert session.recording.tolerance_dioptres == pytest.approx(expected, rel=0.05)
+    expected = sharp_dioptres(session.facts.lens) / 2
+    assert session.lens.recording.tolerance_dioptres == pytest.approx(expected, rel=0.05)
 
 
 @pytest.mark.parametrize("when", ["armed", "recording", "recorded"])
 def test_dropped_it_never_was(session, when):
     before = session.editing.history
-    session.recording.arm()
+    session.lens.recording.arm()
     if when != "armed":
-        perform_on = session.timeline
+        perform_on = session.time.timeline
         perform_on.play(1)
-        session.recording.poll()
-        session.lens_commands.focus(2.5)
-        session.recording.poll()
+        session.lens.recording.poll()
+        session.lens.commands.focus(2.5)
+        session.lens.recording.poll()
     if when == "recorded":
-        session.timeline.playback.stop()
-        session.recording.poll()
-        assert session.recording.state is RecordingState.RECORDED
-    session.recording.drop()
+        session.time.timeline.playback.stop()
+        session.lens.recording.poll()
+        assert session.lens.recording.state is RecordingState.RECORDED
+    session.lens.recording.drop()
     assert session.editing.history == before
-    assert session.recording.state is RecordingState.OFF
-    assert session.timeline.playback.direction == 0
+    assert session.lens.recording.state is RecordingState.OFF
+    assert session.time.timeline.playback.direction == 0
 
 
 def test_the_recording_ends_where_the_shot_begins_again_and_the_hand_sets_no_key_behind(session):
     perform(session, [LAST - 2, LAST - 1, LAST, FIRST])  # the last one is behind the end
-    assert session.recording.state is RecordingState.RECORDED
+    assert session.lens.recording.state is RecordingState.RECORDED
     assert focus_keys(session)[-1].value == pytest.approx(pulled_m(LAST))
     session.editing.rest(is_held=True)
     assert session.editing.performance is not None and session.wants_frames
     session.editing.performance.moved_at -= 1.0
     session.editing.rest(is_held=False)
     assert session.editing.performance is None
-    assert session.frame == LAST and session.timeline.playback.direction == 0
+    assert session.facts.frame == LAST and session.time.timeline.playback.direction == 0
     assert {key.frame for key in focus_keys(session)} <= {LAST - 2, LAST - 1, LAST}
 
 
 def test_keys_before_and_after_stay_and_do_not_bend_what_was_recorded(session):
-    shot = session.shot
+    shot = session.facts.shot
     for frame, distance_m in ((FIRST, 2.0), (FIRST + 8, 5.0), (LAST, 9.0)):
         shot = shot.with_key(frame, FOCUS, distance_m)
     session.editing.begin(shot)
@@ -132,19 +136,19 @@ def test_keys_before_and_after_stay_and_do_not_bend_what_was_recorded(session):
     perform(session, frames, lambda frame: 3.0)
     assert [focus_keys(session)[0].value, focus_keys(session)[-1].value] == [2.0, 9.0]
     for frame in frames:
-        off = 1 / session.shot.lens_at(frame).focus_distance_m - 1 / 3.0
-        assert abs(off) <= session.recording.tolerance_dioptres * (1 + 1e-6)
+        off = 1 / session.facts.shot.lens_at(frame).focus_distance_m - 1 / 3.0
+        assert abs(off) <= session.lens.recording.tolerance_dioptres * (1 + 1e-6)
 
 
 def test_a_hand_that_does_nothing_changes_nothing(session):
     before = session.editing.history
     perform(session, distance_m=None)
-    assert session.editing.history == before and "not moved" in session.message
-    assert session.recording.state is RecordingState.OFF
+    assert session.editing.history == before and "not moved" in session.messages.text
+    assert session.lens.recording.state is RecordingState.OFF
 
 
 def test_another_change_of_the_shot_ends_the_choice_of_the_tolerance(session):
     perform(session)
-    session.lens_commands.step_f_stop(3)
-    session.recording.poll()
-    assert session.recording.state is RecordingState.OFF and focus_keys(session)
+    session.lens.commands.step_f_stop(3)
+    session.lens.recording.poll()
+    assert session.lens.recording.state is RecordingState.OFF and focus_keys(session)

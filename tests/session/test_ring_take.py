@@ -68,70 +68,72 @@ def opened(tmp_path_factory):
 def session(opened):
     """Return the window's session, which follows a ring."""
     ready(opened, FOCUS, IRIS, f_stop=2.8)
-    ring = RingHand(Ring(), opened.editing, opened.say)
-    opened.ring = ring
-    opened.recording._ring = RingTake(ring, opened.source, opened.editing)
+    ring = RingHand(Ring(), opened.editing, opened.messages.say)
+    opened.lens.ring = ring
+    opened.lens.recording._ring = RingTake(ring, opened.source, opened.editing)
     return opened
 
 
 def perform(session, late: int, **more) -> None:
     """Play while the ring sends two samples a frame, which the window sees `late` frames late."""
-    ring = session.ring.receiver
-    session.recording.arm()
-    session.timeline.play(1)
-    session.recording.poll()
+    ring = session.lens.ring.receiver
+    session.lens.recording.arm()
+    session.time.timeline.play(1)
+    session.lens.recording.poll()
     for frame in range(FIRST, LAST + 1):
         ring.send(frame, focus_distance_m=pulled_m(frame - 0.5))
         ring.send(frame, focus_distance_m=pulled_m(frame), **{k: f(frame) for k, f in more.items()})
-        session.timeline.put(min(frame + late, LAST))
-        session.ring.poll()
-        session.recording.poll()
-    session.timeline.playback.stop()
-    session.recording.poll()
+        session.time.timeline.put(min(frame + late, LAST))
+        session.lens.ring.poll()
+        session.lens.recording.poll()
+    session.time.timeline.playback.stop()
+    session.lens.recording.poll()
 
 
 @pytest.mark.parametrize("late", [0, 2])
 def test_a_recorded_take_replays_to_the_frame(session, late):
-    before = session.shot
+    before = session.facts.shot
     perform(session, late)
-    keys = session.shot.curves.focus_distance_m.keys
+    keys = session.facts.shot.curves.focus_distance_m.keys
     assert 2 <= len(keys) <= 4
     for frame in range(FIRST, LAST + 1):
-        off = 1 / session.shot.lens_at(frame).focus_distance_m - 1 / pulled_m(frame)
-        assert abs(off) <= session.recording.tolerance_dioptres * (1 + 1e-6)
+        off = 1 / session.facts.shot.lens_at(frame).focus_distance_m - 1 / pulled_m(frame)
+        assert abs(off) <= session.lens.recording.tolerance_dioptres * (1 + 1e-6)
     session.editing.undo()
-    assert session.shot.curves == before.curves
+    assert session.facts.shot.curves == before.curves
 
 
 def test_the_iris_becomes_keys_where_it_was_turned(session):
     perform(session, 0, f_stop=lambda frame: 2.8 + 0.1 * (frame - FIRST))
     for frame in range(FIRST, LAST + 1):
-        assert session.shot.lens_at(frame).f_stop == pytest.approx(
+        assert session.facts.shot.lens_at(frame).f_stop == pytest.approx(
             2.8 + 0.1 * (frame - FIRST), rel=0.011
         )
-    assert len(session.shot.curves.f_stop.keys) <= 4
-    assert not session.shot.curves.focal_length_mm.keys
+    assert len(session.facts.shot.curves.f_stop.keys) <= 4
+    assert not session.facts.shot.curves.focal_length_mm.keys
 
 
 def test_a_ring_that_was_let_go_is_not_recorded(session):
-    session.ring.is_followed = False
-    before = session.shot
+    session.lens.ring.is_followed = False
+    before = session.facts.shot
     perform(session, 0)
-    assert session.shot == before
+    assert session.facts.shot == before
 
 
 def test_a_take_is_one_step_of_undo_whatever_was_turned(session):
-    before = session.shot
+    before = session.facts.shot
     perform(
         session,
         0,
         f_stop=lambda frame: 2.8 + 0.1 * (frame - FIRST),
         focal_length_mm=lambda frame: 50.0 + frame - FIRST,
     )
-    after = session.shot
+    after = session.facts.shot
     assert after.curves.f_stop.keys and after.curves.focal_length_mm.keys
-    session.recording.tolerate(2 * session.recording.tolerance_dioptres)  # still the same step
+    session.lens.recording.tolerate(
+        2 * session.lens.recording.tolerance_dioptres
+    )  # still the same step
     session.editing.undo()
-    assert session.shot == before
+    assert session.facts.shot == before
     session.editing.redo()
-    assert session.shot.curves.f_stop.keys == after.curves.f_stop.keys
+    assert session.facts.shot.curves.f_stop.keys == after.curves.f_stop.keys

@@ -190,11 +190,11 @@ def test_preferences_that_cannot_be_written_are_said_once(renderer, tmp_path):
     session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path / "file" / "in"))
     session.begin()
     said: list[str] = []
-    session.documents._say = lambda sentence: said.append(str(sentence))
+    session.files.documents._say = lambda sentence: said.append(str(sentence))
     for name in ("/a.exr", "/b.exr"):
         session.preferences.opened(name)
         session.remember()
-    session.documents.store.write(lambda: None).result(PATIENCE_S)
+    session.files.documents.store.write(lambda: None).result(PATIENCE_S)
     session.poll()
     assert len(said) == 1 and "Preferences are not kept" in said[0]
     session.close()
@@ -217,7 +217,7 @@ def test_damaged_preferences_are_told_until_something_else_is_said(renderer, tmp
         session.poll()
     assert "settings are reset" in session.messages.text
     assert session.messages.seconds_until_needed() is None
-    session.say("Saved.")
+    session.messages.say("Saved.")
     session.poll()
     assert not session.messages.text
     session.close()

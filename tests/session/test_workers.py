@@ -35,13 +35,14 @@ def session(tmp_path):
 
 def test_no_worker_is_left_out(session):
     """Whatever is a worker and belongs to the session is polled, however it was made."""
-    own = {id(value) for value in vars(session).values() if isinstance(value, Worker)}
-    assert own and own <= {id(worker) for worker in session._workers}
+    desks = session, session.pictures, session.time, session.lens, session.scenes, session.files
+    own = {id(v) for desk in desks for v in vars(desk).values() if isinstance(v, Worker)}
+    assert len(own) > 12 and own <= {id(worker) for worker in session.workers}
 
 
 def test_a_worker_more_is_polled_awaited_and_closed(session):
     late, soon = Counted(0.5), Counted(0.001)
-    session._workers = (late, *session._workers, soon)
+    session.workers = (late, *session.workers, soon)
     session.poll()
     assert late.called == soon.called == ["poll"]
     assert session.seconds_until_needed() <= 0.001
@@ -54,16 +55,16 @@ def test_workers_may_be_polled_in_any_order(tmp_path):
         folder = tmp_path / str(number)
         folder.mkdir()
         session = begun(folder / "preferences")
-        session._workers = session._workers[::order]
-        session.files.open(write_plates(folder))
+        session.workers = session.workers[::order]
+        session.files.commands.open(write_plates(folder))
         settled(session)
-        assert session.shot.source == str(folder / "walls.####.exr")
+        assert session.facts.shot.source == str(folder / "walls.####.exr")
         session.close()
 
 
 def test_a_session_opens_nothing_before_it_begins():
     session = Session(FakeRenderer(), Start("nothing.exr"))
-    assert session.source.opener.opening is None and not session.message
+    assert session.source.opener.opening is None and not session.messages.text
     session.begin()
     assert session.source.opener.opening == "nothing.exr"
     with pytest.raises(InputError):

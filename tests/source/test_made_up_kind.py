@@ -155,17 +155,17 @@ def test_it_opens_and_plays_in_a_session(tmp_path):
     session = begun(tmp_path / "preferences", FORMULA)
     try:
         settled(session)
-        assert session.shot.source == FORMULA and session.timeline.frames == FRAMES
-        assert not session.has_camera
+        assert session.facts.shot.source == FORMULA and session.time.timeline.frames == FRAMES
+        assert not session.facts.has_camera
         lights = set()
 
         def has_shown_all():
             lights.add(float(session.source.plate.color[0, 0, 0]))
             return lights == set(FRAMES)
 
-        session.timeline.play(1)
+        session.time.timeline.play(1)
         until(session, has_shown_all, "each frame")
-        assert session.exports.why_not == "" and word_of(FORMULA) == "Formula"
+        assert session.files.exports.why_not == "" and word_of(FORMULA) == "Formula"
     finally:
         session.close()
 

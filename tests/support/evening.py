@@ -54,15 +54,15 @@ def until(session: Session, condition: Callable[[], bool], what: str) -> None:
     while not condition():
         assert time.monotonic() < end, f"{what} never came. {said}"
         turn(session)
-        said = session.message or said
+        said = session.messages.text or said
         time.sleep(0.001)
 
 
 def turn(session: Session) -> None:
     """Make one turn of the loop, as the window does."""
     session.poll()
-    session.scheduler.update()
-    if session.scheduler.is_working:
+    session.time.scheduler.update()
+    if session.time.scheduler.is_working:
         session.work()
     session.editing.rest(is_held=False)
 
@@ -71,8 +71,10 @@ def settled(session: Session) -> None:
     """Make turns until the whole picture is there, and everything that was changed is kept."""
 
     def is_settled() -> bool:
-        is_kept = not (session.wants_frames or session.documents._writing)
-        return is_kept and session.source.plate is not None and not session.scheduler.is_working
+        is_kept = not (session.wants_frames or session.files.documents._writing)
+        return (
+            is_kept and session.source.plate is not None and not session.time.scheduler.is_working
+        )
 
     until(session, is_settled, "rest")
 
@@ -81,11 +83,14 @@ def evening(folder: Path) -> None:
     """Open, focus, key a pull, mark, undo, save, export, close, and open again after a crash."""
     preferences, pattern = folder / "preferences", write_plates(folder)
     session = begun(preferences)
-    assert session.start_choices.is_wanted and session.start_choices.has_nothing
-    session.files.open(pattern)
+    assert session.files.start_choices.is_wanted and session.files.start_choices.has_nothing
+    session.files.commands.open(pattern)
     settled(session)
-    assert not session.start_choices.is_wanted
-    assert session.timeline.frames is not None and session.timeline.frames.count == LAST - FIRST + 1
+    assert not session.files.start_choices.is_wanted
+    assert (
+        session.time.timeline.frames is not None
+        and session.time.timeline.frames.count == LAST - FIRST + 1
+    )
     _focus(session)
     _key_a_pull(session)
     shot_path = _save(session, folder)
@@ -98,81 +103,86 @@ def evening(folder: Path) -> None:
 
 def _focus(session: Session) -> None:
     """Click on the walls; one step back undoes one click."""
-    assert session.lens.focus_distance_m == 4.0  # as the header tells
+    assert session.facts.lens.focus_distance_m == 4.0  # as the header tells
     for pixel, distance_m in ((LEFT, NEAR_M), (RIGHT, FAR_M)):
-        session.lens_commands.focus_at(pixel)
+        session.lens.commands.focus_at(pixel)
         session.editing.settle()
-        assert session.lens.focus_distance_m == distance_m
+        assert session.facts.lens.focus_distance_m == distance_m
         settled(session)
-        assert session.live.shown is not None and session.live.shown.shot == session.shot
+        assert (
+            session.pictures.live.shown is not None
+            and session.pictures.live.shown.shot == session.facts.shot
+        )
     session.editing.undo()
-    assert session.lens.focus_distance_m == NEAR_M
+    assert session.facts.lens.focus_distance_m == NEAR_M
     session.editing.redo()
-    session.lens_commands.step_f_stop(-3)
-    assert round(session.lens.f_stop, 1) == 2.0
-    before = session.shot.defocus.quality
+    session.lens.commands.step_f_stop(-3)
+    assert round(session.facts.lens.f_stop, 1) == 2.0
+    before = session.facts.shot.defocus.quality
     for _ in Quality:
-        session.lens_commands.next_quality()
-    assert session.shot.defocus.quality is before
+        session.lens.commands.next_quality()
+    assert session.facts.shot.defocus.quality is before
 
 
 def _key_a_pull(session: Session) -> None:
     """Set marks on both walls, and pull from one to the other."""
-    session.marks.set_point(LEFT)
-    session.marks.set_point(RIGHT)
-    near, far = session.shot.marks
+    session.time.marks.set_point(LEFT)
+    session.time.marks.set_point(RIGHT)
+    near, far = session.facts.shot.marks
     assert isinstance(near, PointMark) and isinstance(far, PointMark)
-    session.timeline.go(FIRST + 2)
-    session.marks.pull_from, session.marks.pull_to = near.name, far.name
-    session.marks.lengthen_pull(12)
-    session.marks.pull()
+    session.time.timeline.go(FIRST + 2)
+    session.time.marks.pull_from, session.time.marks.pull_to = near.name, far.name
+    session.time.marks.lengthen_pull(12)
+    session.time.marks.pull()
     end = FIRST + 14
-    ends = [session.shot.lens_at(frame).focus_distance_m for frame in (FIRST, end, LAST)]
+    ends = [session.facts.shot.lens_at(frame).focus_distance_m for frame in (FIRST, end, LAST)]
     np.testing.assert_allclose(ends, [NEAR_M, FAR_M, FAR_M])
-    before = session.shot
-    session.keys.choose_all()
-    session.keys.move(2)
-    assert session.shot.key_frames == tuple(frame + 2 for frame in before.key_frames)
+    before = session.facts.shot
+    session.time.keys.choose_all()
+    session.time.keys.move(2)
+    assert session.facts.shot.key_frames == tuple(frame + 2 for frame in before.key_frames)
     session.editing.undo()
-    assert session.shot == before
-    session.timeline.set_in()
-    assert session.timeline.played.first == FIRST + 2
-    session.timeline.go_to_key(1)
-    assert session.frame == end
+    assert session.facts.shot == before
+    session.time.timeline.set_in()
+    assert session.time.timeline.played.first == FIRST + 2
+    session.time.timeline.go_to_key(1)
+    assert session.facts.frame == end
     settled(session)
 
 
 def _save(session: Session, folder: Path) -> Path:
     """Save the shot to a file, which the title names."""
-    assert not session.documents.save()  # it has no name yet
-    path = folder / session.files.first_name("save shot")
-    session.documents.save_as(path)
+    assert not session.files.documents.save()  # it has no name yet
+    path = folder / session.files.commands.first_name("save shot")
+    session.files.documents.save_as(path)
     settled(session)
-    assert read_shot(path) == session.shot
-    assert session.documents.is_saved and session.documents.title == path.name
+    assert read_shot(path) == session.facts.shot
+    assert session.files.documents.is_saved and session.files.documents.title == path.name
     return path
 
 
 def _export(session: Session, folder: Path) -> None:
     """Write the lens as a camera, in a process of its own."""
-    session.exports.propose()
-    session.exports.settings = session.exports.settings.__class__(str(folder / "out"), "walls")
-    session.exports.write_camera()
-    until(session, lambda: not session.exports.run.is_busy, "the camera")
-    until(session, lambda: "Done" in session.message, "a word of it")
+    session.files.exports.propose()
+    session.files.exports.settings = session.files.exports.settings.__class__(
+        str(folder / "out"), "walls"
+    )
+    session.files.exports.write_camera()
+    until(session, lambda: not session.files.exports.run.is_busy, "the camera")
+    until(session, lambda: "Done" in session.messages.text, "a word of it")
     assert (folder / "out" / "walls.usda").stat().st_size > 0
 
 
 def _crash(session: Session, preferences: Path, path: Path) -> None:
     """Change the shot after it was saved, and end without a word."""
-    session.lens_commands.focus(3.0)
+    session.lens.commands.focus(3.0)
     session.editing.settle()
     settled(session)
-    assert autosave_path(path).exists() and not session.documents.is_saved
+    assert autosave_path(path).exists() and not session.files.documents.is_saved
     session.remember()
-    session.pull.close()
+    session.time.pull.close()
     session.source.close()
-    session.documents.store.close()
+    session.files.documents.store.close()
     assert str(path) in Preferences.load(preferences).now.recent
 
 
@@ -180,15 +190,15 @@ def _recover(preferences: Path, path: Path) -> None:
     """Open the shot again: what was not saved is offered, and taken."""
     saved = read_shot(path)
     session = begun(preferences, str(path))
-    until(session, lambda: session.documents.offer is not None, "the offer")
-    session.documents.answer(goes_on=True)
+    until(session, lambda: session.files.documents.offer is not None, "the offer")
+    session.files.documents.answer(goes_on=True)
     settled(session)
-    assert session.documents.path == path and session.shot != saved
-    assert session.documents.title.endswith("*")
-    session.documents.save()
+    assert session.files.documents.path == path and session.facts.shot != saved
+    assert session.files.documents.title.endswith("*")
+    session.files.documents.save()
     settled(session)
-    assert read_shot(path) == session.shot and not autosave_path(path).exists()
-    keys = session.shot.curves.of(LensParameter.FOCUS_DISTANCE).keys
+    assert read_shot(path) == session.facts.shot and not autosave_path(path).exists()
+    keys = session.facts.shot.curves.of(LensParameter.FOCUS_DISTANCE).keys
     assert [key.value for key in keys] != [
         key.value for key in saved.curves.of(LensParameter.FOCUS_DISTANCE).keys
     ]
@@ -199,14 +209,14 @@ def _begin_with_an_unnamed_shot(preferences: Path, pattern: str) -> None:
     """Check that a shot without a file is kept beside its plate, and offered with it."""
     session = begun(preferences, pattern)
     settled(session)
-    session.keys.set_here()
+    session.time.keys.set_here()
     settled(session)
-    worked_on, kept = session.shot, autosave_path(unnamed_path(preferences, pattern))
+    worked_on, kept = session.facts.shot, autosave_path(unnamed_path(preferences, pattern))
     assert kept.exists()
     session.close()
     again = begun(preferences, pattern)
-    until(again, lambda: again.documents.offer is not None, "the offer")
-    again.documents.answer(goes_on=True)
-    assert again.shot == worked_on
+    until(again, lambda: again.files.documents.offer is not None, "the offer")
+    again.files.documents.answer(goes_on=True)
+    assert again.facts.shot == worked_on
     settled(again)
     again.close()

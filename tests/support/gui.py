@@ -87,7 +87,7 @@ class Gui:
         """Draw frames until `condition`; the bound on time is generous, no measurement."""
         end, said = time.monotonic() + seconds, ""
         while not condition():
-            said = self.session.message or said
+            said = self.session.messages.text or said
             assert time.monotonic() < end, f"{what} never came. {said}"
             self.frame()
             for _ in range(8):  # the window works on without a frame while nothing is new
@@ -95,12 +95,12 @@ class Gui:
             time.sleep(0.001)  # threads have their turn, as they have while a window swaps
 
     def opened(self) -> None:
-        self.until(lambda: self.session.live.shown is not None, "a picture")
+        self.until(lambda: self.session.pictures.live.shown is not None, "a picture")
         self.frame(3)
 
     def settled(self) -> None:
         """Draw frames until the whole picture is there and on the screen."""
-        self.until(lambda: not self.session.scheduler.is_rendering, "the whole picture", 60.0)
+        self.until(lambda: not self.session.time.scheduler.is_rendering, "the whole picture", 60.0)
         self.frame(2)
 
     def rect(self, name: str) -> tuple[float, float, float, float]:
@@ -162,7 +162,7 @@ class Gui:
 
     def do(self, name: str) -> None:
         """Run an action by its name."""
-        next(a for a in self.screen.actions if a.name == name).do(self.session.say)
+        next(a for a in self.screen.actions if a.name == name).do(self.session.messages.say)
         self.frame(2)
 
     def rest(self) -> None:
@@ -190,20 +190,20 @@ class Gui:
         self.ui.scale.reset()
         self.ui.leave_bare()
         self.ui.has_feed = False
-        session.timeline.playback.stop()
-        session.references.current = None
-        session.renderer.stopwatch.on = False
-        session.view = session.color.with_names(session.given.start.view)
+        session.time.timeline.playback.stop()
+        session.pictures.references.current = None
+        session.pictures.renderer.stopwatch.on = False
+        session.pictures.view.state = session.pictures.color.with_names(session.given.start.view)
         self.ui.reset_layout()
         self.open(session.given.start.source)
         session.editing.begin(
             replace(
-                session.shot,
-                lens=session.lens_commands.start_lens.lens,
+                session.facts.shot,
+                lens=session.lens.commands.start_lens.lens,
                 defocus=session.given.start.defocus,
             )
         )
-        session.view = replace(session.view, zoom=None, center_px=None)
+        session.pictures.view.state = replace(session.facts.view, zoom=None, center_px=None)
         session.messages.clear()
         self.frame(3)
 
@@ -211,7 +211,7 @@ class Gui:
         """Open another plate and wait for its picture."""
         picture, opener = self.session.source.picture, self.session.source.opener
         before = picture.version
-        self.session.files.open(str(source), options)
+        self.session.files.commands.open(str(source), options)
         # A frame that was awaited before counts as a version too, but not as what is opened.
         self.until(lambda: opener.opening is None and picture.version > before, "the plate")
         self.frame(3)
@@ -224,7 +224,7 @@ class Gui:
 
     def at_picture(self, x: float, y: float) -> Point:
         """Return the window position of a point of the picture."""
-        return self.session.picture_view.geometry.window_at_picture((x, y))
+        return self.session.pictures.view.geometry.window_at_picture((x, y))
 
     def close(self) -> None:
         self._listening.__exit__(None, None, None)

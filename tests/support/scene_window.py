@@ -29,7 +29,7 @@ def as_opened(gui: Gui) -> Gui:
     small = replace(opened.shot.framing, width_px=96, height_px=54)
     session.editing.frame = opened.frame
     session.editing.begin(replace(opened.shot, defocus=QUICK, framing=small))
-    session.view = replace(session.view, compare=Compare.OFF, zoom=None)
+    session.pictures.view.state = replace(session.facts.view, compare=Compare.OFF, zoom=None)
     session.scenes.selected, session.messages.text = None, ""
     gui.io.add_mouse_pos_event(-1e4, -1e4)
     whole(gui)
@@ -41,7 +41,7 @@ def whole(gui: Gui) -> None:
     gui.frame()  # what was asked for just now is begun
     session = gui.session
     gui.until(
-        lambda: session.live.shown is not None and not session.scheduler.is_rendering,
+        lambda: session.pictures.live.shown is not None and not session.time.scheduler.is_rendering,
         "the whole picture",
         120.0,
     )
@@ -50,5 +50,5 @@ def whole(gui: Gui) -> None:
 
 def middle(gui: Gui) -> tuple[float, float]:
     """Return the window position of the picture's middle."""
-    shape = gui.session.picture_shape
+    shape = gui.session.facts.picture_shape
     return gui.at_picture(shape.width_px / 2, shape.height_px / 2)

@@ -18,4 +18,4 @@ def worked_on(shot: Shot) -> Shot:
 def kept(gui) -> None:
     """Draw until what was changed has been saved."""
     gui.frame(2)
-    gui.until(lambda: not gui.session.documents._writing, "the autosave")
+    gui.until(lambda: not gui.session.files.documents._writing, "the autosave")

@@ -23,16 +23,16 @@ def opened_walls(folder: Path) -> Iterator[Session]:
 
 def ready(session: Session, *keyed: LensParameter, **lens: Any) -> Session:
     """Return the session at its first frame: nothing recorded, no keys of `keyed`, this lens."""
-    session.recording.keep()
-    session.recording._chosen_tolerance = None
-    session.timeline.playback.stop()
-    session.timeline.playback.ending = Ending.LOOP
+    session.lens.recording.keep()
+    session.lens.recording._chosen_tolerance = None
+    session.time.timeline.playback.stop()
+    session.time.timeline.playback.ending = Ending.LOOP
     session.editing.frame = FIRST
-    start_lens = session.lens_commands.start_lens.lens
-    session.editing.begin(replace(session.shot, lens=replace(start_lens, **lens)))
+    start_lens = session.lens.commands.start_lens.lens
+    session.editing.begin(replace(session.facts.shot, lens=replace(start_lens, **lens)))
     for parameter in keyed:
-        session.editing.begin(session.shot.without_keys(FIRST, parameter))
-    session.recording.poll()
+        session.editing.begin(session.facts.shot.without_keys(FIRST, parameter))
+    session.lens.recording.poll()
     return session
 
 

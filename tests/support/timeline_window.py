@@ -37,26 +37,26 @@ def film_window(ctx: moderngl.Context, folder: Path) -> Iterator[Gui]:
     """Yield a window with the sequence open and every frame of it read."""
     pattern = sequence_files(folder, framesPerSecond=Fraction(25, 1))
     with gui_of(ctx, pattern, defocus=QUICK) as gui:
-        gui.until(lambda: len(gui.session.timeline.runs()) == 1, "all frames")
+        gui.until(lambda: len(gui.session.time.timeline.runs()) == 1, "all frames")
         yield gui
 
 
 def reset_timeline(gui: Gui) -> None:
     """Reset the timeline, its panel and the selection to the beginning."""
-    session, time, marks = gui.session, gui.session.timeline, gui.session.marks
+    session, time, marks = gui.session, gui.session.time.timeline, gui.session.time.marks
     time.playback.stop()
     time.playback.ending, time.playback.is_every_frame = Ending.LOOP, True
     time.missing, time.direction = "hold", 1
-    session.keys.choose(frozenset())
-    session.keys._copied = ()
-    session.keys.rows.choose(LensParameter.FOCUS_DISTANCE)
-    session.keys.rows.shows_curve = False
+    session.time.keys.choose(frozenset())
+    session.time.keys._copied = ()
+    session.time.keys.rows.choose(LensParameter.FOCUS_DISTANCE)
+    session.time.keys.rows.shows_curve = False
     marks.pull_from, marks.pull_to, marks.pull_ease_percent = None, "", EASE_PERCENT
     marks.lengthen_pull(PULL_FRAMES)
-    session.scene_tracks._seen_by = None
-    held_by = session.editing, session.keys, session.say
+    session.time.scene_tracks._seen_by = None
+    held_by = session.editing, session.time.keys, session.messages.say
     gui.ui.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))
-    session.recording.keep()
+    session.lens.recording.keep()
     gui.ui.opens_pull = False
 
 
@@ -64,17 +64,19 @@ def fresh(film: Gui) -> Gui:
     """Return the window as in the beginning, its playback driven by a stopped clock."""
     session = film.session
     reset_timeline(film)
-    session.timeline.playback._clock = Clock()
+    session.time.timeline.playback._clock = Clock()
     if session.source.opened.text != session.given.start.source:
         film.begin_again()
-        film.until(lambda: len(session.timeline.runs()) == 1, "all frames")
+        film.until(lambda: len(session.time.timeline.runs()) == 1, "all frames")
     film.io.clear_input_keys()
     film.io.add_mouse_pos_event(-1e4, -1e4)
-    session.view = session.color.with_names(session.given.start.view)
+    session.pictures.view.state = session.pictures.color.with_names(session.given.start.view)
     session.messages.clear()
     session.editing.frame = FIRST
     session.editing.begin(
-        session.source.opened.shot(session.lens_commands.start_lens.lens, session.shot.defocus)
+        session.source.opened.shot(
+            session.lens.commands.start_lens.lens, session.facts.shot.defocus
+        )
     )
     session.editing.auto_key = True
     film.frame(2)

@@ -50,7 +50,7 @@ def displayed(gui: Gui, pixels: np.ndarray, stops: float = 0.0, gamma: float = 1
     """Return (H, W, 3) bytes of linear `pixels` (H, W, 4) through the window's view transform."""
     ctx, size = gui.ctx, pixels.shape[1::-1]
     screen = DisplayPass(ctx)
-    screen.set_transform(gui.session.color.transform)
+    screen.set_transform(gui.session.pictures.color.transform)
     picture, out = new_texture(ctx, size, 4), ctx.texture(size, 4)
     upload(picture, pixels)
     screen.run(picture, out, stops, gamma)
@@ -62,8 +62,8 @@ def displayed(gui: Gui, pixels: np.ndarray, stops: float = 0.0, gamma: float = 1
 
 def region(gui: Gui, zoom: int = 1) -> np.ndarray:
     """Return (H, W, 3) bytes of the display window on the screen."""
-    x, y = gui.session.picture_view.geometry.origin
-    shape = gui.session.picture_shape
+    x, y = gui.session.pictures.view.geometry.origin
+    shape = gui.session.facts.picture_shape
     assert (x, y) == (int(x), int(y))
     height, width = shape.height_px * zoom, shape.width_px * zoom
     found = gui.screenshot()[int(y) : int(y) + height, int(x) : int(x) + width]
@@ -73,8 +73,8 @@ def region(gui: Gui, zoom: int = 1) -> np.ndarray:
 
 def rendered(gui: Gui, own: FrameRenderer) -> np.ndarray:
     """Render the shot's picture again from the file."""
-    own.load(read_plate(Path(gui.session.shot.source)))
-    return own.pixels(gui.session.shot)
+    own.load(read_plate(Path(gui.session.facts.shot.source)))
+    return own.pixels(gui.session.facts.shot)
 
 
 def plate_pixels(gui: Gui) -> np.ndarray:

@@ -30,7 +30,7 @@ def gui(ctx, tmp_path):
 
 
 def add(gui, path):
-    gui.session.files.take(Chosen(PURPOSES["behind"], path))
+    gui.session.files.commands.take(Chosen(PURPOSES["behind"], path))
     answered(gui)
 
 
@@ -44,9 +44,12 @@ def test_a_file_is_added_told_kept_and_taken_away(gui, tmp_path):
     wall = wall_file(tmp_path / "wall.exr")
     add(gui, wall)
     plate, (report,) = gui.session.source.plate, gui.session.source.plate.behind
-    assert gui.session.shot.plate_options.behind == (str(wall),) and f"behind {wall}" in gui.drawn
+    assert (
+        gui.session.facts.shot.plate_options.behind == (str(wall),)
+        and f"behind {wall}" in gui.drawn
+    )
     assert report.words.startswith("lies behind") and plate.fragments is not None
-    gui.session.documents.save_as(tmp_path / "a.heatlens.json")
+    gui.session.files.documents.save_as(tmp_path / "a.heatlens.json")
     gui.until(lambda: (tmp_path / "a.heatlens.json").exists(), "the shot")
     assert read_shot(tmp_path / "a.heatlens.json").plate_options.behind == (str(wall),)
     gui.click(gui.middle(f"remove {wall}"))
@@ -60,10 +63,10 @@ def test_a_file_is_added_told_kept_and_taken_away(gui, tmp_path):
 def test_a_file_that_cannot_be_is_refused_beside_its_field(gui, tmp_path):
     plate = gui.session.source.plate
     add(gui, write_plate(tmp_path / "flat.exr", plate.color))
-    assert "flat.exr has no depth" in gui.session.files.reading.problem
+    assert "flat.exr has no depth" in gui.session.files.commands.reading.problem
     _, y0, _, y1 = gui.rect("behind problem")
     assert y1 - y0 > 10 and gui.rect("Add a picture behind")[1] >= y1
-    assert gui.session.source.plate is plate and gui.session.shot.plate_options.behind == ()
+    assert gui.session.source.plate is plate and gui.session.facts.shot.plate_options.behind == ()
 
 
 def test_the_button_asks_for_a_file(gui):
@@ -77,6 +80,6 @@ def test_of_a_sequence_a_still_takes_one_file(gui, tmp_path):
         wall_file(tmp_path / f"wall.{frame:04}.exr")
     entries = list_folder(tmp_path, (".exr",)).entries
     entry = next(entry for entry in entries if entry.name.startswith("wall"))
-    gui.session.files.take(Chosen(PURPOSES["behind"], entry.path, entry))
+    gui.session.files.commands.take(Chosen(PURPOSES["behind"], entry.path, entry))
     answered(gui)
-    assert gui.session.shot.plate_options.behind == (str(tmp_path / "wall.0001.exr"),)
+    assert gui.session.facts.shot.plate_options.behind == (str(tmp_path / "wall.0001.exr"),)

@@ -57,7 +57,7 @@ def gui(session_context, tmp_path: Path) -> Iterator[Gui]:
 
 
 def ended(gui: Gui) -> ExportState:
-    run, end = gui.session.exports.run, time.monotonic() + WAIT_S
+    run, end = gui.session.files.exports.run, time.monotonic() + WAIT_S
     while run.is_busy:
         assert time.monotonic() < end, run.state
         gui.frame()
@@ -72,15 +72,15 @@ def pixels(path: Path) -> np.ndarray:
 
 
 def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) -> None:
-    exporter = gui.session.exports
+    exporter = gui.session.files.exports
     assert (
         exporter.settings.folder == str(tmp_path / "room_dof") and exporter.settings.name == "room"
     )
     gui.click(gui.middle("Export"))
     state = ended(gui)
     assert (state.code, state.done, state.frames) == (0, 3, 3)
-    assert gui.session.message.startswith("Done")
-    lens = gui.session.lens
+    assert gui.session.messages.text.startswith("Done")
+    lens = gui.session.facts.lens
     words = ["--focal-length", lens.focal_length_mm, "--f-stop", lens.f_stop, "--quality", "draft"]
     words += ["--sensor-width", lens.sensor_width_mm, "--focus-distance", lens.focus_distance_m]
     for frame in FRAMES:
@@ -92,13 +92,13 @@ def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) 
 
 
 def test_the_lens_goes_out_as_a_camera(gui: Gui, tmp_path: Path) -> None:
-    exporter = gui.session.exports
+    exporter = gui.session.files.exports
     exporter.settings = ExportSettings(str(tmp_path), "cam", camera_kind="JSON")
     gui.frame(2)
     gui.click(gui.middle("Write camera"))
-    assert ended(gui).code == 0, gui.session.message
+    assert ended(gui).code == 0, gui.session.messages.text
     assert (
-        str(gui.session.lens.focal_length_mm).rstrip("0").rstrip(".")
+        str(gui.session.facts.lens.focal_length_mm).rstrip("0").rstrip(".")
         in (tmp_path / "cam.json").read_text()
     )
     json.loads((tmp_path / "cam.json").read_text())
@@ -108,7 +108,7 @@ def test_files_of_other_programs_are_replaced_if_that_is_ticked(gui: Gui, tmp_pa
     (tmp_path / "out").mkdir()
     theirs = tmp_path / "out" / "x.1002.exr"
     theirs.write_bytes((tmp_path / "room.1002.exr").read_bytes())
-    gui.session.exports.settings = ExportSettings(str(tmp_path / "out"), "x", frames="1002")
+    gui.session.files.exports.settings = ExportSettings(str(tmp_path / "out"), "x", frames="1002")
     gui.frame(2)
     gui.click(gui.middle("Export"))
     refused = ended(gui)
@@ -121,41 +121,41 @@ def test_files_of_other_programs_are_replaced_if_that_is_ticked(gui: Gui, tmp_pa
 
 
 def test_what_cannot_be_exported_is_said_in_red(gui: Gui, tmp_path: Path) -> None:
-    exporter = gui.session.exports
+    exporter = gui.session.files.exports
     exporter.settings = ExportSettings(str(tmp_path / "out"), "x", frames="2001-2010")
     gui.frame(2)
     gui.click(gui.middle("Export"))
     state = ended(gui)
     assert state.code == 2 and "2001" in state.said
-    assert gui.session.message == window_words(state.said)
+    assert gui.session.messages.text == window_words(state.said)
 
 
 def test_a_shot_that_tells_no_frames_is_exported_with_those_on_disk(
     gui: Gui, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session, sent = gui.session, []
-    session.editing.begin(replace(session.shot, frames=None).with_key(1002, FOCUS, 2.0))
+    session.editing.begin(replace(session.facts.shot, frames=None).with_key(1002, FOCUS, 2.0))
     gui.frame(2)
-    assert session.exports.played == FrameRange(FRAMES[0], FRAMES[-1])
-    assert session.exports.settings.output.endswith("room.####.exr")
-    monkeypatch.setattr(session.exports.run, "export", lambda shot, *_: sent.append(shot))
+    assert session.files.exports.played == FrameRange(FRAMES[0], FRAMES[-1])
+    assert session.files.exports.settings.output.endswith("room.####.exr")
+    monkeypatch.setattr(session.files.exports.run, "export", lambda shot, *_: sent.append(shot))
     gui.click(gui.middle("Export"))
-    assert sent[0].played == session.exports.played  # and not only the frames with keys
+    assert sent[0].played == session.files.exports.played  # and not only the frames with keys
 
 
 def test_a_still_needs_a_number_once_it_has_keys(gui: Gui, tmp_path: Path) -> None:
     still = tmp_path / "room_alone.exr"
     still.write_bytes((tmp_path / f"room.{FRAMES[0]}.exr").read_bytes())
     gui.open(still)
-    assert gui.session.exports.settings.output.endswith("room_alone.exr")
-    keyed = gui.session.shot.with_key(1, FOCUS, 2.0).with_key(5, FOCUS, 3.0)
+    assert gui.session.files.exports.settings.output.endswith("room_alone.exr")
+    keyed = gui.session.facts.shot.with_key(1, FOCUS, 2.0).with_key(5, FOCUS, 3.0)
     gui.session.editing.begin(keyed)
     gui.frame(2)
-    assert gui.session.exports.settings.output.endswith("room_alone.####.exr")
+    assert gui.session.files.exports.settings.output.endswith("room_alone.####.exr")
 
 
 def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
-    exporter = gui.session.exports
+    exporter = gui.session.files.exports
     gui.click(gui.middle("Export"))
     exporter.run.cancel()
     state = ended(gui)
@@ -166,28 +166,30 @@ def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_made_is_said(gui: Gui, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    exporter = gui.session.exports
+    exporter = gui.session.files.exports
     exporter.settings = ExportSettings(str(tmp_path / "file" / "below"), "x")
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    assert "cannot be made" in gui.session.message
+    assert "cannot be made" in gui.session.messages.text
     assert exporter.run.state is None
 
 
 @pytest.mark.parametrize("look", [{"gamma": 1.5}, {"input_space": "ACEScg"}, {}])
 def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, look: dict) -> None:
-    gui.session.view = replace(gui.session.view, **look)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, **look)
     gui.settled()
-    exporter = gui.session.exports
+    exporter = gui.session.files.exports
     exporter.settings = ExportSettings(
         str(tmp_path / "out"), "x", "PNG, as it looks", frames="1001"
     )
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    assert ended(gui).code == 0, gui.session.message
-    light = download(gui.session.live.shown.texture)[..., :3]
-    stops = gui.session.view.exposure_stops + gui.session.lens.transmission_stops
-    seen = gui.session.color.transform.apply_cpu(light, stops, gui.session.view.gamma)
+    assert ended(gui).code == 0, gui.session.messages.text
+    light = download(gui.session.pictures.live.shown.texture)[..., :3]
+    stops = gui.session.facts.view.exposure_stops + gui.session.facts.lens.transmission_stops
+    seen = gui.session.pictures.color.transform.apply_cpu(
+        light, stops, gui.session.facts.view.gamma
+    )
     file = np.asarray(Image.open(tmp_path / "out" / "x.1001.png"), float)
     assert np.abs(file - 255 * np.clip(seen, 0, 1)).max() <= 1.0
 

@@ -151,7 +151,9 @@ def test_what_is_not_there_is_said_and_the_dialog_stays(gui, plates):
     browse(gui, "Open...")
     typed(gui, "stil.exr")
     read(gui)
-    assert "stil.exr" in gui.session.message and "still.exr" in gui.session.message  # a near name
+    assert (
+        "stil.exr" in gui.session.messages.text and "still.exr" in gui.session.messages.text
+    )  # a near name
     assert gui.ui.dialogs.browser.is_open and gui.session.source.plate.path.name == "still.exr"
     gui.key(K.escape)
     assert not gui.ui.dialogs.browser.is_open
@@ -163,16 +165,16 @@ def test_paths_that_cannot_be_are_said(gui, text):
     typed(gui, text)
     read(gui)
     assert gui.ui.dialogs.browser.is_open
-    assert text.strip() in gui.session.message or text == " "
+    assert text.strip() in gui.session.messages.text or text == " "
 
 
 def test_typed_letters_run_no_shortcuts(gui):
     browse(gui, "Open...")
-    before = gui.session.view
+    before = gui.session.facts.view
     gui.key(K.d)
     gui.key(K.w)
     gui.key(K.q, ctrl=True)
-    assert gui.session.view == before and not gui.ui.is_over
+    assert gui.session.facts.view == before and not gui.ui.is_over
 
 
 @pytest.mark.parametrize("leave", ["browser Cancel", "escape"])
@@ -190,7 +192,7 @@ def test_the_last_folder_is_remembered_for_each_purpose(gui, plates, preferences
     typed(gui, "takes/inside.exr")
     opened(gui, plates / "takes" / "inside.exr")
     assert preferences.now.folders == {"open": str(plates / "takes")}
-    gui.session.files.open(str(plates / "still.exr"))
+    gui.session.files.commands.open(str(plates / "still.exr"))
     opened(gui, plates / "still.exr")
     browse(gui, "Open...")
     assert shown_folder(gui) == str(plates / "takes")
@@ -207,12 +209,12 @@ def test_a_folder_that_is_gone_gives_way_to_the_one_above(gui, plates, preferenc
 
 
 def test_the_reference_of_a_sequence_is_the_file_of_the_frame(gui, plates):
-    gui.session.files.open(str(plates / "shot.1002.exr"))
+    gui.session.files.commands.open(str(plates / "shot.1002.exr"))
     opened(gui, plates / "shot.1002.exr")
     browse(gui, "Open reference...")
     double_click(gui, "file shot.####.exr")
-    gui.until(lambda: gui.session.reference is not None, "the reference")
-    assert gui.session.reference.path == plates / "shot.1002.exr"
+    gui.until(lambda: gui.session.facts.reference is not None, "the reference")
+    assert gui.session.facts.reference.path == plates / "shot.1002.exr"
 
 
 # Saving
@@ -223,7 +225,7 @@ def test_a_name_gets_its_suffix_and_a_typed_folder_counts(gui, plates):
     gui.key(K.a, ctrl=True)  # the name has the focus
     gui.type("takes/mine")
     gui.key(K.enter)
-    gui.until(lambda: "Saved" in gui.session.message, "the file", 60)
+    gui.until(lambda: "Saved" in gui.session.messages.text, "the file", 60)
     assert (plates / "takes" / "mine.exr").exists()
 
 
@@ -238,11 +240,11 @@ def test_nothing_is_written_over_without_asking(gui, plates):
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Keep it"))
     gui.settled()
-    assert gui.ui.dialogs.browser.is_open and not gui.session.pictures.saver.is_busy
+    assert gui.ui.dialogs.browser.is_open and not gui.session.pictures.saving.saver.is_busy
     assert (plates / "takes" / "inside.exr").read_bytes() == before
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Overwrite"))
-    gui.until(lambda: "Saved" in gui.session.message, "the file", 60)
+    gui.until(lambda: "Saved" in gui.session.messages.text, "the file", 60)
     assert (plates / "takes" / "inside.exr").read_bytes() != before
 
 
@@ -252,7 +254,7 @@ def test_the_plate_is_never_written_over(gui, plates):
     gui.click(gui.middle("file still.exr"))
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Overwrite"))
-    gui.until(lambda: "is the plate itself" in gui.session.message, "the refusal", 60)
+    gui.until(lambda: "is the plate itself" in gui.session.messages.text, "the refusal", 60)
     assert (plates / "still.exr").read_bytes() == before
 
 

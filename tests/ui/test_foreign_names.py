@@ -63,12 +63,12 @@ def test_of_a_plate(ctx, tmp_path, shown):
         imgui.set_window_focus("Plate")
         gui.frame(3)
         clicked(gui, "channel", "colour layer")
-        session.say(f"{NASTY} was read")
+        session.messages.say(f"{NASTY} was read")
         gui.frame(2)
         gui.do("Open...")
         gui.until(lambda: any("x1b[2J" in text for text in shown), "the name of the file")
         gui.frame(10)
-        session.files.open(str(tmp_path / f"{NASTY} is not there.exr"))
+        session.files.commands.open(str(tmp_path / f"{NASTY} is not there.exr"))
         gui.frame(20)
     assert sum("x1b[2J" in text for text in shown) > 20
 

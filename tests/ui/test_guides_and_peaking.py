@@ -47,17 +47,17 @@ def test_lines_are_drawn_from_the_panel_and_from_the_menu(gui):
 
 
 def test_peaking_colours_edges_in_focus_and_only_those(gui):
-    gui.session.lens_commands.focus(BALL_M)
+    gui.session.lens.commands.focus(BALL_M)
     gui.rest()
     gui.key(K.p, shift=True)
-    assert gui.session.view.is_peaking
+    assert gui.session.facts.view.is_peaking
     gui.settled()
     colored = overlay_alpha(gui) > 0
     assert 0 < colored.mean() < 0.5
-    gui.session.view_commands.change(peaking=Peaking(stops=3.0))
+    gui.session.pictures.commands.change(peaking=Peaking(stops=3.0))
     gui.frame(2)
     assert 0 < (overlay_alpha(gui) > 0).sum() <= colored.sum()  # silhouettes stay
-    gui.session.lens_commands.focus(1e6)
+    gui.session.lens.commands.focus(1e6)
     gui.rest()
     gui.frame(3)
     assert not np.any((overlay_alpha(gui) > 0) & colored)
@@ -65,28 +65,32 @@ def test_peaking_colours_edges_in_focus_and_only_those(gui):
 
 def test_peaking_changes_no_picture(gui):
     gui.settled()
-    shown = gui.session.live.shown
+    shown = gui.session.pictures.live.shown
     for on in PeakingOn:
-        gui.session.view_commands.change(is_peaking=True, peaking=Peaking(on))
+        gui.session.pictures.commands.change(is_peaking=True, peaking=Peaking(on))
         gui.frame(3)
         assert overlay_alpha(gui).any()
-        assert gui.session.live.shown is shown  # what is saved and exported is rendered without
+        assert (
+            gui.session.pictures.live.shown is shown
+        )  # what is saved and exported is rendered without
 
 
 def test_zones_and_peaking_are_seen_together_and_left_one_by_one(gui):
-    gui.session.lens_commands.focus(BALL_M)
+    gui.session.lens.commands.focus(BALL_M)
     gui.rest()
     gui.key(K.p, shift=True)
     gui.settled()
     edges = overlay_alpha(gui)
     gui.key(K.z)
     gui.frame(2)
-    view, both = gui.session.view, overlay_alpha(gui)
+    view, both = gui.session.facts.view, overlay_alpha(gui)
     assert view.is_peaking and view.overlay is Overlay.ZONES
     assert (both > 0).all() and (both[edges > 200] >= edges[edges > 200]).all()
     gui.key(K.p, shift=True)
     gui.frame(2)
-    assert gui.session.view.overlay is Overlay.ZONES and (overlay_alpha(gui) == both.min()).all()
+    assert (
+        gui.session.facts.view.overlay is Overlay.ZONES and (overlay_alpha(gui) == both.min()).all()
+    )
     gui.key(K.z)
     gui.frame(2)
     assert gui.screen.picture.pictures.overlay is None
@@ -101,7 +105,7 @@ def overlay_alpha(gui) -> np.ndarray:
 def test_the_zoom_is_told(gui):
     gui.do("1:1")
     gui.frame()
-    assert zoom_words(gui.session.picture_view.zoom) == "100 %"
+    assert zoom_words(gui.session.pictures.view.zoom) == "100 %"
     assert (zoom_words(16.0), zoom_words(0.045)) == ("1600 %", "4.5 %")
 
 
@@ -110,7 +114,7 @@ def test_the_panel_sets_matte_lines_and_peaking(gui):
     gui.frame(3)
     gui.click(gui.middle("thirds"))
     gui.click(gui.middle("colour what is in focus"))
-    view = gui.session.view
+    view = gui.session.facts.view
     assert view.guides.thirds and view.is_peaking
     gui.click(gui.middle("matte"))
     gui.frame(2)
@@ -121,7 +125,7 @@ def test_the_panel_sets_matte_lines_and_peaking(gui):
     gui.type("2,2:1")
     gui.key(K.enter)
     gui.frame(2)
-    assert gui.session.view.guides.aspect == 2.2
+    assert gui.session.facts.view.guides.aspect == 2.2
 
 
 def test_a_desqueeze_widens_the_picture_and_the_pointer_follows(gui):
@@ -135,7 +139,7 @@ def test_a_desqueeze_widens_the_picture_and_the_pointer_follows(gui):
     gui.settled()
     (u0, v0), (u1, v1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
     assert (u1 - u0) / (v1 - v0) == pytest.approx(2 * (x1 - x0) / (y1 - y0))
-    place = gui.session.picture_view.viewport
+    place = gui.session.pictures.view.viewport
     assert u1 - u0 <= place.size[0] + 1  # the whole picture still fits
     at = gui.at_picture(20.5, 40.5)
     gui.move(at)
@@ -147,11 +151,11 @@ def test_a_desqueeze_widens_the_picture_and_the_pointer_follows(gui):
 
 def test_the_squeeze_of_the_lens_is_offered_as_desqueeze(gui):
     session = gui.session
-    session.editing.edit_lens(replace(session.lens, squeeze=1.75))
+    session.editing.edit_lens(replace(session.facts.lens, squeeze=1.75))
     gui.rest()
     imgui.set_window_focus("Guides")
     gui.frame(3)
     gui.click(gui.middle("desqueeze"))
     gui.frame(2)
     gui.click(gui.middle("desqueeze: as the lens: 1.75"))
-    assert session.view.guides.desqueeze == 1.75
+    assert session.facts.view.guides.desqueeze == 1.75

@@ -115,13 +115,13 @@ def test_a_modifier_that_comes_behind_a_key_is_not_held_with_it(hand):
 
 def test_a_key_has_the_modifiers_of_its_own_event(hand):
     """GLFW may leave out the press of Ctrl, or tell that it went up before the key did."""
-    view = hand.gui.session.view
+    view = hand.gui.session.facts.view
     for _ in range(3):
         hand.queue.add(Press(K.up_arrow, CTRL))
         hand.queue.add(Release(K.up_arrow, 0))
     hand.worked_off()
-    assert hand.gui.session.view.exposure_stops == view.exposure_stops + 3 / 4
-    hand.gui.session.view = view
+    assert hand.gui.session.facts.view.exposure_stops == view.exposure_stops + 3 / 4
+    hand.gui.session.pictures.view.state = view
 
 
 def test_every_key_of_a_shortcut_is_known(gui):
@@ -181,16 +181,16 @@ def test_keys_typed_before_a_box_is_drawn_wait_for_it(hand):
     """A mark, the box of the pull, its frames, Enter, and the next key to the window again."""
     gui = hand.gui
     session = gui.session
-    session.marks.set_here()
-    frame, wiped = session.editing.frame, session.view.compare
+    session.time.marks.set_here()
+    frame, wiped = session.editing.frame, session.facts.view.compare
     hand.tap(K.m, "M", K.left_shift)
     for digit in "18":
         hand.tap(imgui.Key(int(K._0) + int(digit)), digit)
     hand.tap(K.enter)
     hand.tap(K.w, "w")
     hand.worked_off()
-    assert session.marks.pull_frames == 18
-    assert session.view.compare is Compare.WIPE is not wiped
+    assert session.time.marks.pull_frames == 18
+    assert session.facts.view.compare is Compare.WIPE is not wiped
     assert session.editing.frame == frame and not imgui.get_io().want_text_input
     gui.begin_again()
 
@@ -200,12 +200,12 @@ def test_different_keys_share_a_frame_in_their_order(hand):
     for key in (K.v, K.c, K.w, K.p):  # the overlay that was asked for last stays
         hand.tap(key)
     assert hand.worked_off() <= 2
-    assert gui.session.view.overlay is Overlay.FOCUS_PLANE
-    assert gui.session.view.compare is Compare.WIPE
+    assert gui.session.facts.view.overlay is Overlay.FOCUS_PLANE
+    assert gui.session.facts.view.compare is Compare.WIPE
     for key in (K.p, K.c, K.w):
         hand.tap(key)
     assert hand.worked_off() <= 2
-    assert gui.session.view.overlay is Overlay.COC
+    assert gui.session.facts.view.overlay is Overlay.COC
     gui.begin_again()
 
 
@@ -218,7 +218,7 @@ _ACTS = st.lists(
 @given(acts=_ACTS)
 def test_nothing_that_differs_is_lost_and_one_frame_in_many_is_drawn(window_hand, acts):
     hand, session = window_hand, window_hand.gui.session
-    view, undone = session.view, session.editing.history
+    view, undone = session.facts.view, session.editing.history
     notches = 0
     for number, act in enumerate(acts):
         if act == "move":
@@ -231,8 +231,8 @@ def test_nothing_that_differs_is_lost_and_one_frame_in_many_is_drawn(window_hand
     assert hand.worked_off() <= len(acts) + 3
     for key, field in _SWITCHES.items():
         is_other = acts.count(key) % 2 == 1
-        assert getattr(session.view, field) == (getattr(view, field) != is_other)
-    session.view, session.editing.history = view, undone
+        assert getattr(session.facts.view, field) == (getattr(view, field) != is_other)
+    session.pictures.view.state, session.editing.history = view, undone
 
 
 @pytest.fixture(scope="module")
@@ -258,7 +258,7 @@ def test_hundreds_of_movements_and_repeats_are_one_frame(hand):
 @pytest.mark.parametrize("before", [0, 600])
 def test_closing_goes_first_but_behind_a_save(hand, monkeypatch, before):
     gui, saved = hand.gui, []
-    monkeypatch.setattr(gui.session.documents, "save", lambda: saved.append(1) or True)
+    monkeypatch.setattr(gui.session.files.documents, "save", lambda: saved.append(1) or True)
     for number in range(before):
         hand.tap((K.v, K.enter, K.left_arrow)[number % 3])
     hand.tap(K.s, "", K.left_ctrl)
@@ -277,7 +277,7 @@ def test_closing_goes_first_but_behind_a_save(hand, monkeypatch, before):
 
 def test_escape_ends_what_waits_and_leaves_nothing_held(hand):
     gui = hand.gui
-    before = gui.session.view.overlay
+    before = gui.session.facts.view.overlay
     hand.queue.add(Button(0, True))
     hand.frame()
     hand.down(K.left_shift)
@@ -288,7 +288,7 @@ def test_escape_ends_what_waits_and_leaves_nothing_held(hand):
     hand.up(K.left_shift)
     hand.tap(K.escape)
     assert hand.worked_off() <= 12  # releases and the last movement are kept
-    assert gui.session.view.overlay is before
+    assert gui.session.facts.view.overlay is before
     assert not imgui.is_mouse_down(0) and not imgui.get_io().key_shift
     assert tuple(imgui.get_io().mouse_pos) == (500.0, 400.0)
     gui.begin_again()

@@ -23,22 +23,22 @@ def picked(gui, name: str, item: str) -> None:
 
 def test_a_kit_and_its_lens_are_chosen_and_bound_the_sliders(gui):
     picked(gui, "kit", "modern-primes")
-    assert gui.session.shot.kit.name == "modern-primes"
-    assert gui.session.lens.focal_length_mm == 85.0
-    assert gui.session.lens.f_stop == 1.7  # the plate had f/1
+    assert gui.session.facts.shot.kit.name == "modern-primes"
+    assert gui.session.facts.lens.focal_length_mm == 85.0
+    assert gui.session.facts.lens.f_stop == 1.7  # the plate had f/1
     picked(gui, "lens", "50 mm")
-    assert gui.session.lens.focal_length_mm == 50.0
+    assert gui.session.facts.lens.focal_length_mm == 50.0
     gui.click(gui.middle("breathing"))
-    assert gui.session.lens.breathing == 0.975
+    assert gui.session.facts.lens.breathing == 0.975
     gui.settled()  # the picture is there, cut
     gui.click(gui.middle("breathing"))
-    assert gui.session.lens.breathing == 1.0
+    assert gui.session.facts.lens.breathing == 1.0
     x0, y0, _, y1 = gui.rect("f-stop")
     gui.click((x0 + 2, (y0 + y1) / 2))  # as far open as the slider goes
-    assert 1.7 <= gui.session.lens.f_stop <= 1.8
-    before = gui.session.lens.focal_length_mm
+    assert 1.7 <= gui.session.facts.lens.f_stop <= 1.8
+    before = gui.session.facts.lens.focal_length_mm
     x, y = gui.middle("focal length")
     gui.press((x, y))
     gui.move((x + 60, y))
     gui.release()
-    assert gui.session.lens.focal_length_mm == before  # a prime has no other length
+    assert gui.session.facts.lens.focal_length_mm == before  # a prime has no other length

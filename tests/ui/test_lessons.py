@@ -24,7 +24,7 @@ def still(session_context) -> Iterator[Gui]:
 @pytest.fixture
 def gui(ctx, still) -> Gui:
     still.begin_again()
-    still.screen.picture._lessons = Lessons(still.session.editing, still.session.marks)
+    still.screen.picture._lessons = Lessons(still.session.editing, still.session.time.marks)
     still.frame(3)
     return still
 
@@ -61,7 +61,7 @@ def test_a_legend_stands_beside_the_lessons_and_in_their_place_once_they_are_gon
 
 @pytest.mark.parametrize(("scale", "has_all"), [(1.0, True), (1.5, False), (2.0, False)])
 def test_the_picture_is_not_covered_by_the_lessons(gui, scale, has_all):
-    shot = gui.session.shot.with_key(1, FOCUS, 1.0).with_key(9, FOCUS, 2.0)  # with a timeline
+    shot = gui.session.facts.shot.with_key(1, FOCUS, 1.0).with_key(9, FOCUS, 2.0)  # with a timeline
     gui.session.editing.begin(shot)
     gui.session.preferences.change(ui_scales={"": scale})
     gui.frame(6)
@@ -79,7 +79,7 @@ def test_the_picture_is_not_covered_by_the_lessons(gui, scale, has_all):
 
 def test_what_is_saved_of_the_still_life_goes_to_the_users_pictures(gui, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_PICTURES_DIR", str(tmp_path))
-    files = gui.session.files
+    files = gui.session.files.commands
     for key in ("save shot", "sheet", "save"):
         assert files.first_folder(key) == tmp_path, key
     assert files.first_folder("open") == data_dir("assets")

@@ -16,9 +16,9 @@ def test_looks_are_kept_seen_compared_and_come_back_to(gui):
     gui.key(K.l, shift=True)
     imgui.set_window_focus("Looks")
     gui.settled()
-    first = session.lens
+    first = session.facts.lens
     stills = gui.screen._panels.stills
-    still = stills.of(session, session.shot.looks[0])
+    still = stills.of(session, session.facts.shot.looks[0])
     assert still is not None
     pixels = np.frombuffer(still.read(), np.uint8).reshape(still.height, still.width, 4)
     assert pixels[..., :3].std() > 10  # a picture
@@ -27,13 +27,13 @@ def test_looks_are_kept_seen_compared_and_come_back_to(gui):
     gui.settled()
     gui.click(gui.middle("wipe A"))
     gui.settled()
-    assert (session.view.against, session.view.compare) == (Against.LOOK, Compare.WIPE)
-    assert session.sides.b.shown.shot.lens_at(session.frame) == first
+    assert (session.facts.view.against, session.facts.view.compare) == (Against.LOOK, Compare.WIPE)
+    assert session.pictures.sides.b.shown.shot.lens_at(session.facts.frame) == first
     gui.later()
     gui.click(gui.middle("look A"))
     gui.frame(2)
-    assert session.lens == first
+    assert session.facts.lens == first
     gui.key(K.z, ctrl=True)
-    assert session.lens.f_stop == 8.0
+    assert session.facts.lens.f_stop == 8.0
     gui.key(K._1, ctrl=True)
-    assert session.lens == first
+    assert session.facts.lens == first

@@ -32,7 +32,7 @@ def gui(ctx, film) -> Gui:
 
 
 def marks(gui) -> tuple:
-    return gui.session.shot.marks
+    return gui.session.facts.shot.marks
 
 
 def steps(gui) -> int:
@@ -51,7 +51,7 @@ def marked(gui, pixel: tuple[int, int]) -> None:
 
 
 def test_m_marks_the_distance_in_focus(gui):
-    gui.session.editing.edit_lens(replace(gui.session.lens, focus_distance_m=3.5))
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=3.5))
     gui.rest()
     gui.key(K.m)
     gui.key(K.m)
@@ -61,8 +61,8 @@ def test_m_marks_the_distance_in_focus(gui):
 
 def test_a_mark_is_told_and_stands_on_the_focus_bar(gui):
     gui.key(K.m)
-    assert gui.session.message.startswith("Mark A is set")
-    gui.session.lens_commands.focus(10.0)
+    assert gui.session.messages.text.startswith("Mark A is set")
+    gui.session.lens.commands.focus(10.0)
     gui.key(K.m)
     imgui.set_window_focus("Lens")
     gui.frame(3)
@@ -83,10 +83,10 @@ def test_names_of_near_marks_do_not_overlap_on_the_focus_bar(gui):
 
 
 def test_ctrl_shift_click_marks_what_is_there_and_focuses_on_nothing(gui):
-    before = gui.session.lens
+    before = gui.session.facts.lens
     marked(gui, BALL)
     assert marks(gui) == (PointMark("A", float(BALL[0]), float(BALL[1])),)
-    assert gui.session.lens == before and steps(gui) == 1
+    assert gui.session.facts.lens == before and steps(gui) == 1
     x, y, _, _ = gui.rect("point A")
     assert (x, y) == pytest.approx(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))
 
@@ -94,10 +94,12 @@ def test_ctrl_shift_click_marks_what_is_there_and_focuses_on_nothing(gui):
 def test_a_point_is_as_far_as_what_is_there_at_the_frame(gui):
     marked(gui, BALL)
     for number in (FIRST, 1005, LAST):
-        gui.session.timeline.go(number)
-        gui.until(lambda n=number: gui.session.live.shown.frame == n, "the picture")
+        gui.session.time.timeline.go(number)
+        gui.until(lambda n=number: gui.session.pictures.live.shown.frame == n, "the picture")
         gui.click(gui.middle("go A"))
-        assert gui.session.lens.focus_distance_m == pytest.approx(BALL_M * nearer(number), rel=1e-5)
+        assert gui.session.facts.lens.focus_distance_m == pytest.approx(
+            BALL_M * nearer(number), rel=1e-5
+        )
         gui.frame(30)
 
 
@@ -109,7 +111,7 @@ def test_a_mark_is_renamed_and_no_two_have_one_name(gui):
     assert [mark.name for mark in marks(gui)] == ["actor", "B"]
     typed(gui, "mark B", "actor")
     assert [mark.name for mark in marks(gui)] == ["actor", "B"]
-    assert "Two marks are called actor" in gui.session.message
+    assert "Two marks are called actor" in gui.session.messages.text
 
 
 def test_a_mark_is_deleted_and_comes_back(gui):
@@ -132,21 +134,21 @@ def pulled(gui, frames: str) -> None:
 
 
 def test_a_pull_to_a_mark_is_one_gesture_and_one_step(gui):
-    gui.session.editing.edit_lens(replace(gui.session.lens, focus_distance_m=4.0))
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=4.0))
     gui.rest()
     marked(gui, POST)
-    gui.session.timeline.go(1002)
-    before = gui.session.shot
+    gui.session.time.timeline.go(1002)
+    before = gui.session.facts.shot
     pulled(gui, "5")
     to_m = POST_M * nearer(1007)  # where it is when the focus arrives
-    keys = gui.session.shot.curves.focus_distance_m.keys
+    keys = gui.session.facts.shot.curves.focus_distance_m.keys
     assert [key.frame for key in keys] == [1002, 1007]
     assert keys[1].value == pytest.approx(to_m, rel=1e-5)
-    assert gui.session.shot == pull(before, 4.0, keys[1].value, 1002, 5)
+    assert gui.session.facts.shot == pull(before, 4.0, keys[1].value, 1002, 5)
     assert steps(gui) == 3
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
     gui.key(K.z, ctrl=True)
-    assert gui.session.shot == before
+    assert gui.session.facts.shot == before
 
 
 def test_a_pull_goes_from_mark_to_mark_by_mouse(gui):
@@ -161,27 +163,30 @@ def test_a_pull_goes_from_mark_to_mark_by_mouse(gui):
     gui.click(gui.middle("to mark: B"))
     gui.frame(2)
     gui.click(gui.middle("pull"))
-    keys = gui.session.shot.curves.focus_distance_m.keys
+    keys = gui.session.facts.shot.curves.focus_distance_m.keys
     assert [key.frame for key in keys] == [FIRST, LAST]  # there are fewer than 18
     assert keys[0].value == pytest.approx(BALL_M)
     assert keys[1].value == pytest.approx(POST_M * nearer(LAST))
-    assert gui.session.message.startswith("Mark B")  # and nothing about the pull
+    assert gui.session.messages.text.startswith("Mark B")  # and nothing about the pull
 
 
 def test_a_pull_that_ends_after_the_last_frame_says_so(gui):
     gui.key(K.m)
-    gui.session.timeline.go(1005)
+    gui.session.time.timeline.go(1005)
     pulled(gui, "40")
-    assert [key.frame for key in gui.session.shot.curves.focus_distance_m.keys] == [1005, 1045]
-    assert f"ends at frame 1045, but {LAST} is the last" in gui.session.message
+    assert [key.frame for key in gui.session.facts.shot.curves.focus_distance_m.keys] == [
+        1005,
+        1045,
+    ]
+    assert f"ends at frame 1045, but {LAST} is the last" in gui.session.messages.text
 
 
 def test_the_length_of_a_pull_is_what_was_asked_for_or_what_is_left(gui):
     gui.key(K.m)
-    commands, last = gui.session.marks, LAST
+    commands, last = gui.session.time.marks, LAST
     for wished, at, suggested in ((4, last - 6, 4), (4, last - 2, 2), (4, last, 4), (9, FIRST, 7)):
         commands.lengthen_pull(wished)
-        gui.session.timeline.go(at)
+        gui.session.time.timeline.go(at)
         commands.begin_pull()
         assert commands.pull_frames == suggested
         assert bool(commands.pull_past_end) == (at == last)
@@ -190,15 +195,15 @@ def test_the_length_of_a_pull_is_what_was_asked_for_or_what_is_left(gui):
 def test_without_a_mark_there_is_nothing_to_pull_to(gui):
     gui.key(K.m, shift=True)
     gui.frame(3)
-    assert "Set a mark" in gui.session.message
+    assert "Set a mark" in gui.session.messages.text
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
 
 def test_the_focus_follows_a_point_through_all_frames(gui):
     marked(gui, BALL)
     gui.click(gui.middle("follow A"))
-    gui.until(lambda: gui.session.shot.key_frames, "the keys")
-    keys = gui.session.shot.curves.focus_distance_m.keys
+    gui.until(lambda: gui.session.facts.shot.key_frames, "the keys")
+    keys = gui.session.facts.shot.curves.focus_distance_m.keys
     assert [key.frame for key in keys] == list(range(FIRST, LAST + 1))
     for key in keys:
         assert key.value == pytest.approx(BALL_M * nearer(int(key.frame)), rel=1e-5)
@@ -207,17 +212,17 @@ def test_the_focus_follows_a_point_through_all_frames(gui):
 
 def test_frames_that_are_not_in_memory_are_read_and_that_is_said(gui, tmp_path):
     gui.open(sequence_files(tmp_path, 1001, 1030))
-    gui.session.timeline.go(1001)
+    gui.session.time.timeline.go(1001)
     marked(gui, BALL)
     imgui.set_window_focus("Marks")
     gui.frame(2)
-    gui.session.editing.do(replace(gui.session.shot, in_out=FrameRange(1013, 1024)))
-    gui.session.marks.follow(marks(gui)[0])
-    assert gui.session.message == "Reading 12 frames to follow A ..."
-    gui.until(lambda: gui.session.shot.key_frames, "the keys")
-    assert gui.session.shot.key_frames == tuple(range(1013, 1025))
+    gui.session.editing.do(replace(gui.session.facts.shot, in_out=FrameRange(1013, 1024)))
+    gui.session.time.marks.follow(marks(gui)[0])
+    assert gui.session.messages.text == "Reading 12 frames to follow A ..."
+    gui.until(lambda: gui.session.facts.shot.key_frames, "the keys")
+    assert gui.session.facts.shot.key_frames == tuple(range(1013, 1025))
     for number in (1013, 1024):
-        lens = gui.session.shot.lens_at(number)
+        lens = gui.session.facts.shot.lens_at(number)
         assert lens.focus_distance_m == pytest.approx(BALL_M * nearer(number), rel=1e-5)
 
 
@@ -227,15 +232,15 @@ def test_a_damaged_frame_cannot_be_followed_through_and_that_is_said(gui, tmp_pa
     damaged.write_bytes(damaged.read_bytes()[:700])
     gui.open(pattern)
     marked(gui, BALL)
-    before = gui.session.shot
+    before = gui.session.facts.shot
     gui.session.messages.clear()
-    gui.session.marks.follow(marks(gui)[0])
-    gui.until(lambda: not gui.session.marks.is_reading, "the end")
-    assert gui.session.shot == before and "shot.1002.exr" in gui.session.message
+    gui.session.time.marks.follow(marks(gui)[0])
+    gui.until(lambda: not gui.session.time.marks.is_reading, "the end")
+    assert gui.session.facts.shot == before and "shot.1002.exr" in gui.session.messages.text
 
 
 def test_close_focus_is_typed_and_taken_away(gui):
     typed(gui, "close focus", "90cm")
-    assert gui.session.lens.close_focus_m == 0.9
+    assert gui.session.facts.lens.close_focus_m == 0.9
     typed(gui, "close focus", "soon")
-    assert gui.session.lens.close_focus_m == 0.9 and "soon" in gui.session.message
+    assert gui.session.facts.lens.close_focus_m == 0.9 and "soon" in gui.session.messages.text

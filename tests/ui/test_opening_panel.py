@@ -49,9 +49,9 @@ def test_a_control_of_the_opening_is_one_step_of_undo(gui: Gui) -> None:
     y = (top + bottom) / 2
     gui.drag(((left + right) / 2, y), (0.1 * left + 0.9 * right, y))
     gui.rest()
-    assert gui.session.lens.rim > 0.5
+    assert gui.session.facts.lens.rim > 0.5
     gui.session.editing.undo()
-    assert gui.session.lens.rim == 0.0 and gui.session.lens.blades == 5
+    assert gui.session.facts.lens.rim == 0.0 and gui.session.facts.lens.blades == 5
 
 
 def test_an_image_is_chosen_turned_and_taken_off_again(gui: Gui, tmp_path: Path) -> None:
@@ -60,27 +60,27 @@ def test_an_image_is_chosen_turned_and_taken_off_again(gui: Gui, tmp_path: Path)
     gui.click(gui.middle("aperture image"))
     assert gui.ui.dialogs.browser.walk.purpose is PURPOSES["opening"]
     gui.key(imgui.Key.escape)
-    files = gui.session.files
+    files = gui.session.files.commands
     files.openings.begin(tmp_path / "none.png")
     gui.until(lambda: "none.png is not there" in gui.session.messages.text, "what is wrong")
-    assert gui.session.lens.aperture_image is None
+    assert gui.session.facts.lens.aperture_image is None
     files.openings.begin(heart_path())
-    gui.until(lambda: gui.session.lens.aperture_image is not None, "the heart")
+    gui.until(lambda: gui.session.facts.lens.aperture_image is not None, "the heart")
     assert "aperture_heart.png" in gui.session.messages.text
     gui.frame(3)
     left, top, right, bottom = gui.rect("rotation")
     gui.drag(((left + right) / 2, (top + bottom) / 2), (right - 2, (top + bottom) / 2))
     gui.rest()
-    assert gui.session.lens.blade_rotation_deg > 0
+    assert gui.session.facts.lens.blade_rotation_deg > 0
     gui.click(gui.middle("no aperture image"))
     gui.rest()
-    assert gui.session.lens.aperture_image is None and gui.session.lens.blades == 5
+    assert gui.session.facts.lens.aperture_image is None and gui.session.facts.lens.blades == 5
     for rotation in (None, 0.0):
         gui.session.editing.undo()
-        assert gui.session.lens.aperture_image is not None
-        assert rotation is None or gui.session.lens.blade_rotation_deg == rotation
+        assert gui.session.facts.lens.aperture_image is not None
+        assert rotation is None or gui.session.facts.lens.blade_rotation_deg == rotation
     gui.session.editing.undo()
-    assert gui.session.lens.aperture_image is None
+    assert gui.session.facts.lens.aperture_image is None
 
 
 def test_an_image_is_drawn_as_a_lamp_shows_it() -> None:

@@ -145,23 +145,25 @@ def draw_each_panel(gui: Gui) -> None:
 
 
 def test_no_panel_of_the_window_changes_a_field_of_the_shot(gui: Gui):
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     lens = with_all_fields_other(shot.lens)
     blur = with_all_fields_other(shot.defocus, {"method": Method.HEAT, "proxy": 0.75})
     gui.session.editing.edit(replace(shot, lens=lens, defocus=blur))
-    asked = gui.session.shot
+    asked = gui.session.facts.shot
     draw_each_panel(gui)
-    assert gui.session.shot == asked
+    assert gui.session.facts.shot == asked
     assert asked.lens == lens and asked.defocus == blur
 
 
 def test_no_panel_of_the_window_changes_the_view(gui: Gui):
-    view = gui.session.view
+    view = gui.session.facts.view
     of_others = ("display", "view", "input_space", "against")  # names of the config, and what is B
-    gui.session.view = with_all_fields_other(view, {"center_px": (40.0, 30.0)}, but=of_others)
-    asked = gui.session.view
+    gui.session.pictures.view.state = with_all_fields_other(
+        view, {"center_px": (40.0, 30.0)}, but=of_others
+    )
+    asked = gui.session.facts.view
     draw_each_panel(gui)
-    assert gui.session.view == asked
+    assert gui.session.facts.view == asked
 
 
 @pytest.fixture
@@ -171,9 +173,9 @@ def scene_gui(ctx, tmp_path: Path) -> Iterator[Gui]:
 
 
 def test_no_panel_of_the_window_changes_the_framing_of_a_scene(scene_gui: Gui):
-    framing = scene_gui.session.shot.framing
+    framing = scene_gui.session.facts.shot.framing
     assert isinstance(framing, Framing)
     for name, other in with_other_fields(framing, {"camera": "side"}):
-        scene_gui.session.editing.begin(replace(scene_gui.session.shot, framing=other))
+        scene_gui.session.editing.begin(replace(scene_gui.session.facts.shot, framing=other))
         draw_each_panel(scene_gui)
-        assert scene_gui.session.shot.framing == other, name
+        assert scene_gui.session.facts.shot.framing == other, name

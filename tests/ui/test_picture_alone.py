@@ -27,7 +27,7 @@ def test_tab_hides_everything_but_the_picture_and_brings_it_back(gui):
     gui.drawn.clear()
     gui.frame(3)
     assert not {"focus bar", "menu File", "sides"} & set(gui.drawn)
-    place = gui.session.picture_view.viewport
+    place = gui.session.pictures.view.viewport
     assert (place.corner, place.size) == ((0.0, 0.0), gui.size)
     gui.key(K.tab)
     gui.frame(4)
@@ -53,17 +53,17 @@ def test_tab_goes_on_from_field_to_field_while_one_is_typed_in(gui):
 def test_a_click_in_the_picture_alone_focuses(gui):
     gui.key(K.tab)
     gui.frame(2)
-    before = gui.session.lens
+    before = gui.session.facts.lens
     gui.click(gui.at_picture(10.5, HEIGHT - 3.5))
-    assert gui.session.lens != before
+    assert gui.session.facts.lens != before
 
 
 def test_the_second_window_shows_the_whole_picture_and_nothing_over_it(gui):
     gui.settled()
-    gui.session.view_commands.change(overlay=Overlay.ZONES, compare=Compare.OFF)
+    gui.session.pictures.commands.change(overlay=Overlay.ZONES, compare=Compare.OFF)
     gui.do("1:1")
     alone, size = PictureAlone(gui.ctx), (2 * WIDTH + 40, 2 * HEIGHT)
-    alone.draw(gui.screen.picture.pictures, gui.session.view, size)
+    alone.draw(gui.screen.picture.pictures, gui.session.facts.view, size)
     pixels = np.frombuffer(alone.texture.read(), np.uint8).reshape(size[1], size[0], 4)[::-1]
     display = np.frombuffer(gui.screen.picture.pictures.a.read(), np.uint8)
     display = display.reshape(HEIGHT, WIDTH, 4)
@@ -78,7 +78,7 @@ def test_the_second_window_shows_the_whole_picture_and_nothing_over_it(gui):
 def shown_alone(gui, alone: PictureAlone, has_labels: bool) -> np.ndarray:
     """Return (540, 960, 3) of the second window, the top row first."""
     size = (960, 540)
-    alone.draw(gui.screen.picture.pictures, gui.session.view, size, has_labels)
+    alone.draw(gui.screen.picture.pictures, gui.session.facts.view, size, has_labels)
     pixels = np.frombuffer(alone.texture.read(), np.uint8).reshape(size[1], size[0], 4)
     return pixels[::-1, :, :3].astype(int)
 
@@ -86,12 +86,12 @@ def shown_alone(gui, alone: PictureAlone, has_labels: bool) -> np.ndarray:
 def test_looks_beside_each_other_are_named_in_the_second_window_where_that_is_wished(gui):
     session, alone = gui.session, PictureAlone(gui.ctx)
     for stop in (1.4, 8.0):
-        session.editing.edit_lens(replace(session.lens, f_stop=stop))
+        session.editing.edit_lens(replace(session.facts.lens, f_stop=stop))
         gui.rest()
-        session.looks.keep()
+        session.pictures.looks.keep()
     gui.settled()
     np.testing.assert_array_equal(*(shown_alone(gui, alone, named) for named in (True, False)))
-    session.looks.toggle_grid()
+    session.pictures.looks.toggle_grid()
     gui.settled()
     named, clean = (shown_alone(gui, alone, has_labels) for has_labels in (True, False))
     cells = np.any(named != clean, axis=2)
@@ -100,7 +100,7 @@ def test_looks_beside_each_other_are_named_in_the_second_window_where_that_is_wi
         ys, xs = np.nonzero(cell)
         assert 5 < xs.min() < 20 < 100 < xs.max() and 220 < ys.min() < ys.max() < 268
     assert not cells[270:, 480:].any()
-    session.looks.toggle_grid()
+    session.pictures.looks.toggle_grid()
     assert gui.ui.has_feed_labels
     gui.do("Names of looks in the second window")
     assert not gui.ui.has_feed_labels

@@ -73,11 +73,11 @@ def depths(gui):
 
 
 def test_another_channel_is_read_and_the_shot_stays(gui):
-    lens = gui.session.lens
+    lens = gui.session.facts.lens
     choose(gui, "channel", "Z")
     assert gui.session.source.plate.depth.channel == "Z"
-    assert gui.session.lens == lens
-    assert gui.session.shot.plate_options == PlateOptions(depth_channel="Z")
+    assert gui.session.facts.lens == lens
+    assert gui.session.facts.shot.plate_options == PlateOptions(depth_channel="Z")
 
 
 @pytest.mark.parametrize(
@@ -95,8 +95,8 @@ def test_a_unit_by_name_and_in_metres(gui):
     enter(gui, "in metres", "0.5")
     np.testing.assert_allclose(depths(gui), 0.5 * 8 * RAMP, rtol=1e-6)
     enter(gui, "in metres", "none")
-    assert "'none' is not a number" in gui.session.message
-    assert gui.session.files.reading.options == PlateOptions(scene_unit_m=0.5)
+    assert "'none' is not a number" in gui.session.messages.text
+    assert gui.session.files.commands.reading.options == PlateOptions(scene_unit_m=0.5)
 
 
 def test_along_the_ray_is_turned_into_along_the_axis(gui):
@@ -128,11 +128,11 @@ def test_a_colour_layer_is_shown(gui, plate):
 def test_a_normalised_depth_waits_for_its_ends(gui):
     """Mist alone may be anything: refused, told, and then read step by step."""
     choose(gui, "channel", "mist.V")
-    reading, plate = gui.session.files.reading, gui.session.source.plate
+    reading, plate = gui.session.files.commands.reading, gui.session.source.plate
     assert "may be a normalised depth" in reading.problem and plate.depth.channel == "Z"
     choose(gui, "convention", "0 near, 1 far")
     assert reading.problem.startswith("Give near and far")
-    assert gui.session.source.plate is plate and gui.session.live.shown is not None
+    assert gui.session.source.plate is plate and gui.session.pictures.live.shown is not None
     enter(gui, "near", "50cm")
     enter(gui, "far", "10")
     assert reading.problem == ""
@@ -145,10 +145,10 @@ def test_ends_that_cannot_be_leave_the_picture_and_say_why(gui):
     enter(gui, "near", "9")
     enter(gui, "far", "2")
     assert gui.session.source.plate is plate
-    assert "near at least 0 and less than far" in gui.session.files.reading.problem
-    assert "--" not in gui.session.message and "near 9 and far 2" in gui.session.message
+    assert "near at least 0 and less than far" in gui.session.files.commands.reading.problem
+    assert "--" not in gui.session.messages.text and "near 9 and far 2" in gui.session.messages.text
     enter(gui, "far", "inf")
-    assert "must be finite" in gui.session.message
+    assert "must be finite" in gui.session.messages.text
 
 
 def test_guess_again_forgets_what_was_chosen(gui, plate, preferences):
@@ -169,7 +169,7 @@ def test_a_choice_is_remembered_for_the_folder(ctx, gui, plate, preferences):
     choose(gui, "channel", "mist.V")  # refused, and so not remembered
     assert preferences.now.plates[str(plate.parent)].depth_channel == "R"
     other = write_file(plate.with_name("other.exr"), channels())
-    gui.session.files.open(str(other))
+    gui.session.files.commands.open(str(other))
     gui.until(lambda: gui.session.source.plate.path == other, "the other plate")
     assert gui.session.source.plate.depth.channel == "R"
 
@@ -180,7 +180,7 @@ def test_undo_reads_the_plate_as_before(gui, plate):
     gui.do("Undo")
     gui.until(lambda: gui.session.source.opened.options == PlateOptions(), "the plate as before")
     gui.frame(2)
-    assert gui.session.files.reading.options == PlateOptions()
+    assert gui.session.files.commands.reading.options == PlateOptions()
     gui.do("Redo")
     gui.until(lambda: gui.session.source.opened.options.scene_unit_m == 0.01, "the plate again")
 
@@ -190,14 +190,14 @@ def test_a_plate_that_is_gone_after_undo_is_told_once(gui, plate):
     gui.rest()
     plate.unlink()
     gui.do("Undo")
-    gui.until(lambda: "plate.exr" in gui.session.message, "the sentence")
+    gui.until(lambda: "plate.exr" in gui.session.messages.text, "the sentence")
     gui.session.messages.clear()
     gui.frame(5)
-    assert gui.session.message == "" and not gui.session.source.opener.opening
+    assert gui.session.messages.text == "" and not gui.session.source.opener.opening
 
 
 def test_a_shot_of_another_plate_leaves_this_one_as_it_is(gui):
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     other = replace(shot, source="/gone.exr", plate_options=PlateOptions(scene_unit_m=0.01))
     gui.session.editing.begin(other)
     gui.frame(3)
@@ -224,7 +224,7 @@ def test_the_mark_in_the_histogram_moves_with_the_pointer(gui):
         gui.frame(2)
         x0, y0, x1, _ = (round(v) for v in gui.rect("plate histogram"))
         bar = gui.screenshot()[y0 + 4 : y0 + 20, x0:x1].min(axis=(0, 2))
-        part = gui.session.histogram.part_at(float(8 * RAMP[int(y), int(x)]))
+        part = gui.session.facts.histogram.part_at(float(8 * RAMP[int(y), int(x)]))
         assert np.flatnonzero(bar > 180).mean() == pytest.approx((1 - part) * (x1 - x0), abs=1.5)
 
 

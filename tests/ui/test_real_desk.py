@@ -154,7 +154,7 @@ class Twin:
             gui.frame(2)  # the button, once the panel was brought to the front
             self.export = gui.middle("Export")
             for _ in range(2):
-                gui.session.looks.keep()
+                gui.session.pictures.looks.keep()
             gui.do("Grid of looks")
             gui.frame(2)
             self.look_a = gui.middle("grid A")

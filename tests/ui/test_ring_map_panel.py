@@ -17,7 +17,7 @@ def gui(session_context, tmp_path_factory):
 
 @pytest.fixture
 def receiver(gui):
-    return gui.session.ring.receiver
+    return gui.session.lens.ring.receiver
 
 
 def turn(gui, receiver, value: float) -> None:
@@ -38,9 +38,9 @@ def test_a_fader_is_learnt_and_turns_the_focus(gui, receiver):
     for value in (0.25, 0.5, 0.75):
         turn(gui, receiver, value)
     gui.click(gui.middle("learn focus"))
-    assert "/1/fader1 turns the focus" in gui.session.message
+    assert "/1/fader1 turns the focus" in gui.session.messages.text
     turn(gui, receiver, 0.5)
-    assert gui.session.lens.focus_distance_m == pytest.approx(1.0)  # half of two dioptres
+    assert gui.session.facts.lens.focus_distance_m == pytest.approx(1.0)  # half of two dioptres
     turn(gui, receiver, 0.25)
-    assert gui.session.lens.focus_distance_m == 0.5
+    assert gui.session.facts.lens.focus_distance_m == 0.5
     assert gui.session.preferences.now.ring_maps[0].channel == "/1/fader1"

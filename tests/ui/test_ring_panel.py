@@ -25,7 +25,7 @@ def followed(session_context, tmp_path_factory):
 
 @pytest.fixture
 def receiver(followed):
-    return followed.session.ring.receiver
+    return followed.session.lens.ring.receiver
 
 
 @pytest.fixture
@@ -35,39 +35,39 @@ def ring(receiver):
 
 
 def test_the_lens_and_the_picture_follow(followed, ring):
-    before = followed.session.seen
+    before = followed.session.facts.seen
     assert "follow ring" in followed.drawn
     for distance_m in (1.8, 1.5, 1.2):
         ring.send(LensSample(A, focus_distance_m=distance_m, f_stop=2.0))
-        until(followed, lambda at=distance_m: followed.session.lens.focus_distance_m == at)
-    until(followed, lambda: followed.session.seen is not before)
-    assert followed.session.lens.f_stop == 2.0
-    until(followed, lambda: followed.session.ring.to_picture_s is not None)
+        until(followed, lambda at=distance_m: followed.session.facts.lens.focus_distance_m == at)
+    until(followed, lambda: followed.session.facts.seen is not before)
+    assert followed.session.facts.lens.f_stop == 2.0
+    until(followed, lambda: followed.session.lens.ring.to_picture_s is not None)
 
 
 def test_the_hand_lets_go_of_the_ring(followed, ring, receiver):
     ring.send(LensSample(A, focus_distance_m=2.0))
-    until(followed, lambda: followed.session.lens.focus_distance_m == 2.0)
+    until(followed, lambda: followed.session.facts.lens.focus_distance_m == 2.0)
     followed.click(followed.middle("follow ring"))
     count = receiver.heard().version
     ring.send(LensSample(A, focus_distance_m=3.0))
     until(followed, lambda: receiver.heard().version > count)
     followed.frame(3)
-    assert followed.session.lens.focus_distance_m == 2.0
+    assert followed.session.facts.lens.focus_distance_m == 2.0
     followed.click(followed.middle("follow ring"))
     ring.send(LensSample(A, focus_distance_m=3.5))
-    until(followed, lambda: followed.session.lens.focus_distance_m == 3.5)
+    until(followed, lambda: followed.session.facts.lens.focus_distance_m == 3.5)
 
 
 def test_another_source_can_be_chosen(followed, ring):
     session = followed.session
     ring.send(LensSample(A, focus_distance_m=2.0))
     ring.send(LensSample(B, focus_distance_m=1.0))
-    until(followed, lambda: B in session.ring.heard.sources)
-    assert session.lens.focus_distance_m != 1.0
-    session.ring.listen_to(B)
-    until(followed, lambda: session.lens.focus_distance_m == 1.0)
-    session.ring.listen_to(None)
+    until(followed, lambda: B in session.lens.ring.heard.sources)
+    assert session.facts.lens.focus_distance_m != 1.0
+    session.lens.ring.listen_to(B)
+    until(followed, lambda: session.facts.lens.focus_distance_m == 1.0)
+    session.lens.ring.listen_to(None)
 
 
 def test_a_port_that_is_taken_is_explained_before_the_window_opens(receiver, tmp_path):

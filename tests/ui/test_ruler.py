@@ -53,8 +53,8 @@ def at(gui, pixel):
 
 
 def test_two_clicks_measure_and_pull_no_focus_and_escape_ends_it(gui):
-    session, ruler = gui.session, gui.session.view_commands.ruler
-    focus_m = session.lens.focus_distance_m
+    session, ruler = gui.session, gui.session.pictures.commands.ruler
+    focus_m = session.facts.lens.focus_distance_m
     gui.key(K.n)
     assert ruler.is_on
     gui.click(at(gui, BALL))
@@ -72,19 +72,19 @@ def test_two_clicks_measure_and_pull_no_focus_and_escape_ends_it(gui):
     )
     gui.frame()
     assert any(name.startswith("ruler ") for name in gui.drawn)
-    session.lens_commands.step_f_stop(3)
-    session.editing.edit_lens(replace(session.lens, focal_length_mm=24.0))
+    session.lens.commands.step_f_stop(3)
+    session.editing.edit_lens(replace(session.facts.lens, focal_length_mm=24.0))
     assert ruler.measured() == measured  # a plate's camera is that of its file
-    assert session.lens.focus_distance_m == focus_m
+    assert session.facts.lens.focus_distance_m == focus_m
     gui.key(K.escape)
     assert not ruler.is_on and ruler.points == ()
     gui.later()
     gui.click(at(gui, POST))
-    assert session.lens.focus_distance_m == pytest.approx(POST_M, rel=1e-3)
+    assert session.facts.lens.focus_distance_m == pytest.approx(POST_M, rel=1e-3)
 
 
 def test_a_drag_measures_too_and_another_press_begins_anew(gui):
-    ruler = gui.session.view_commands.ruler
+    ruler = gui.session.pictures.commands.ruler
     gui.do("Ruler")
     gui.drag(at(gui, POST), at(gui, BALL))
     assert ruler.points == (POST, BALL)
@@ -98,7 +98,7 @@ def test_a_drag_measures_too_and_another_press_begins_anew(gui):
 
 
 def test_what_lies_beside_the_picture_is_not_measured(gui):
-    ruler = gui.session.view_commands.ruler
+    ruler = gui.session.pictures.commands.ruler
     gui.do("Ruler")
     ruler.press((-3, 5))
     assert ruler.points == ()

@@ -65,8 +65,8 @@ def save(gui, name):
 
 
 def finished(gui):
-    gui.until(lambda: not gui.session.pictures.saver.is_busy, "the file", 60)
-    return gui.session.message
+    gui.until(lambda: not gui.session.pictures.saving.saver.is_busy, "the file", 60)
+    return gui.session.messages.text
 
 
 LENSES = [
@@ -81,12 +81,14 @@ def test_the_exr_is_byte_for_byte_that_of_the_command_line(
     capsys, gui, plate, tmp_path, lens, settings
 ):
     session = gui.session
-    session.editing.edit_lens(replace(session.lens, **lens))
-    session.editing.edit(replace(session.shot, defocus=replace(session.shot.defocus, **settings)))
+    session.editing.edit_lens(replace(session.facts.lens, **lens))
+    session.editing.edit(
+        replace(session.facts.shot, defocus=replace(session.facts.shot.defocus, **settings))
+    )
     gui.frame(2)
     save(gui, "window.exr")
     assert finished(gui) == f"Saved {tmp_path / 'window.exr'}."
-    now, defocus = session.lens, session.shot.defocus
+    now, defocus = session.facts.lens, session.facts.shot.defocus
     words = ["--f-stop", now.f_stop, "--focus-distance", now.focus_distance_m]
     words += ["--squeeze", now.squeeze, "--quality", defocus.quality, "--proxy", defocus.proxy]
     render(capsys, plate, tmp_path / "command.exr", *words)
@@ -100,17 +102,19 @@ def test_the_exr_is_byte_for_byte_that_of_the_command_line(
 def expected_png(gui):
     """Compute the PNG on the CPU: transform in the documented order, without the overscan."""
     session = gui.session
-    pixels = session.renderer.pixels(session.shot)[SEEN]
+    pixels = session.pictures.renderer.pixels(session.facts.shot)[SEEN]
     alpha = pixels[..., 3:]
     light = pixels[..., :3] / alpha
-    shown = session.color.transform.apply_cpu(
-        light, session.view.exposure_stops, session.view.gamma
+    shown = session.pictures.color.transform.apply_cpu(
+        light, session.facts.view.exposure_stops, session.facts.view.gamma
     )
     return np.concatenate([np.clip(shown, 0, 1), np.clip(alpha, 0, 1)], axis=2) * 255
 
 
 def test_the_png_looks_as_the_window_does(gui, tmp_path):
-    gui.session.view = replace(gui.session.view, exposure_stops=0.75, gamma=1.3)
+    gui.session.pictures.view.state = replace(
+        gui.session.facts.view, exposure_stops=0.75, gamma=1.3
+    )
     gui.frame(2)
     save(gui, "seen.png")
     assert finished(gui).startswith("Saved")
@@ -118,7 +122,7 @@ def test_the_png_looks_as_the_window_does(gui, tmp_path):
     wanted = expected_png(gui)
     assert found.shape == wanted.shape == (HEIGHT - 8, WIDTH - 4, 4)
     assert np.abs(found - wanted).max() <= 0.51
-    pixels = gui.session.renderer.pixels(gui.session.shot)[SEEN]
+    pixels = gui.session.pictures.renderer.pixels(gui.session.facts.shot)[SEEN]
     plain = srgb_transform().apply_cpu(pixels[..., :3]) * 255
     assert np.abs(found[..., :3] - plain).max() > 5  # the view was not sRGB's plain curve
 
@@ -134,13 +138,19 @@ def test_a_view_beyond_0_to_1_is_clipped_not_wrapped(tmp_path):
 
 def test_a_picture_that_is_not_whole_is_waited_for_aloud(gui, tmp_path):
     session = gui.session
-    session.live.cost.seconds_per_px.clear()  # nothing is known: the cheapest picture comes first
-    session.editing.edit_lens(replace(session.lens, f_stop=1.2))
+    # Nothing is known: the cheapest picture comes first.
+    session.pictures.live.cost.seconds_per_px.clear()
+    session.editing.edit_lens(replace(session.facts.lens, f_stop=1.2))
     gui.frame()
-    assert session.live.is_working
-    session.pictures.saver.ask(session.shot.source, session.editing.frame, tmp_path / "a.exr")
+    assert session.pictures.live.is_working
+    session.pictures.saving.saver.ask(
+        session.facts.shot.source, session.editing.frame, tmp_path / "a.exr"
+    )
     gui.frame()
-    assert "Waiting for the whole picture" in session.message and not (tmp_path / "a.exr").exists()
+    assert (
+        "Waiting for the whole picture" in session.messages.text
+        and not (tmp_path / "a.exr").exists()
+    )
     assert finished(gui).startswith("Saved") and (tmp_path / "a.exr").exists()
 
 
@@ -148,11 +158,11 @@ def test_another_plate_in_between_leaves_the_file_unwritten(gui, plate, tmp_path
     session = gui.session
     other = tmp_path / "other.exr"
     shutil.copy(plate, other)
-    session.pictures.saver.ask(str(other), session.editing.frame, tmp_path / "a.exr")
+    session.pictures.saving.saver.ask(str(other), session.editing.frame, tmp_path / "a.exr")
     gui.frame()
     assert (
-        session.message.startswith("The frame was left before")
-        and not session.pictures.saver.is_busy
+        session.messages.text.startswith("The frame was left before")
+        and not session.pictures.saving.saver.is_busy
     )
     assert not (tmp_path / "a.exr").exists()
 
@@ -169,9 +179,9 @@ def test_writing_holds_up_nothing_and_leaving_waits_for_it(ctx, plate, tmp_path,
         gui.settled()
         save(gui, "a.exr")
         gui.frame(5)  # drawn although nothing is written
-        assert gui.session.pictures.saver.is_busy and not (tmp_path / "a.exr").exists()
+        assert gui.session.pictures.saving.saver.is_busy and not (tmp_path / "a.exr").exists()
         gui.do("Copy picture")
-        assert "still being written" in gui.session.message
+        assert "still being written" in gui.session.messages.text
         threading.Timer(0.2, go.set).start()
     assert (tmp_path / "a.exr").exists()
 

@@ -41,7 +41,7 @@ def gui(ctx: moderngl.Context, tmp_path) -> Iterator[Gui]:
 
 def played(gui: Gui) -> tuple[str | None, FrameRange | None, float]:
     """Return clip and frames of the shot, and how far the square of the scene goes."""
-    scene, shot = gui.session.scenes.scene, gui.session.shot
+    scene, shot = gui.session.scenes.scene, gui.session.facts.shot
     return shot.framing.timing.clip, shot.frames, scene.transforms_at(scene.frames.last)[0, 0, 3]
 
 
@@ -56,7 +56,7 @@ def test_a_clip_is_chosen_undone_and_done_again(gui):
     choose(gui, "run (2)")
     gui.until(lambda: played(gui)[0] == "2", "the other clip")
     assert played(gui) == ("2", FrameRange(1, 21), pytest.approx(0.1))
-    assert gui.session.clips.now == "run (2)"
+    assert gui.session.scenes.clips.now == "run (2)"
     gui.key(imgui.Key.z, ctrl=True)
     gui.until(lambda: gui.session.scenes.scene.frames.last == 11, "the clip before")
     assert played(gui) == ("walk", FrameRange(1, 11), 0.0)
@@ -68,11 +68,11 @@ def test_a_clip_is_chosen_undone_and_done_again(gui):
 def test_the_clip_is_in_the_shot_file_and_the_rate_stays(gui, tmp_path):
     choose(gui, ALL_CLIPS)
     gui.until(lambda: played(gui)[0] is None, "all clips")
-    assert gui.session.shot.framing.timing == SceneTiming(None, 10.0)
-    write_shot(tmp_path / "s.heatlens.json", gui.session.shot)
+    assert gui.session.facts.shot.framing.timing == SceneTiming(None, 10.0)
+    write_shot(tmp_path / "s.heatlens.json", gui.session.facts.shot)
     kept = read_shot(tmp_path / "s.heatlens.json")
     assert (kept.framing, kept.frames) == (
-        gui.session.shot.framing,
+        gui.session.facts.shot.framing,
         FrameRange(1, 11),
     )  # of two that move one thing the first is played
 
@@ -97,6 +97,6 @@ def test_a_clip_that_the_file_has_no_more_is_said_once_and_the_scene_stays(gui, 
     before = played(gui)
     clips_file(tmp_path / "clips.glb", ("walk",))
     choose(gui, "run (3)")
-    gui.until(lambda: "no clip '3'" in gui.session.message, "the refusal")
+    gui.until(lambda: "no clip '3'" in gui.session.messages.text, "the refusal")
     gui.frame(5)
     assert played(gui) == before and gui.session.source.opener.opening is None

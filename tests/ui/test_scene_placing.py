@@ -24,19 +24,19 @@ def stl(path):
 def test_the_scene_panel_places_the_scene_and_undo_takes_it_back(ctx, tmp_path):
     with gui_of(ctx, stl(tmp_path / "a.stl"), defocus=QUICK) as gui:
         session = gui.session
-        assert session.scenes.framing.up_axis == "z" and "is taken as up" in session.message
+        assert session.scenes.framing.up_axis == "z" and "is taken as up" in session.messages.text
         size = np.ptp(bounds_m(session.source.scene, 1), axis=0)
         np.testing.assert_allclose(size, (1, 3, 2))
-        focus_m = session.lens.focus_distance_m
+        focus_m = session.facts.lens.focus_distance_m
         session.scenes.place(WorldAxis.Y, 0.5)
         gui.settled()
         size = np.ptp(bounds_m(session.source.scene, 1), axis=0)
         np.testing.assert_allclose(size, (0.5, 1, 1.5))
-        assert session.renderer.scene is session.source.scene
-        assert session.lens.focus_distance_m == pytest.approx(focus_m / 2)
+        assert session.pictures.renderer.scene is session.source.scene
+        assert session.facts.lens.focus_distance_m == pytest.approx(focus_m / 2)
         depth_m = session.source.plate.depth_m
         assert np.isfinite(depth_m).any() and session.source.plate.depth.far_m < 10
-        write_shot(tmp_path / "a.heatlens.json", session.shot)
+        write_shot(tmp_path / "a.heatlens.json", session.facts.shot)
         session.editing.undo()
         gui.settled()
         np.testing.assert_allclose(np.ptp(bounds_m(session.source.scene, 1), axis=0), (1, 3, 2))

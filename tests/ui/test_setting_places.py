@@ -49,13 +49,13 @@ def drawn(monkeypatch) -> dict[str, set[str]]:
 
 def test_what_the_panels_show_is_in_the_list(gui, drawn):
     session = gui.session
-    lens = replace(session.lens, blades=6, cat_eye=0.5)  # which opens its part of the panel
+    lens = replace(session.facts.lens, blades=6, cat_eye=0.5)  # which opens its part of the panel
     session.editing.edit_lens(lens)
     guides = Guides(aspect=2.2, desqueeze=1.7)
-    session.view_commands.change(compare=Compare.DIFFERENCE, guides=guides)
-    if session.has_camera:
+    session.pictures.commands.change(compare=Compare.DIFFERENCE, guides=guides)
+    if session.facts.has_camera:
         defocus = replace(QUICK, method=Method.ACCUMULATION, views=4)
-        session.editing.do(replace(session.shot, defocus=defocus))
+        session.editing.do(replace(session.facts.shot, defocus=defocus))
     for panel in gui.ui.panels:
         imgui.set_window_focus(panel)
         gui.frame(2)

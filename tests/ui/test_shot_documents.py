@@ -37,17 +37,17 @@ def forget(documents: ShotDocuments) -> None:
 
 @pytest.fixture
 def gui(ctx, film) -> Iterator[Gui]:
-    forget(film.session.documents)
+    forget(film.session.files.documents)
     film.session.preferences.now, film.session.preferences.path = Remembered(), None
     gui = fresh(film)
     yield gui
-    gui.until(lambda: not gui.session.documents._writing, "the end of writing")
+    gui.until(lambda: not gui.session.files.documents._writing, "the end of writing")
 
 
 def edited(gui) -> Shot:
-    gui.session.editing.do(worked_on(gui.session.shot))
+    gui.session.editing.do(worked_on(gui.session.facts.shot))
     gui.frame(2)
-    return gui.session.shot
+    return gui.session.facts.shot
 
 
 def saved_as(gui, path: Path) -> None:
@@ -59,12 +59,12 @@ def saved_as(gui, path: Path) -> None:
     gui.key(K.a, ctrl=True)
     gui.type(str(path))
     gui.key(K.enter)
-    gui.until(lambda: "Saved" in gui.session.message, "the file")
+    gui.until(lambda: "Saved" in gui.session.messages.text, "the file")
 
 
 def opened(gui, path: Path) -> None:
-    gui.session.files.open(str(path))
-    gui.until(lambda: gui.session.documents.path == path, "the shot")
+    gui.session.files.commands.open(str(path))
+    gui.until(lambda: gui.session.files.documents.path == path, "the shot")
     gui.frame(2)
 
 
@@ -72,12 +72,12 @@ def test_a_shot_that_was_saved_and_opened_again_is_the_same(gui, tmp_path):
     shot = edited(gui)
     path = tmp_path / "pull.heatlens.json"
     saved_as(gui, path)
-    assert read_shot(path) == shot and gui.session.documents.is_saved
-    assert gui.session.documents.title == "pull.heatlens.json"
+    assert read_shot(path) == shot and gui.session.files.documents.is_saved
+    assert gui.session.files.documents.title == "pull.heatlens.json"
     gui.open(room_file(tmp_path / "still.exr"))
-    assert gui.session.documents.path is None
+    assert gui.session.files.documents.path is None
     opened(gui, path)
-    assert gui.session.shot == shot
+    assert gui.session.facts.shot == shot
     assert gui.session.editing.history.past == ()
     assert gui.session.source.plate.path.name == f"shot.{FIRST}.exr"
 
@@ -86,15 +86,15 @@ def test_saving_again_asks_for_no_name(gui, tmp_path):
     path = tmp_path / "pull.heatlens.json"
     saved_as(gui, path)
     shot = edited(gui)
-    assert gui.session.documents.title == "pull.heatlens.json *"
+    assert gui.session.files.documents.title == "pull.heatlens.json *"
     gui.session.messages.clear()
     gui.key(K.s, ctrl=True)
-    gui.until(lambda: "Saved" in gui.session.message, "the file")
+    gui.until(lambda: "Saved" in gui.session.messages.text, "the file")
     assert read_shot(path) == shot and not gui.ui.dialogs.browser.is_open
 
 
 def test_a_shot_is_chosen_in_the_browser(gui, tmp_path):
-    shot = worked_on(gui.session.shot)
+    shot = worked_on(gui.session.facts.shot)
     for number in (1, 2):
         write_shot(tmp_path / f"v{number}.heatlens.json", shot)
     gui.session.preferences.looked_in("shot", tmp_path)
@@ -104,26 +104,26 @@ def test_a_shot_is_chosen_in_the_browser(gui, tmp_path):
     at = gui.middle("file v2.heatlens.json")
     gui.click(at)
     gui.click(at)
-    gui.until(lambda: gui.session.documents.path is not None, "the shot")
-    assert gui.session.documents.path == tmp_path / "v2.heatlens.json"
-    assert gui.session.shot == shot
+    gui.until(lambda: gui.session.files.documents.path is not None, "the shot")
+    assert gui.session.files.documents.path == tmp_path / "v2.heatlens.json"
+    assert gui.session.facts.shot == shot
 
 
 def test_what_is_no_shot_is_refused_and_what_is_open_stays(gui, tmp_path):
     shot = edited(gui)
     path = tmp_path / "bad.heatlens.json"
     path.write_text("{}")
-    gui.session.files.open(str(path))
-    gui.until(lambda: "bad.heatlens.json" in gui.session.message, "a sentence")
+    gui.session.files.commands.open(str(path))
+    gui.until(lambda: "bad.heatlens.json" in gui.session.messages.text, "a sentence")
     gui.session.messages.clear()
-    gui.session.files.open(str(tmp_path / "none.heatlens.json"))
-    gui.until(lambda: "none.heatlens.json" in gui.session.message, "a sentence")
+    gui.session.files.commands.open(str(tmp_path / "none.heatlens.json"))
+    gui.until(lambda: "none.heatlens.json" in gui.session.messages.text, "a sentence")
     gui.session.messages.clear()
     write_shot(path, replace(shot, source=str(tmp_path / "gone.####.exr")))
-    gui.session.files.open(str(path))
-    gui.until(lambda: "gone" in gui.session.message, "a sentence")
+    gui.session.files.commands.open(str(path))
+    gui.until(lambda: "gone" in gui.session.messages.text, "a sentence")
     gui.frame(3)
-    assert gui.session.shot == shot and gui.session.documents.path is None
+    assert gui.session.facts.shot == shot and gui.session.files.documents.path is None
 
 
 def test_what_is_not_saved_is_kept_beside_until_it_is(gui, tmp_path):
@@ -141,18 +141,18 @@ def test_what_is_not_saved_is_kept_beside_until_it_is(gui, tmp_path):
 
 @pytest.mark.parametrize("answer", ["Recover it", "Discard it"])
 def test_after_a_crash_the_unsaved_shot_is_offered(gui, tmp_path, answer):
-    path, saved = tmp_path / "pull.heatlens.json", gui.session.shot
+    path, saved = tmp_path / "pull.heatlens.json", gui.session.facts.shot
     write_shot(path, saved)
     write_autosave(path, worked_on(saved))
-    gui.session.files.open(str(path))
-    gui.until(lambda: gui.session.documents.offer is not None, "the question")
+    gui.session.files.commands.open(str(path))
+    gui.until(lambda: gui.session.files.documents.offer is not None, "the question")
     gui.frame(3)
     gui.key(K.m)  # means nothing while there is a question
     gui.click(gui.middle(f"unsaved {answer}"))
-    gui.until(lambda: gui.session.documents.path == path, "the shot")
+    gui.until(lambda: gui.session.files.documents.path == path, "the shot")
     goes_on = answer == "Recover it"
-    assert gui.session.shot == (worked_on(saved) if goes_on else saved)
-    assert gui.session.documents.is_saved is not goes_on
+    assert gui.session.facts.shot == (worked_on(saved) if goes_on else saved)
+    assert gui.session.files.documents.is_saved is not goes_on
     kept(gui)
     assert autosave_path(path).exists() is goes_on
     assert read_shot(path) == saved
@@ -161,10 +161,10 @@ def test_after_a_crash_the_unsaved_shot_is_offered(gui, tmp_path, answer):
 
 def test_an_autosave_that_the_crash_cut_off_is_not_offered(gui, tmp_path):
     path = tmp_path / "pull.heatlens.json"
-    write_shot(path, worked_on(gui.session.shot))
+    write_shot(path, worked_on(gui.session.facts.shot))
     autosave_path(path).write_text('{"heatlens_shot": 1, "le')
     opened(gui, path)
-    assert gui.session.documents.offer is None and gui.session.documents.is_saved
+    assert gui.session.files.documents.offer is None and gui.session.files.documents.is_saved
 
 
 def test_where_nothing_can_be_kept_that_is_said_once(gui, tmp_path):
@@ -175,12 +175,13 @@ def test_where_nothing_can_be_kept_that_is_said_once(gui, tmp_path):
     path.parent.write_text("a file where the folder was")
     edited(gui)
     gui.until(
-        lambda: "there" in gui.session.message and "Saved" not in gui.session.message, "a sentence"
+        lambda: "there" in gui.session.messages.text and "Saved" not in gui.session.messages.text,
+        "a sentence",
     )
     gui.session.messages.clear()
     gui.key(K.m)
     kept(gui)
-    assert gui.session.message.startswith("Mark ")  # and nothing more about the file
+    assert gui.session.messages.text.startswith("Mark ")  # and nothing more about the file
 
 
 @pytest.mark.parametrize(

@@ -16,16 +16,16 @@ def test_a_shot_without_a_file_survives_a_crash(ctx, tmp_path):
     pattern = sequence_files(tmp_path, 1001, 1003)
     folder = tmp_path / "preferences"
     with gui_of(ctx, pattern, Preferences.load(folder), defocus=QUICK) as gui:
-        gui.session.editing.do(worked_on(gui.session.shot))
-        shot = gui.session.shot
+        gui.session.editing.do(worked_on(gui.session.facts.shot))
+        shot = gui.session.facts.shot
         kept(gui)
     assert autosave_path(unnamed_path(folder, pattern)).exists()
     with gui_of(ctx, pattern, Preferences.load(folder), defocus=QUICK) as gui:
-        gui.until(lambda: gui.session.documents.offer is not None, "the question")
+        gui.until(lambda: gui.session.files.documents.offer is not None, "the question")
         gui.frame(3)
         gui.click(gui.middle("unsaved Recover it"))
         gui.frame(2)
-        assert gui.session.shot == shot
+        assert gui.session.facts.shot == shot
 
 
 def test_a_plate_that_was_only_looked_at_leaves_nothing_behind(ctx, tmp_path):
@@ -43,8 +43,8 @@ def test_a_shot_file_begins_the_program(ctx, tmp_path):
     path = tmp_path / "pull.heatlens.json"
     write_shot(path, worked_on(shot))
     with gui_of(ctx, path) as gui:
-        assert gui.session.shot == worked_on(shot)
-        assert gui.session.documents.path == path
+        assert gui.session.facts.shot == worked_on(shot)
+        assert gui.session.files.documents.path == path
     with gui_of(ctx, path, lens={"squeeze": 2.0}) as gui:
-        assert gui.session.shot.lens == replace(shot.lens, squeeze=2.0)
-        assert not gui.session.documents.is_saved
+        assert gui.session.facts.shot.lens == replace(shot.lens, squeeze=2.0)
+        assert not gui.session.files.documents.is_saved

@@ -40,7 +40,7 @@ def begun(ctx):
         imgui.set_current_context(context)
         gui = Gui(ctx, Start(str(source), defocus=QUICK, **start), size, preferences)
         made.append((gui, context, before))
-        gui.until(lambda: not gui.session.recent.is_looking, "the recent files")
+        gui.until(lambda: not gui.session.files.recent.is_looking, "the recent files")
         gui.frame(3)
         return gui
 
@@ -57,7 +57,7 @@ def remembered(*files: object) -> Preferences:
 
 
 def titles(gui: Gui) -> list[str]:
-    return [card.title for card in gui.session.start_choices.cards()]
+    return [card.title for card in gui.session.files.start_choices.cards()]
 
 
 def choose(gui: Gui, how: str, row: int) -> None:
@@ -111,7 +111,9 @@ def test_recent_files_follow_as_far_as_they_are_there(begun, tmp_path):
     plate, shot = room_file(tmp_path / "room.exr"), tmp_path / "a.heatlens.json"
     shot.write_text(json.dumps({}))
     gui = begun(remembered(plate, tmp_path / "gone.exr", STILL, shot))
-    found = [(card.title, card.kind, card.text) for card in gui.session.start_choices.cards()[3:]]
+    found = [
+        (card.title, card.kind, card.text) for card in gui.session.files.start_choices.cards()[3:]
+    ]
     assert found == [("room.exr", "Plate", str(plate)), (shot.name, "Shot", str(shot))]
 
 
@@ -138,8 +140,8 @@ def test_the_demo_is_opened_as_the_option_opens_it(begun, small_demo, how):
     gui = begun()
     choose(gui, how, 0)
     gui.opened()
-    assert gui.session.shot.source == "demo" and gui.session.has_camera
-    assert not gui.session.start_choices.is_wanted
+    assert gui.session.facts.shot.source == "demo" and gui.session.facts.has_camera
+    assert not gui.session.files.start_choices.is_wanted
     assert gui.session.preferences.now.recent == ()  # it has a place of its own
 
 
@@ -149,7 +151,7 @@ def test_a_recent_plate_is_opened(begun, tmp_path, how):
     gui = begun(remembered(*plates))
     choose(gui, how, 4)
     gui.opened()
-    assert gui.session.shot.source == str(plates[1]) and gui.session.lens == LENS
+    assert gui.session.facts.shot.source == str(plates[1]) and gui.session.facts.lens == LENS
 
 
 def test_a_shot_that_is_opened_marks_its_own_card(begun, tmp_path, monkeypatch):
@@ -177,14 +179,14 @@ def test_a_file_is_asked_for(begun, how):
     gui.key(K.escape)
     gui.frame(3)
     assert not gui.ui.dialogs.browser.is_open
-    assert gui.session.start_choices.is_wanted and gui.session.source.opener.opening is None
+    assert gui.session.files.start_choices.is_wanted and gui.session.source.opener.opening is None
 
 
 def test_a_dropped_file_is_opened(begun, tmp_path):
     gui = begun()
-    gui.session.files.open(str(room_file(tmp_path / "room.exr")))
+    gui.session.files.commands.open(str(room_file(tmp_path / "room.exr")))
     gui.opened()
-    assert not gui.session.start_choices.is_wanted and gui.session.lens == LENS
+    assert not gui.session.files.start_choices.is_wanted and gui.session.facts.lens == LENS
 
 
 def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp_path):
@@ -192,23 +194,23 @@ def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp
     broken.write_bytes(b"no exr")
     gui = begun(remembered(broken, plate))
     choose(gui, "digit", 3)
-    gui.until(lambda: "broken.exr" in gui.session.message, "the refusal")
-    assert gui.session.start_choices.is_wanted
+    gui.until(lambda: "broken.exr" in gui.session.messages.text, "the refusal")
+    assert gui.session.files.start_choices.is_wanted
     gui.session.messages._said_at -= 3600.0  # an hour later it is still there to be read
     gui.frame(2)
-    assert "broken.exr" in gui.session.message
+    assert "broken.exr" in gui.session.messages.text
     choose(gui, "digit", 4)
-    assert not gui.session.message
+    assert not gui.session.messages.text
     gui.opened()
-    assert gui.session.shot.source == str(plate)
+    assert gui.session.facts.shot.source == str(plate)
 
 
 def test_a_plate_of_the_command_line_that_cannot_be_read_leads_here(begun, tmp_path):
     broken = tmp_path / "broken.exr"
     broken.write_bytes(b"no exr")
     gui = begun(source=broken)
-    gui.until(lambda: gui.session.start_choices.is_wanted, "the start screen")
-    assert "broken.exr" in gui.session.message
+    gui.until(lambda: gui.session.files.start_choices.is_wanted, "the start screen")
+    assert "broken.exr" in gui.session.messages.text
 
 
 def test_the_lens_of_the_command_line_is_for_what_is_opened_first(begun, tmp_path):
@@ -216,9 +218,9 @@ def test_the_lens_of_the_command_line_is_for_what_is_opened_first(begun, tmp_pat
     gui = begun(remembered(*plates), lens={"f_stop": 4.0})
     choose(gui, "digit", 3)
     gui.opened()
-    assert gui.session.lens.f_stop == 4.0
+    assert gui.session.facts.lens.f_stop == 4.0
     gui.open(plates[1])
-    assert gui.session.lens.f_stop == LENS.f_stop
+    assert gui.session.facts.lens.f_stop == LENS.f_stop
 
 
 # Nothing is open
@@ -226,11 +228,11 @@ def test_the_lens_of_the_command_line_is_for_what_is_opened_first(begun, tmp_pat
 
 def test_escape_and_keys_of_the_picture_do_nothing(begun):
     gui = begun()
-    shot, view = gui.session.shot, gui.session.view
+    shot, view = gui.session.facts.shot, gui.session.facts.view
     for key in (K.escape, K.k, K.space, K.left_bracket, K.d, K.f, K.m, K.up_arrow, K.left_arrow):
         gui.key(key)
-    assert (gui.session.shot, gui.session.view) == (shot, view)
-    assert gui.session.start_choices.is_wanted and gui.session.source.opener.opening is None
+    assert (gui.session.facts.shot, gui.session.facts.view) == (shot, view)
+    assert gui.session.files.start_choices.is_wanted and gui.session.source.opener.opening is None
 
 
 @pytest.mark.parametrize(
@@ -261,12 +263,12 @@ def gui_begun(session_context):
 def test_the_menu_leads_back_and_escape_to_the_picture_again(ctx, tmp_path):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK) as gui:
         gui.settled()
-        seen, shot = gui.screenshot(), gui.session.shot
+        seen, shot = gui.screenshot(), gui.session.facts.shot
         gui.do("Start screen...")
-        assert gui.session.start_choices.is_wanted and "start Demo scene" in gui.drawn
+        assert gui.session.files.start_choices.is_wanted and "start Demo scene" in gui.drawn
         gui.key(K.escape)
         gui.frame(3)
-        assert not gui.session.start_choices.is_wanted and gui.session.shot == shot
+        assert not gui.session.files.start_choices.is_wanted and gui.session.facts.shot == shot
         assert abs(gui.screenshot().astype(int) - seen).max() <= 1
 
 
@@ -277,7 +279,7 @@ def test_a_renderer_that_is_listened_to_can_be_chosen(begun):
     assert titles(gui)[3] == "Listen to a renderer"
     choose(gui, "digit", 3)
     gui.frame(2)
-    assert gui.session.source.is_waiting and not gui.session.start_choices.is_wanted
+    assert gui.session.source.is_waiting and not gui.session.files.start_choices.is_wanted
 
 
 # How it looks
@@ -332,7 +334,9 @@ def test_an_empty_name_is_no_wish_for_the_start_screen(capsys, monkeypatch):
 
 
 def test_pictures_on_the_cards_come_with_the_program(begun):
-    pictures = [card.picture for card in begun().session.start_choices.cards() if card.picture]
+    pictures = [
+        card.picture for card in begun().session.files.start_choices.cards() if card.picture
+    ]
     assert len(pictures) == 2
     assert all(Path(data_dir("assets") / name).is_file() for name in pictures)
 

@@ -21,7 +21,7 @@ K = imgui.Key
 @pytest.fixture
 def exporting(gui):
     """Make it look as if an export went on."""
-    run = gui.session.exports.run
+    run = gui.session.files.exports.run
     run.state = ExportState("export to a", done=12, frames=100, left_s=30.0, output="/tmp/a.exr")
     yield gui
     run.state, gui.ui.asks_to_quit = None, False
@@ -29,7 +29,7 @@ def exporting(gui):
 
 def test_a_message_stands_beside_the_readout(gui):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    gui.session.say("Something was said.")
+    gui.session.messages.say("Something was said.")
     gui.drawn.clear()
     gui.frame(2)
     readout, message = gui.rect("readout"), gui.rect("message")
@@ -39,7 +39,7 @@ def test_a_message_stands_beside_the_readout(gui):
 def test_a_message_is_shown_whole_and_the_readout_is_cut(gui, exporting):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     said = "Look B is kept. Ctrl+2 comes back to it."
-    gui.session.say(said)
+    gui.session.messages.say(said)
     gui.frame(2)
     gui.drawn.clear()
     gui.frame(2)
@@ -65,7 +65,7 @@ def test_a_problem_has_another_colour_than_what_was_done(gui, monkeypatch):
 
     monkeypatch.setattr(imgui, "text_colored", listened)
     for sentence in ("Saved.", Problem("Not saved.")):
-        gui.session.say(sentence)
+        gui.session.messages.say(sentence)
         gui.frame()
     assert np.abs(np.subtract(colors["Saved."], colors["Not saved."])).max() > 0.2
 
@@ -78,7 +78,7 @@ def test_a_message_is_cut_to_its_room(text, width):
 
 
 def test_an_export_is_told_in_the_status_bar_and_in_the_title(exporting):
-    state = exporting.session.exports.run.state
+    state = exporting.session.files.exports.run.state
     assert export_words(state) == "Exporting 12 of 100, 30 s left"
     assert export_title(state) == "12 % exported, "
     assert (export_words(None), export_title(replace(state, code=0))) == ("", "")
@@ -93,7 +93,7 @@ def test_an_export_is_told_in_the_status_bar_and_in_the_title(exporting):
 
 def test_stop_in_the_status_bar_stops_the_export(exporting, monkeypatch):
     stopped: list[bool] = []
-    monkeypatch.setattr(exporting.session.exports.run, "cancel", lambda: stopped.append(True))
+    monkeypatch.setattr(exporting.session.files.exports.run, "cancel", lambda: stopped.append(True))
     exporting.frame(2)
     exporting.click(exporting.middle("status Stop"))
     assert stopped == [True]
@@ -123,7 +123,7 @@ def test_closing_during_an_export_asks(exporting):
 
 
 def test_the_end_of_an_export_stays_until_it_was_read(exporting, monkeypatch):
-    gui, run = exporting, exporting.session.exports.run
+    gui, run = exporting, exporting.session.files.exports.run
     gui.frame()
     run.state.code = 0
     gui.frame(2)

@@ -30,7 +30,7 @@ def test_a_theme_is_chosen_from_the_menu_and_remembered(ctx: moderngl.Context, t
     preferences = Preferences.load(tmp_path / "config")
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         gui.settled()
-        (x, y), size = gui.session.picture_view.viewport.corner, gui.session.picture_view.viewport
+        (x, y), size = gui.session.pictures.view.viewport.corner, gui.session.pictures.view.viewport
         place = slice(round(y), round(y + size.size[1])), slice(round(x), round(x + size.size[0]))
         dark, before = brightness(gui, "quality"), gui.screenshot()[place]
         gui.do("Light theme")
@@ -55,7 +55,7 @@ def test_words_over_the_picture_keep_their_colours(ctx: moderngl.Context, tmp_pa
         with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
             gui.do("Near, in focus, far")
             gui.settled()
-            view = gui.session.picture_view.viewport
+            view = gui.session.pictures.view.viewport
             (x, y), (width, height) = view.corner, view.size
             shown = gui.screenshot()[round(y) : round(y + height), round(x) : round(x + width)]
             seen.append(shown)

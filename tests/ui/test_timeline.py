@@ -28,21 +28,21 @@ def gui(ctx, film) -> Gui:
 
 @pytest.fixture
 def clock(gui) -> Clock:
-    return gui.session.timeline.playback._clock
+    return gui.session.time.timeline.playback._clock
 
 
 def seen(gui) -> int:
     """Return the frame whose plate is on the screen."""
     session = gui.session
-    gui.until(lambda: session.seen.frame == frame(gui), "the picture")
-    if isinstance(session.seen, KeptFrame):  # rendered before, from the plate of its job
-        return int(session.pull.jobs.of(frame(gui)).plate.path.name.split(".")[1])
+    gui.until(lambda: session.facts.seen.frame == frame(gui), "the picture")
+    if isinstance(session.facts.seen, KeptFrame):  # rendered before, from the plate of its job
+        return int(session.time.pull.jobs.of(frame(gui)).plate.path.name.split(".")[1])
     return int(session.source.plate.path.name.split(".")[1])
 
 
 def test_a_shot_begins_with_the_frames_and_the_rate_of_its_plate(gui):
-    assert gui.session.shot.frames == FrameRange(FIRST, LAST)
-    assert gui.session.shot.frames_per_second == 25.0
+    assert gui.session.facts.shot.frames == FrameRange(FIRST, LAST)
+    assert gui.session.facts.shot.frames_per_second == 25.0
 
 
 def test_a_drag_over_the_ruler_scrubs(gui):
@@ -59,14 +59,14 @@ def test_a_drag_over_the_ruler_scrubs(gui):
 def test_the_focus_bar_and_a_distance_on_it_stay_in_their_place_over_the_frames(gui):
     """Everything comes nearer from frame to frame; frames that were only read count too."""
     gui.open(gui.session.source.opened.text)
-    gui.until(lambda: len(gui.session.timeline.runs()) == 1, "all frames")
+    gui.until(lambda: len(gui.session.time.timeline.runs()) == 1, "all frames")
     gui.frame(2)
     places = []
     for number in (FIRST, 1004, LAST, FIRST):
-        gui.session.timeline.go(number)
+        gui.session.time.timeline.go(number)
         seen(gui)
         gui.frame(2)
-        places.append(gui.session.histogram.part_at(2.0))
+        places.append(gui.session.facts.histogram.part_at(2.0))
     assert 0 < places[0] < 1 and places == pytest.approx([places[0]] * len(places))
 
 
@@ -82,7 +82,7 @@ def test_the_focus_bar_and_a_distance_on_it_stay_in_their_place_over_the_frames(
     ],
 )
 def test_keys_step(gui, key, start, end):
-    gui.session.timeline.go(start)
+    gui.session.time.timeline.go(start)
     gui.key(key)
     assert frame(gui) == end and seen(gui) == end
 
@@ -94,14 +94,14 @@ def test_space_plays_by_the_clock_and_stops(gui, clock):
     frames = []
     for _ in range(9):
         clock.now_s += 1 / 25
-        assert gui.session.player.is_due
+        assert gui.session.time.player.is_due
         gui.frame()
         frames.append(seen(gui))
     assert frames == [1002, 1003, 1004, 1005, 1006, 1007, 1008, 1001, 1002]
     gui.key(K.space)
     clock.now_s += 1.0
     gui.frame(3)
-    assert frame(gui) == 1002 and not gui.session.player.is_due
+    assert frame(gui) == 1002 and not gui.session.time.player.is_due
 
 
 def test_shift_and_space_play_backwards_and_scrubbing_stops_it(gui, clock):
@@ -116,13 +116,13 @@ def test_shift_and_space_play_backwards_and_scrubbing_stops_it(gui, clock):
 
 
 def test_in_and_out_are_what_is_played(gui, clock):
-    gui.session.timeline.go(1003)
+    gui.session.time.timeline.go(1003)
     gui.key(K.i)
     gui.rest()
-    gui.session.timeline.go(1005)
+    gui.session.time.timeline.go(1005)
     gui.key(K.o)
     gui.rest()
-    assert gui.session.shot.in_out == FrameRange(1003, 1005)
+    assert gui.session.facts.shot.in_out == FrameRange(1003, 1005)
     gui.key(K.home)
     assert frame(gui) == 1003
     gui.key(K.space)
@@ -133,10 +133,10 @@ def test_in_and_out_are_what_is_played(gui, clock):
         frames.append(frame(gui))
     assert frames == [1004, 1005, 1003, 1004]
     gui.key(K.i, shift=True)
-    assert gui.session.shot.in_out is None
+    assert gui.session.facts.shot.in_out is None
     gui.key(K.z, ctrl=True)
     gui.key(K.z, ctrl=True)
-    assert gui.session.shot.in_out == FrameRange(1003, LAST)
+    assert gui.session.facts.shot.in_out == FrameRange(1003, LAST)
 
 
 def test_a_frame_and_a_rate_can_be_typed(gui):
@@ -145,18 +145,18 @@ def test_a_frame_and_a_rate_can_be_typed(gui):
     typed(gui, "frame", "99999")
     assert frame(gui) == LAST
     typed(gui, "frames per second", "24000/1001")
-    assert gui.session.shot.frames_per_second == 24000 / 1001
+    assert gui.session.facts.shot.frames_per_second == 24000 / 1001
     typed(gui, "frames per second", "fast")
-    assert "is not a frame rate" in gui.session.message
-    assert gui.session.shot.frames_per_second == 24000 / 1001
+    assert "is not a frame rate" in gui.session.messages.text
+    assert gui.session.facts.shot.frames_per_second == 24000 / 1001
 
 
 def test_a_timecode_is_shown_and_one_that_is_typed_counts_from_the_frame(gui):
-    gui.session.timeline.go(1003)
+    gui.session.time.timeline.go(1003)
     gui.frame(2)
     typed(gui, "timecode", "10:00:00:02")
-    assert gui.session.shot.start_timecode == "10:00:00:00"
-    gui.session.timeline.go(LAST)
+    assert gui.session.facts.shot.start_timecode == "10:00:00:00"
+    gui.session.time.timeline.go(LAST)
     gui.frame(2)
     gui.click(gui.middle("timecode"))
     gui.key(K.a, ctrl=True)
@@ -174,7 +174,7 @@ def test_buttons_do_what_keys_do(gui, clock):
     gui.frame()
     assert frame(gui) == FIRST + 2
     gui.click(gui.middle("transport forwards"))
-    assert gui.session.timeline.playback.direction == 0
+    assert gui.session.time.timeline.playback.direction == 0
 
 
 def test_the_wheel_looks_nearer_and_the_middle_button_pulls_along(gui):
@@ -192,7 +192,7 @@ def test_a_still_has_no_timeline(gui, tmp_path):
     assert not gui.ui.is_timeline_shown
     for key in (K.space, K.right_arrow, K.home, K.end, K.up_arrow, K.down_arrow):
         gui.key(key)
-    assert gui.session.timeline.playback.direction == 0
+    assert gui.session.time.timeline.playback.direction == 0
 
 
 # Gaps, damage, and frames that come
@@ -212,7 +212,7 @@ def gappy(gui, tmp_path):
 def states(gui) -> dict[int, str]:
     return {
         number: run.state
-        for run in gui.session.timeline.runs()
+        for run in gui.session.time.timeline.runs()
         for number in range(run.first, run.last + 1)
     }
 
@@ -229,7 +229,9 @@ def test_gaps_hold_and_damage_is_said_and_stops_nothing(gappy, clock):
         clock.now_s += 1 / 24
         gappy.frame()
         seen(gappy)
-        shown.append((frame(gappy), gappy.session.source.plate.path.name, gappy.session.message))
+        shown.append(
+            (frame(gappy), gappy.session.source.plate.path.name, gappy.session.messages.text)
+        )
     names = ["shot.1002.exr", "shot.1002.exr", "shot.1002.exr", "shot.1005.exr", "shot.1001.exr"]
     assert [s[:2] for s in shown] == list(zip([1002, 1003, 1004, 1005, 1001], names, strict=True))
     assert "shot.1004.exr" in shown[2][2] and shown[1][2] == ""
@@ -241,31 +243,31 @@ def test_a_gap_can_be_black(gappy):
     def contrast() -> float:
         return gappy.screenshot()[y0 + 60 : y1 - 4, x0 + 4 : x1 - 4].std()
 
-    gappy.session.timeline.missing = "black"
-    gappy.session.timeline.go(1003)
+    gappy.session.time.timeline.missing = "black"
+    gappy.session.time.timeline.go(1003)
     gappy.frame(2)
     assert contrast() == 0
-    gappy.session.timeline.go(1002)
+    gappy.session.time.timeline.go(1002)
     gappy.frame(2)
     assert contrast() > 0
 
 
 def test_a_gap_can_stop_it_with_a_sentence(gappy, clock):
-    gappy.session.timeline.missing = "stop"
-    gappy.session.timeline.go(1002)
+    gappy.session.time.timeline.missing = "stop"
+    gappy.session.time.timeline.go(1002)
     assert seen(gappy) == 1002
     gappy.key(K.space)
     clock.now_s += 1 / 24
     gappy.frame(2)
-    assert (frame(gappy), gappy.session.timeline.playback.direction) == (1002, 0)
-    assert "shot.1003.exr is missing" in gappy.session.message
+    assert (frame(gappy), gappy.session.time.timeline.playback.direction) == (1002, 0)
+    assert "shot.1003.exr is missing" in gappy.session.messages.text
 
 
 def test_frames_that_come_are_found(gappy, tmp_path):
     frame_file(tmp_path, 1003)
     frame_file(tmp_path, 1006)
-    gappy.session.timeline.cache.refresh()
-    gappy.until(lambda: gappy.session.timeline.frames.last == 1006, "the new frame")
+    gappy.session.time.timeline.cache.refresh()
+    gappy.until(lambda: gappy.session.time.timeline.frames.last == 1006, "the new frame")
     gappy.frame()  # the kept picture of 1002 does not stand for 1003 any more
-    gappy.session.timeline.go(1003)
+    gappy.session.time.timeline.go(1003)
     assert seen(gappy) == 1003

@@ -39,7 +39,7 @@ def gui(ctx, window) -> Gui:
     shot = replace(opened.shot, defocus=QUICK, framing=framing).with_key(6, FOCUS, 3.0)
     session.editing.frame, session.messages.text = opened.frame, ""
     session.editing.begin(shot)
-    session.keys.choose(frozenset())
+    session.time.keys.choose(frozenset())
     window.io.clear_input_keys()
     window.io.add_mouse_pos_event(-1e4, -1e4)
     window.frame(30)
@@ -48,7 +48,7 @@ def gui(ctx, window) -> Gui:
 
 def camera(gui) -> dict[float, float]:
     """Return metres to the right by frame."""
-    return {key.frame: key.pose.position_m[0] for key in gui.session.shot.framing.track.keys}
+    return {key.frame: key.pose.position_m[0] for key in gui.session.facts.shot.framing.track.keys}
 
 
 def steps(gui) -> int:
@@ -72,7 +72,7 @@ def drag_key(gui, frame: int, to: float, through: tuple[float, ...] = ()) -> Non
 
 def test_the_grips_of_the_chosen_keys_lie_below_every_row(gui):
     """Five rows in a timeline as high as it is at first, without scrolling."""
-    gui.session.keys.choose(all_keys(gui.session.shot))
+    gui.session.time.keys.choose(all_keys(gui.session.facts.shot))
     gui.frame(2)
     for grip in (gui.rect("stretch first"), gui.rect("stretch last")):
         assert all(grip[1] >= gui.rect(f"row {row}")[3] for row in ROWS)
@@ -83,18 +83,18 @@ def test_the_grips_of_the_chosen_keys_lie_below_every_row(gui):
 def test_a_key_of_the_camera_is_dragged_to_a_whole_frame_in_one_step(gui):
     drag_key(gui, 6, 9.3)
     assert camera(gui) == {3: 0.0, 9: 0.4, 12: 0.8}
-    assert steps(gui) == 1 and gui.session.keys.chosen == {KeyId(CAMERA, 9)}
+    assert steps(gui) == 1 and gui.session.time.keys.chosen == {KeyId(CAMERA, 9)}
     gui.key(K.z, ctrl=True)
     assert camera(gui) == PLACES
 
 
 def test_a_key_that_is_passed_comes_back_and_one_that_is_landed_on_is_told_of(gui):
     drag_key(gui, 3, 8, through=(6, 7))
-    assert camera(gui) == {6: 0.4, 8: 0.0, 12: 0.8} and gui.session.message == ""
+    assert camera(gui) == {6: 0.4, 8: 0.0, 12: 0.8} and gui.session.messages.text == ""
     gui.frame(30)
     drag_key(gui, 8, 12)
     assert camera(gui) == {6: 0.4, 12: 0.0}
-    assert "One key made room" in gui.session.message
+    assert "One key made room" in gui.session.messages.text
     gui.key(K.z, ctrl=True)
     assert camera(gui) == {6: 0.4, 8: 0.0, 12: 0.8}
 
@@ -103,24 +103,24 @@ def test_of_two_keys_one_can_land_on_the_other_and_undo_parts_them(gui):
     gui.click(place(gui, 12))
     gui.key(K.delete)
     gui.frame(30)
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     gui.click(place(gui, 3))
     for _ in range(3):
         gui.key(K.right_arrow, ctrl=True, shift=True)
-    assert camera(gui) == {6: 0.0} and "One key made room" in gui.session.message
-    assert gui.session.shot.camera_key_frames == ()  # it stands still
+    assert camera(gui) == {6: 0.0} and "One key made room" in gui.session.messages.text
+    assert gui.session.facts.shot.camera_key_frames == ()  # it stands still
     gui.key(K.z, ctrl=True)
-    assert camera(gui) == {5: 0.0, 6: 0.4} and gui.session.shot != shot
+    assert camera(gui) == {5: 0.0, 6: 0.4} and gui.session.facts.shot != shot
 
 
 def test_keys_of_lens_and_camera_are_gathered_and_go_together(gui):
     (x, y), (_, lens_y) = place(gui, 6), place(gui, 6, FOCUS)
     gui.drag((x - 9, lens_y - 7), (x + 9, y + 7))
-    assert gui.session.keys.chosen == {KeyId(CAMERA, 6), KeyId(FOCUS, 6)}
+    assert gui.session.time.keys.chosen == {KeyId(CAMERA, 6), KeyId(FOCUS, 6)}
     gui.frame(30)
     drag_key(gui, 6, 8)
     assert camera(gui) == {3: 0.0, 8: 0.4, 12: 0.8}
-    assert gui.session.shot.key_frames == (8,) and steps(gui) == 1
+    assert gui.session.facts.shot.key_frames == (8,) and steps(gui) == 1
 
 
 def test_control_pushes_all_that_comes_later_along(gui):
@@ -128,71 +128,71 @@ def test_control_pushes_all_that_comes_later_along(gui):
     drag_key(gui, 3, 5)
     gui.hold(K.mod_ctrl, False)
     assert camera(gui) == {5: 0.0, 8: 0.4, 14: 0.8}
-    assert gui.session.shot.key_frames == (8,) and steps(gui) == 1
+    assert gui.session.facts.shot.key_frames == (8,) and steps(gui) == 1
 
 
 def test_delete_takes_the_chosen_and_the_last_leave_the_camera_where_it_stands(gui):
     gui.click(place(gui, 6))
     gui.key(K.delete)
-    assert camera(gui) == {3: 0.0, 12: 0.8} and gui.session.shot.key_frames == (6,)
-    gui.session.timeline.go(12)
+    assert camera(gui) == {3: 0.0, 12: 0.8} and gui.session.facts.shot.key_frames == (6,)
+    gui.session.time.timeline.go(12)
     gui.frame(2)
     gui.key(K.a, ctrl=True, shift=True)
     gui.key(K.delete)
-    assert all_keys(gui.session.shot) == frozenset()
+    assert all_keys(gui.session.facts.shot) == frozenset()
     assert gui.session.scenes.pose.position_m == (0.8, 0.5, 3.0)
     assert steps(gui) == 2
 
 
 def test_k_keys_the_camera_while_its_row_is_the_chosen_one(gui):
-    gui.session.timeline.go(9)
+    gui.session.time.timeline.go(9)
     gui.frame(2)
     stood = gui.session.scenes.pose
     gui.click(gui.middle("row camera"))
     gui.key(K.k)
-    assert set(camera(gui)) == {3, 6, 9, 12} and gui.session.shot.key_frames == (6,)
+    assert set(camera(gui)) == {3, 6, 9, 12} and gui.session.facts.shot.key_frames == (6,)
     assert gui.session.scenes.pose.position_m == pytest.approx(stood.position_m)
     assert steps(gui) == 1
     gui.click(gui.middle(f"row {FOCUS}"))
     gui.key(K.k)
-    assert gui.session.shot.key_frames == (6, 9) and steps(gui) == 2
+    assert gui.session.facts.shot.key_frames == (6, 9) and steps(gui) == 2
 
 
 def test_a_click_on_a_key_chooses_its_row(gui):
     for row in (CAMERA, FOCUS):
         gui.click(place(gui, 6, row))
-        assert gui.session.keys.rows.chosen is row
+        assert gui.session.time.keys.rows.chosen is row
         gui.later()
 
 
 def test_keys_of_the_camera_are_copied_to_the_playhead(gui):
     gui.click(place(gui, 3))
     gui.key(K.c, ctrl=True, shift=True)
-    gui.session.timeline.go(15)
+    gui.session.time.timeline.go(15)
     gui.frame(2)
     gui.key(K.v, ctrl=True, shift=True)
     assert camera(gui) == PLACES | {15: 0.0}
-    assert gui.session.keys.chosen == {KeyId(CAMERA, 15)} and steps(gui) == 1
+    assert gui.session.time.keys.chosen == {KeyId(CAMERA, 15)} and steps(gui) == 1
 
 
 def test_what_follows_a_key_is_no_choice_of_the_camera(gui):
     gui.click(place(gui, 6))
-    before = gui.session.shot
+    before = gui.session.facts.shot
     gui.do("Interpolate hold after key")
     gui.click(gui.middle("interpolation"))
-    assert gui.session.shot == before
+    assert gui.session.facts.shot == before
     gui.key(K.escape)
 
 
 def test_a_plate_takes_no_keys_of_a_camera_and_says_so(gui):
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     keys = copied(shot, frozenset({KeyId(CAMERA, 3.0)}))
     with pytest.raises(InputError, match="open a scene"):
         pasted(replace(shot, framing=None), keys, 5.0)
 
 
 def test_a_camera_of_the_scene_becomes_the_shots_own_where_keys_are_pasted(gui):
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     keys = copied(shot, frozenset({KeyId(CAMERA, 3.0), KeyId(CAMERA, 6.0)}))
     looking = replace(shot, framing=replace(shot.framing, track=None))
     after, chosen = pasted(looking, keys, 20.0)

@@ -32,7 +32,7 @@ def gui(ctx, film) -> Gui:
 @pytest.fixture
 def keyed(gui) -> Gui:
     """Set three keys of the focus and one of the f-stop."""
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     for number, distance_m in KEYED.items():
         shot = shot.with_key(number, FOCUS, distance_m)
     gui.session.editing.begin(shot.with_key(1004, F_STOP, 2.0))
@@ -41,11 +41,11 @@ def keyed(gui) -> Gui:
 
 
 def focus_keys(gui) -> dict[float, float]:
-    return {key.frame: key.value for key in gui.session.shot.curves.focus_distance_m.keys}
+    return {key.frame: key.value for key in gui.session.facts.shot.curves.focus_distance_m.keys}
 
 
 def f_stop_frames(gui) -> list[float]:
-    return [key.frame for key in gui.session.shot.curves.f_stop.keys]
+    return [key.frame for key in gui.session.facts.shot.curves.f_stop.keys]
 
 
 def steps(gui) -> int:
@@ -68,16 +68,16 @@ def drag_key(gui, number: int, to: int, parameter=FOCUS, through: tuple[int, ...
 
 
 def test_k_keys_the_focus_so_that_nothing_jumps(gui):
-    before = gui.session.lens
+    before = gui.session.facts.lens
     gui.key(K.k)
     assert focus_keys(gui) == {FIRST: before.focus_distance_m}
-    assert gui.session.lens == before and steps(gui) == 1
+    assert gui.session.facts.lens == before and steps(gui) == 1
     assert f_stop_frames(gui) == []
 
 
 def test_k_keys_whatever_has_keys(keyed):
-    keyed.session.timeline.go(1006)
-    value = keyed.session.lens.focus_distance_m
+    keyed.session.time.timeline.go(1006)
+    value = keyed.session.facts.lens.focus_distance_m
     keyed.key(K.k)
     assert focus_keys(keyed) == KEYED | {1006: value}
     assert f_stop_frames(keyed) == [1004, 1006] and steps(keyed) == 1
@@ -85,7 +85,7 @@ def test_k_keys_whatever_has_keys(keyed):
 
 def test_two_commands_at_once_are_two_steps(gui):
     gui.key(K.k)
-    gui.session.timeline.go(1004)
+    gui.session.time.timeline.go(1004)
     gui.key(K.k)
     assert steps(gui) == 2
     gui.key(K.z, ctrl=True)
@@ -93,23 +93,23 @@ def test_two_commands_at_once_are_two_steps(gui):
 
 
 def test_a_click_in_the_picture_makes_a_key_where_there_are_keys(keyed):
-    keyed.session.timeline.go(1005)
+    keyed.session.time.timeline.go(1005)
     keyed.frame(2)
     keyed.click(keyed.at_picture(60.5, 32.5))
     assert list(focus_keys(keyed)) == [1002, 1004, 1005, 1007]
     keyed.key(K.a)
-    keyed.session.timeline.go(1006)
+    keyed.session.time.timeline.go(1006)
     keyed.frame(2)
-    before = keyed.session.shot
+    before = keyed.session.facts.shot
     keyed.click(keyed.at_picture(22.5, 50.5))
-    assert keyed.session.shot == before and "auto key" in keyed.session.message
+    assert keyed.session.facts.shot == before and "auto key" in keyed.session.messages.text
 
 
 def test_a_dragged_key_is_one_step_and_gives_back_what_it_passed(keyed):
     drag_key(keyed, 1002, 1005, through=(1003, 1004))
     assert focus_keys(keyed) == {1004: 3.0, 1005: 1.5, 1007: 2.0}
     assert steps(keyed) == 1
-    assert keyed.session.keys.chosen == {KeyId(FOCUS, 1005)}
+    assert keyed.session.time.keys.chosen == {KeyId(FOCUS, 1005)}
     keyed.key(K.z, ctrl=True)
     assert focus_keys(keyed) == KEYED
 
@@ -137,12 +137,12 @@ def test_a_box_gathers_what_is_in_it_and_a_click_beside_lets_go(keyed):
     x1 = at_frame(keyed, 1008)[0]
     y = place(keyed, 1004)[1]
     keyed.drag((x0, y - 8), (x1, y + 8))
-    assert keyed.session.keys.chosen == {KeyId(FOCUS, 1004), KeyId(FOCUS, 1007)}
+    assert keyed.session.time.keys.chosen == {KeyId(FOCUS, 1004), KeyId(FOCUS, 1007)}
     keyed.frame(30)
     keyed.key(K.delete)
     assert focus_keys(keyed) == {1002: 1.5} and steps(keyed) == 1
     keyed.click((x1, y))
-    assert not keyed.session.keys.chosen
+    assert not keyed.session.time.keys.chosen
 
 
 def test_ctrl_pushes_all_later_keys_along(keyed):
@@ -161,18 +161,18 @@ def test_pushing_earlier_stops_at_the_key_before(keyed):
 
 
 def test_delete_means_the_keys_at_the_playhead_where_none_are_chosen(keyed):
-    keyed.session.timeline.go(1004)
+    keyed.session.time.timeline.go(1004)
     keyed.key(K.delete)
     assert list(focus_keys(keyed)) == [1002, 1007] and f_stop_frames(keyed) == []
-    assert keyed.session.lens.f_stop == 2.0
+    assert keyed.session.facts.lens.f_stop == 2.0
 
 
 def test_the_last_keys_leave_their_value_behind(keyed):
-    keyed.session.timeline.go(1007)
+    keyed.session.time.timeline.go(1007)
     keyed.do("Select all keys")
     keyed.key(K.delete)
-    assert all_keys(keyed.session.shot) == frozenset()
-    assert keyed.session.shot.lens.focus_distance_m == 2.0
+    assert all_keys(keyed.session.facts.shot) == frozenset()
+    assert keyed.session.facts.shot.lens.focus_distance_m == 2.0
 
 
 def test_keys_are_copied_to_where_the_playhead_is(keyed):
@@ -181,10 +181,10 @@ def test_keys_are_copied_to_where_the_playhead_is(keyed):
     keyed.click(place(keyed, 1004))
     keyed.hold(K.mod_shift, False)
     keyed.key(K.c, ctrl=True, shift=True)
-    keyed.session.timeline.go(1006)
+    keyed.session.time.timeline.go(1006)
     keyed.key(K.v, ctrl=True, shift=True)
     assert focus_keys(keyed) == KEYED | {1006: 1.5, LAST: 3.0}
-    assert keyed.session.keys.chosen == {KeyId(FOCUS, 1006), KeyId(FOCUS, 1008)}
+    assert keyed.session.time.keys.chosen == {KeyId(FOCUS, 1006), KeyId(FOCUS, 1008)}
     assert steps(keyed) == 1
 
 
@@ -202,7 +202,7 @@ def test_what_follows_a_key_is_chosen_from_a_list(keyed, interpolation):
     keyed.frame(30)
     keyed.click(keyed.middle("interpolation"))
     keyed.click(keyed.middle(f"interpolation: {interpolation}"))
-    found = keyed.session.shot.curves.focus_distance_m.keys
+    found = keyed.session.facts.shot.curves.focus_distance_m.keys
     assert [key.interpolation for key in found] == [interpolation, "smooth", "smooth"]
 
 
@@ -211,17 +211,17 @@ def test_an_ease_is_dragged_as_one_step_and_makes_a_bezier(keyed):
     keyed.frame(30)
     at = keyed.middle("ease out")
     keyed.drag(at, (at[0] + 30, at[1]))
-    first = keyed.session.shot.curves.focus_distance_m.keys[0]
+    first = keyed.session.facts.shot.curves.focus_distance_m.keys[0]
     assert first.interpolation is Interpolation.BEZIER
     assert first.ease_out.influence_percent > 100 / 3 and steps(keyed) == 1
 
 
 def test_a_bezier_begins_along_the_path_there_was(keyed):
     times = [1002 + i / 8 for i in range(41)]
-    before = [keyed.session.shot.lens_at(t).focus_distance_m for t in times]
+    before = [keyed.session.facts.shot.lens_at(t).focus_distance_m for t in times]
     keyed.do("Select all keys")
     keyed.do("Interpolate bezier after key")
-    after = [keyed.session.shot.lens_at(t).focus_distance_m for t in times]
+    after = [keyed.session.facts.shot.lens_at(t).focus_distance_m for t in times]
     assert after == pytest.approx(before, rel=1e-9)
 
 
@@ -248,20 +248,22 @@ def test_the_dot_before_a_control_of_the_lens_does_the_same(gui):
 
 
 def test_keys_that_no_lens_can_follow_stay_where_they_are(gui):
-    shot = replace(gui.session.shot, lens=replace(gui.session.lens, focal_length_mm=100.0))
+    shot = replace(
+        gui.session.facts.shot, lens=replace(gui.session.facts.lens, focal_length_mm=100.0)
+    )
     for number, distance_m, focal_mm in ((1002, 0.5, 100.0), (1005, 5.0, 800.0)):
         shot = shot.with_key(number, FOCUS, distance_m)
         shot = shot.with_key(number, LensParameter.FOCAL_LENGTH, focal_mm)
     gui.session.editing.begin(shot)
     gui.frame(2)
     drag_key(gui, 1005, 1002, LensParameter.FOCAL_LENGTH)
-    assert gui.session.shot.lens_at(1002).focal_length_mm < 500
-    assert "Frame 1002" in gui.session.message
+    assert gui.session.facts.shot.lens_at(1002).focal_length_mm < 500
+    assert "Frame 1002" in gui.session.messages.text
 
 
 def test_a_frame_at_which_no_lens_can_be_is_said_and_the_picture_stays(gui):
     """Both keys have a lens: focus is held near while the focal length grows beyond it."""
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     for number, distance_m, focal_mm in ((1002, 0.3, 100.0), (1007, 5.0, 800.0)):
         shot = shot.with_key(number, FOCUS, distance_m)
         shot = shot.with_key(number, LensParameter.FOCAL_LENGTH, focal_mm)
@@ -272,18 +274,18 @@ def test_a_frame_at_which_no_lens_can_be_is_said_and_the_picture_stays(gui):
         gui.do(action)
         for number in (1003, 1006, 1007):
             gui.session.messages.clear()
-            gui.session.timeline.go(number)
+            gui.session.time.timeline.go(number)
             gui.frame(3)
-            assert ("Frame 1006" in gui.session.message) is (number == 1006)
+            assert ("Frame 1006" in gui.session.messages.text) is (number == 1006)
     gui.do("Show curve")
 
 
 def test_keys_at_the_end_of_time_are_shown_as_far_as_a_shot_goes(gui):
-    shot = gui.session.shot.with_key(1003, FOCUS, 2.0).with_key(999_999_999, FOCUS, 3.0)
+    shot = gui.session.facts.shot.with_key(1003, FOCUS, 2.0).with_key(999_999_999, FOCUS, 3.0)
     gui.session.editing.begin(shot)
     gui.frame(3)
     gui.do("Show curve")
     gui.do("Next key")
     gui.do("Next key")
     gui.do("Show curve")
-    assert gui.session.timeline.reach.count == 1_000_000
+    assert gui.session.time.timeline.reach.count == 1_000_000

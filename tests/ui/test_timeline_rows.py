@@ -37,7 +37,7 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
 @pytest.fixture
 def gui(ctx, film) -> Gui:
     gui = fresh(film)
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     for parameter, keys in KEYED.items():
         for number, value in keys.items():
             shot = shot.with_key(number, parameter, value)
@@ -59,7 +59,7 @@ def place(gui: Gui, number: int, parameter: LensParameter) -> tuple[float, float
 
 
 def values(gui: Gui, parameter: LensParameter) -> dict[float, float]:
-    return {key.frame: key.value for key in gui.session.shot.curves.of(parameter).keys}
+    return {key.frame: key.value for key in gui.session.facts.shot.curves.of(parameter).keys}
 
 
 def steps(gui: Gui) -> int:
@@ -137,18 +137,21 @@ def test_a_handle_bends_the_curve_of_the_f_stop(gui):
     gui.click(place(gui, 1004, F_STOP))
     gui.do("Interpolate bezier after key")
     gui.frame(30)
-    before, focus = gui.session.shot.lens_at(1005).f_stop, gui.session.shot.curves.focus_distance_m
+    before, focus = (
+        gui.session.facts.shot.lens_at(1005).f_stop,
+        gui.session.facts.shot.curves.focus_distance_m,
+    )
     x, y = gui.middle("handle out 1004")
     gui.drag((x, y), (x, y - 15.0))
-    assert gui.session.shot.lens_at(1005).f_stop > before * 1.01
-    assert gui.session.shot.curves.focus_distance_m == focus
+    assert gui.session.facts.shot.lens_at(1005).f_stop > before * 1.01
+    assert gui.session.facts.shot.curves.focus_distance_m == focus
     assert steps(gui) == 2
 
 
 def test_what_no_lens_can_be_is_refused_aloud(gui):
     choose(gui, SQUEEZE)
     gui.drag(place(gui, 1004, SQUEEZE), (place(gui, 1004, SQUEEZE)[0], 0.0))
-    assert values(gui, SQUEEZE)[1004] <= 2.0 and "squeeze" in gui.session.message
+    assert values(gui, SQUEEZE)[1004] <= 2.0 and "squeeze" in gui.session.messages.text
 
 
 def test_the_list_beside_the_curve_chooses_another(gui):
@@ -157,18 +160,18 @@ def test_the_list_beside_the_curve_chooses_another(gui):
     gui.click(gui.middle("curve of"))
     gui.click(gui.middle("curve of: focal length"))
     gui.frame(3)
-    assert gui.session.keys.rows.curve_of is FOCAL
+    assert gui.session.time.keys.rows.curve_of is FOCAL
     low, high = (place(gui, number, FOCAL)[1] for number in (1002, 1004))
     assert low - high > 20
 
 
 def test_the_key_that_was_clicked_last_is_of_the_chosen_row(gui):
     gui.click(place(gui, 1004, FOCAL))
-    assert gui.session.keys.rows.curve_of is FOCAL
+    assert gui.session.time.keys.rows.curve_of is FOCAL
 
 
 def test_a_parameter_without_keys_is_a_level_line(gui):
-    still = gui.session.shot.without_keys(1002, F_STOP)
+    still = gui.session.facts.shot.without_keys(1002, F_STOP)
     gui.session.editing.begin(still)
     choose(gui, F_STOP)
     line, axis = CurveLine(), AXES[F_STOP]

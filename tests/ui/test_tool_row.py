@@ -90,7 +90,7 @@ def test_what_has_no_room_is_behind_a_button(gui: Gui) -> None:
     assert not {"frames per second", "interpolation", "ease in"} & gui.drawn.keys()
     gui.click(gui.middle("more transport"))
     typed(gui, "frames per second", "25")
-    assert gui.session.shot.frames_per_second == 25.0
+    assert gui.session.facts.shot.frames_per_second == 25.0
     gui.key(imgui.Key.escape)
     gui.frame(2)
     gui.click(gui.middle("more keys"))

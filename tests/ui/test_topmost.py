@@ -22,14 +22,14 @@ def test_question_mark_and_escape_close_the_keys(gui):
 def test_keys_behind_the_keys_window_do_nothing(gui):
     gui.key(K.slash, shift=True)
     gui.frame(3)
-    shot, view = gui.session.shot, gui.session.view
+    shot, view = gui.session.facts.shot, gui.session.facts.view
     for key in (K.w, K.p, K.e, K.o, K.q, K.right_bracket, K.space):
         gui.key(key)
-    assert (gui.session.shot, gui.session.view) == (shot, view)
+    assert (gui.session.facts.shot, gui.session.facts.view) == (shot, view)
     gui.key(K.escape)
     gui.frame(2)
     gui.key(K.p)
-    assert gui.session.view != view
+    assert gui.session.facts.view != view
 
 
 def test_escape_closes_a_menu_then_the_next_click_opens_another(gui):
@@ -45,19 +45,19 @@ def test_escape_closes_a_menu_then_the_next_click_opens_another(gui):
 
 
 def test_the_menus_can_be_gone_through_by_keyboard(gui):
-    frame, before = gui.session.frame, gui.session.shot
-    gui.session.lens_commands.step_f_stop(3)
+    frame, before = gui.session.facts.frame, gui.session.facts.shot
+    gui.session.lens.commands.step_f_stop(3)
     gui.rest()
-    assert gui.session.shot != before
+    assert gui.session.facts.shot != before
     for key in (K.f10, K.right_arrow, K.down_arrow, K.up_arrow, K.enter):  # Edit, Undo
         gui.key(key)
         gui.frame(3)
-    assert not is_open() and gui.session.frame == frame
-    assert gui.session.shot == before
+    assert not is_open() and gui.session.facts.frame == frame
+    assert gui.session.facts.shot == before
 
 
 def test_a_list_in_a_dialog_closes_before_the_dialog(gui):
-    gui.session.marks.set_here()
+    gui.session.time.marks.set_here()
     gui.ui.open_pull()
     gui.frame(3)
     gui.click(gui.middle("from"))
@@ -72,10 +72,10 @@ def test_a_list_in_a_dialog_closes_before_the_dialog(gui):
 
 
 def test_a_pull_can_be_cancelled(gui):
-    gui.session.marks.set_here()
-    before = gui.session.shot
+    gui.session.time.marks.set_here()
+    before = gui.session.facts.shot
     gui.ui.open_pull()
     gui.frame(3)
     gui.click(gui.middle("cancel pull"))
     gui.frame(2)
-    assert not is_open() and gui.session.shot == before
+    assert not is_open() and gui.session.facts.shot == before

@@ -52,8 +52,8 @@ def test_a_scale_that_was_reached_in_steps_is_the_same_as_at_once(gui):
 @pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
 def test_no_words_are_cut_or_overlap_in_large_letters(gui, scale, monkeypatch):
     monkeypatch.setattr(StatusBar, "words", lambda *_: "a hint that is as long as any " * 6)
-    gui.session.looks.keep()
-    gui.session.marks.set_point((50, 32))
+    gui.session.pictures.looks.keep()
+    gui.session.time.marks.set_point((50, 32))
     gui.session.messages.clear()
     gui.session.preferences.change(ui_scales={"": scale})
     gui.frame(4)

@@ -52,14 +52,14 @@ def state(gui) -> tuple:
     session = gui.session
     ui = gui.ui
     others = (ui.shows_keys, ui.is_over, ui.dialogs.browser.is_open, session.source.picture.version)
-    return session.shot, session.view, dict(ui.panels), *others
+    return session.facts.shot, session.facts.view, dict(ui.panels), *others
 
 
 @pytest.mark.parametrize("by", [chosen, keyed], ids=["menu", "key"])
 def test_every_action_can_be_done_twice(gui, small_demo, by):
     """Nothing is raised, OpenGL has no error (each frame asks), and the picture comes back."""
-    gui.session.references.open(gui.session.source.plate.path)
-    gui.until(lambda: gui.session.reference is not None, "the reference")
+    gui.session.pictures.references.open(gui.session.source.plate.path)
+    gui.until(lambda: gui.session.facts.reference is not None, "the reference")
     for action in ALL if by is chosen else KEYED:
         if action.name in ("Picture alone", "Full screen", "Grid of looks", "Ruler"):
             continue  # Escape leaves them: test_picture_alone, test_look_grid, test_ruler
@@ -71,7 +71,7 @@ def test_every_action_can_be_done_twice(gui, small_demo, by):
             closed(gui)
             assert is_on is None or is_on() is not was_on, action.name
     gui.settled()
-    assert gui.session.live.shown.shot == gui.session.shot
+    assert gui.session.pictures.live.shown.shot == gui.session.facts.shot
 
 
 def test_no_two_actions_share_a_name_or_a_key():
@@ -93,8 +93,8 @@ def test_shortcuts_are_written_as_people_read_them(name, shortcut):
 
 @pytest.mark.parametrize("action", [a for a in KEYED if a.is_on is not None], ids=ids)
 def test_a_switch_switches_and_its_key_switches_back(gui, action):
-    gui.session.references.open(gui.session.source.plate.path)
-    gui.until(lambda: gui.session.reference is not None, "the reference")
+    gui.session.pictures.references.open(gui.session.source.plate.path)
+    gui.until(lambda: gui.session.facts.reference is not None, "the reference")
     is_on = of(gui, action).is_on
     was = is_on()
     keyed(gui, action)
@@ -104,10 +104,10 @@ def test_a_switch_switches_and_its_key_switches_back(gui, action):
 
 
 def test_a_plus_needs_shift_on_many_keyboards(gui):
-    zoom = gui.session.picture_view.zoom
+    zoom = gui.session.pictures.view.zoom
     gui.key(K.equal, shift=True)
     gui.frame()
-    assert gui.session.picture_view.zoom == pytest.approx(2 * zoom)
+    assert gui.session.pictures.view.zoom == pytest.approx(2 * zoom)
 
 
 def test_a_key_with_other_modifiers_is_another_key(gui):
@@ -124,18 +124,18 @@ def test_quit_ends_the_program(gui):
 
 
 def test_a_held_key_goes_on_where_that_is_wanted(gui):
-    before = 1 / gui.session.lens.focus_distance_m
+    before = 1 / gui.session.facts.lens.focus_distance_m
     gui.hold(K.left_bracket)
     gui.frame(60)
     gui.hold(K.left_bracket, False)
     assert (
-        1 / gui.session.lens.focus_distance_m
-        > before + 5 * gui.session.histogram.most_dioptres / 250
+        1 / gui.session.facts.lens.focus_distance_m
+        > before + 5 * gui.session.facts.histogram.most_dioptres / 250
     )
     gui.hold(K.d)
     gui.frame(60)
     gui.hold(K.d, False)
-    assert not gui.session.view.depth_of_field  # once
+    assert not gui.session.facts.view.depth_of_field  # once
 
 
 # Palette and keys
@@ -151,7 +151,7 @@ def test_the_palette_does_what_was_typed(gui):
     gui.type("near")
     gui.key(K.enter)
     gui.frame(3)
-    assert gui.session.view.overlay is Overlay.ZONES
+    assert gui.session.facts.view.overlay is Overlay.ZONES
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
 
@@ -185,7 +185,7 @@ def test_arrows_choose_in_the_palette_and_escape_does_nothing(gui):
         gui.key(K.down_arrow)
     gui.key(K.enter)
     gui.frame(2)
-    assert gui.session.lens.focus_distance_m == float("inf")
+    assert gui.session.facts.lens.focus_distance_m == float("inf")
 
 
 def test_a_click_in_the_palette_does_it(gui):
@@ -193,9 +193,9 @@ def test_a_click_in_the_palette_does_it(gui):
     gui.frame(3)
     gui.type("feet")
     gui.click(gui.middle("palette Metres or feet"))
-    assert gui.session.view.unit == "ft"
+    assert gui.session.facts.view.unit == "ft"
     gui.key(K.d)  # closed: keys are keys again
-    assert not gui.session.view.depth_of_field
+    assert not gui.session.facts.view.depth_of_field
 
 
 def test_letters_in_the_palette_are_no_shortcuts(gui):
@@ -222,7 +222,7 @@ def test_a_question_mark_shows_the_keys_and_hides_them(gui):
 
 
 def picture(gui) -> np.ndarray:
-    return download(gui.session.live.shown.texture)
+    return download(gui.session.pictures.live.shown.texture)
 
 
 def test_another_plate_begins_another_shot(gui, tmp_path):
@@ -231,12 +231,12 @@ def test_another_plate_begins_another_shot(gui, tmp_path):
     gui.do("1:1")
     other = room_file(tmp_path / "other.exr", 80, 50)
     gui.open(other)
-    assert gui.session.shot.source == str(other)
+    assert gui.session.facts.shot.source == str(other)
     assert gui.session.editing.history.past == ()
-    assert gui.session.view.zoom is None
+    assert gui.session.facts.view.zoom is None
     assert picture(gui).shape[1::-1] == (80, 50)
     gui.key(K.z, ctrl=True)
-    assert gui.session.shot.source == str(other)
+    assert gui.session.facts.shot.source == str(other)
 
 
 def test_reloading_keeps_the_shot_and_takes_the_new_picture(gui, tmp_path):
@@ -245,13 +245,13 @@ def test_reloading_keeps_the_shot_and_takes_the_new_picture(gui, tmp_path):
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.rest()
     gui.settled()
-    shot, before = gui.session.shot, picture(gui)
+    shot, before = gui.session.facts.shot, picture(gui)
     room_file(path, 64, 96)
     version = gui.session.source.picture.version
     gui.key(K.r, ctrl=True)
     gui.until(lambda: gui.session.source.picture.version > version, "the plate")
     gui.settled()
-    assert gui.session.shot == shot
+    assert gui.session.facts.shot == shot
     assert picture(gui).shape == (96, 64, 4) != before.shape
 
 
@@ -274,40 +274,40 @@ def test_what_cannot_be_read_is_said_and_the_last_picture_stays(gui, tmp_path, m
     gui.settled()
     path = tmp_path / "damaged.exr"
     make(path)
-    shot, before = gui.session.shot, picture(gui)
-    gui.session.files.open(str(path))
-    gui.until(lambda: gui.session.message, "a sentence")
+    shot, before = gui.session.facts.shot, picture(gui)
+    gui.session.files.commands.open(str(path))
+    gui.until(lambda: gui.session.messages.text, "a sentence")
     gui.settled()
-    assert path.name in gui.session.message and gui.session.message.endswith(".")
-    assert "Traceback" not in gui.session.message
-    assert gui.session.shot == shot
+    assert path.name in gui.session.messages.text and gui.session.messages.text.endswith(".")
+    assert "Traceback" not in gui.session.messages.text
+    assert gui.session.facts.shot == shot
     np.testing.assert_array_equal(picture(gui), before)
     gui.click(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))  # and goes on to be worked with
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    assert gui.session.lens != shot.lens
+    assert gui.session.facts.lens != shot.lens
 
 
 def test_a_reference_that_cannot_be_read_is_said_and_the_one_before_stays(gui, tmp_path):
-    gui.session.references.open(gui.session.source.plate.path)
-    gui.until(lambda: gui.session.reference is not None, "the reference")
-    before = gui.session.reference
+    gui.session.pictures.references.open(gui.session.source.plate.path)
+    gui.until(lambda: gui.session.facts.reference is not None, "the reference")
+    before = gui.session.facts.reference
     gui.session.messages.clear()
-    gui.session.references.open(tmp_path / "nothing.exr")
-    gui.until(lambda: gui.session.message, "a sentence")
-    assert "nothing.exr" in gui.session.message
-    assert gui.session.reference is before
+    gui.session.pictures.references.open(tmp_path / "nothing.exr")
+    gui.until(lambda: gui.session.messages.text, "a sentence")
+    assert "nothing.exr" in gui.session.messages.text
+    assert gui.session.facts.reference is before
 
 
 def test_the_palette_finds_settings_too(gui):
-    before = gui.session.shot
+    before = gui.session.facts.shot
     gui.key(K.p, ctrl=True, shift=True)
     gui.frame(3)
     gui.type("set film quality")
     gui.key(K.enter)
     gui.frame(3)
-    assert str(gui.session.shot.defocus.quality) == "film"
+    assert str(gui.session.facts.shot.defocus.quality) == "film"
     gui.key(K.z, ctrl=True)
-    assert gui.session.shot == before
+    assert gui.session.facts.shot == before
 
 
 def test_groups_of_the_menus_begin_with_an_action_inside_one(gui):

@@ -14,23 +14,23 @@ OF_SCENES = ("Set camera key", "Frame selected", "Compare with raytraced")
 
 @pytest.mark.parametrize("name", OF_SCENES)
 def test_of_a_plate_the_palette_says_why_not(gui, name):
-    shot, view = gui.session.shot, gui.session.view
+    shot, view = gui.session.facts.shot, gui.session.facts.view
     gui.key(K.p, ctrl=True, shift=True)
     gui.type(name.lower())
     gui.key(K.enter)
     gui.frame(2)
-    assert "scene" in gui.session.message
-    assert (gui.session.shot, gui.session.view) == (shot, view)
+    assert "scene" in gui.session.messages.text
+    assert (gui.session.facts.shot, gui.session.facts.view) == (shot, view)
 
 
 @pytest.mark.parametrize("name", OF_SCENES)
 def test_of_a_plate_its_item_in_the_menu_is_dead(gui, name):
     action = next(action for action in gui.screen.actions if action.name == name)
     assert "scene" in action.why_not()
-    view = gui.session.view
+    view = gui.session.facts.view
     gui.click(gui.middle(f"menu {action.menu}"))
     gui.click(gui.middle(f"item {name}"))
-    assert gui.session.view == view and gui.session.message == ""
+    assert gui.session.facts.view == view and gui.session.messages.text == ""
 
 
 def items(gui, monkeypatch, menu: str) -> dict[str, bool]:
@@ -52,7 +52,7 @@ def items(gui, monkeypatch, menu: str) -> dict[str, bool]:
 
 def test_undo_says_what_it_takes_back_and_is_grey_where_there_is_nothing(gui, monkeypatch):
     assert items(gui, monkeypatch, "Edit") == {"Undo": False, "Redo": False}
-    gui.session.editing.edit_lens(replace(gui.session.lens, focus_distance_m=7.0))
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=7.0))
     gui.rest()
     assert items(gui, monkeypatch, "Edit") == {"Undo focus": True, "Redo": False}
     gui.key(K.z, ctrl=True)

@@ -64,7 +64,7 @@ def test_alt_does_nothing_with_another_key_or_beside_the_picture(gui):
             gui.hold(other, False)
         gui.later()
         gui.later()
-        assert not gui.session.picture_view.is_lens_held_off
+        assert not gui.session.pictures.view.is_lens_held_off
         gui.io.add_key_event(K.mod_alt, False)
         gui.hold(K.left_alt, False)
 
@@ -83,12 +83,14 @@ def test_flip_shows_b_alone(gui):
 
 def beside_the_handle(gui) -> np.ndarray:
     """Return (H, W), True outside the line, grip and labels of the wipe."""
-    em, x0 = imgui.get_font_size(), gui.session.picture_view.geometry.origin[0]
-    line = round(gui.session.view.wipe * WIDTH)
+    em, x0 = imgui.get_font_size(), gui.session.pictures.view.geometry.origin[0]
+    line = round(gui.session.facts.view.wipe * WIDTH)
     x = np.arange(WIDTH)
     y = np.arange(HEIGHT)[:, None]
-    top = gui.session.picture_view.geometry.origin[1] - gui.session.picture_view.viewport.corner[1]
-    at_middle = abs(y + top - gui.session.picture_view.viewport.size[1] / 2) <= 0.7 * em
+    top = (
+        gui.session.pictures.view.geometry.origin[1] - gui.session.pictures.view.viewport.corner[1]
+    )
+    at_middle = abs(y + top - gui.session.pictures.view.viewport.size[1] / 2) <= 0.7 * em
     at_letters = y + top < 2 * em
     near = abs(x - line) <= HANDLE_EM * em
     assert x0 == int(x0)
@@ -102,7 +104,7 @@ def test_the_wipe_is_exactly_a_left_and_b_right(gui, part):
     gui.frame()
     b = region(gui)
     gui.key(K.w)
-    gui.session.view = replace(gui.session.view, wipe=part)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, wipe=part)
     gui.frame(2)
     line = round(part * WIDTH)
     expected = np.where((np.arange(WIDTH) < line)[:, None], a, b)
@@ -113,29 +115,29 @@ def test_the_wipe_is_exactly_a_left_and_b_right(gui, part):
 
 def test_the_handle_of_the_wipe_is_dragged_and_focuses_nothing(gui):
     gui.key(K.w)
-    before = gui.session.shot
+    before = gui.session.facts.shot
     at = gui.at_picture(0.5 * WIDTH, 40)
     gui.drag(at, (at[0] + 24, at[1] - 10))
-    assert gui.session.view.wipe == pytest.approx(0.75, abs=0.5 / WIDTH)
+    assert gui.session.facts.view.wipe == pytest.approx(0.75, abs=0.5 / WIDTH)
     at = gui.at_picture(0.75 * WIDTH, 20)
     gui.drag(at, (at[0] + 500, at[1]))
-    assert gui.session.view.wipe == 1.0
-    assert gui.session.shot == before
+    assert gui.session.facts.view.wipe == 1.0
+    assert gui.session.facts.shot == before
     gui.drag(gui.at_picture(WIDTH, 20), gui.at_picture(-50, 20))
-    assert gui.session.view.wipe == 0.0
+    assert gui.session.facts.view.wipe == 0.0
 
 
 def test_a_click_beside_the_handle_focuses(gui):
     gui.key(K.w)
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    assert gui.session.lens.focus_distance_m == pytest.approx(0.9)
-    assert gui.session.view.wipe == 0.5
+    assert gui.session.facts.lens.focus_distance_m == pytest.approx(0.9)
+    assert gui.session.facts.view.wipe == 0.5
 
 
 def opened_reference(gui, path: Path) -> None:
-    gui.session.references.open(path)
-    gui.until(lambda: gui.session.reference is not None, "the reference")
-    gui.session.view = replace(gui.session.view, against=Against.REFERENCE)
+    gui.session.pictures.references.open(path)
+    gui.until(lambda: gui.session.facts.reference is not None, "the reference")
+    gui.session.pictures.view.state = replace(gui.session.facts.view, against=Against.REFERENCE)
     gui.frame(2)
 
 
@@ -167,14 +169,14 @@ def test_a_reference_of_another_size_lies_over_the_whole_picture(gui, tmp_path):
 
 def test_the_difference_is_the_light_between_a_and_b_times_the_gain(gui, own):
     gui.key(K.e)
-    gui.session.view = replace(gui.session.view, difference_gain=2.0)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, difference_gain=2.0)
     gui.frame(2)
     apart = 2.0 * abs(rendered(gui, own) - plate_pixels(gui))
     off = abs(region(gui).astype(int) - displayed(gui, apart))
     assert off.max() <= 1  # the product is rounded before the curve, here after it
     gui.key(K.period)
     gui.frame()
-    assert gui.session.view.difference_gain == 4.0
+    assert gui.session.facts.view.difference_gain == 4.0
 
 
 def test_a_has_no_difference_from_itself(gui, own, tmp_path):
@@ -182,7 +184,7 @@ def test_a_has_no_difference_from_itself(gui, own, tmp_path):
     names = {name: np.ascontiguousarray(pixels[..., i]) for i, name in enumerate("RGB")}
     opened_reference(gui, write_file(tmp_path / "a.exr", names))
     gui.key(K.e)
-    gui.session.view = replace(gui.session.view, difference_gain=64.0)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, difference_gain=64.0)
     gui.frame(2)
     np.testing.assert_array_equal(region(gui), displayed(gui, np.zeros_like(pixels)))
 
@@ -190,7 +192,7 @@ def test_a_has_no_difference_from_itself(gui, own, tmp_path):
 @pytest.mark.parametrize("compare", [Compare.FLIP, Compare.DIFFERENCE, Compare.WIPE])
 def test_b_is_of_the_plate_that_is_open_now(gui, tmp_path, compare):
     """Another plate of the same size, its distances all in focus: A and B are equal."""
-    gui.session.view = replace(gui.session.view, compare=compare, wipe=0.0)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, compare=compare, wipe=0.0)
     gui.frame(2)
     color, depth = room(WIDTH, HEIGHT)
     upside_down = np.ascontiguousarray(color[::-1])

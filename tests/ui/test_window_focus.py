@@ -16,7 +16,7 @@ def middle_of(pixel: tuple[int, int]) -> tuple[float, float]:
 
 
 def focus_m(gui) -> float:
-    return gui.session.lens.focus_distance_m
+    return gui.session.facts.lens.focus_distance_m
 
 
 def steps(gui) -> int:
@@ -50,11 +50,11 @@ def test_a_click_at_one_to_one_and_one_far_in_hit_the_same_pixel(gui):
 
 def test_a_click_beside_the_picture_changes_nothing(gui):
     gui.do("1:1")
-    before = gui.session.shot
+    before = gui.session.facts.shot
     for point in ((-3, 10), (WIDTH + 3, 10), (10, -3), (10, HEIGHT + 3)):
         gui.click(gui.at_picture(*point))
-    assert gui.session.shot == before and steps(gui) == 0
-    assert gui.session.message == ""
+    assert gui.session.facts.shot == before and steps(gui) == 0
+    assert gui.session.messages.text == ""
 
 
 def test_a_drag_over_the_picture_follows_the_pointer_and_is_one_step(gui):
@@ -74,7 +74,7 @@ def test_a_drag_that_leaves_the_picture_takes_hold_of_nothing_else(gui):
     gui.move(gui.middle("exposure"))
     gui.release()
     assert (focus_m(gui), steps(gui)) == (POST_M, 1)
-    assert gui.session.view.exposure_stops == 0.0
+    assert gui.session.facts.view.exposure_stops == 0.0
 
 
 def test_what_is_nearer_than_the_focal_length_is_refused_in_a_sentence(gui):
@@ -82,15 +82,15 @@ def test_what_is_nearer_than_the_focal_length_is_refused_in_a_sentence(gui):
     gui.rest()
     gui.click(gui.at_picture(*middle_of(POST)))
     assert focus_m(gui) == 5.0
-    assert "focal length of 950 mm" in gui.session.message
+    assert "focal length of 950 mm" in gui.session.messages.text
 
 
 @pytest.mark.parametrize("button", [1, 2], ids=["right", "middle"])
 def test_other_buttons_pan_and_focus_nothing(gui, button):
     gui.do("1:1")
-    before, at = gui.session.shot, gui.at_picture(10, 10)
+    before, at = gui.session.facts.shot, gui.at_picture(10, 10)
     gui.drag(at, (at[0] + 12, at[1] - 7), button)
-    assert gui.session.shot == before
+    assert gui.session.facts.shot == before
     assert gui.at_picture(10, 10) == pytest.approx((at[0] + 12, at[1] - 7))
 
 
@@ -98,12 +98,12 @@ def test_the_wheel_zooms_about_the_pointer(gui):
     gui.do("1:1")
     at = gui.at_picture(31.5, 20.5)
     for notches in (1, 2, -1, 3, -5):
-        zoom = gui.session.picture_view.zoom
+        zoom = gui.session.pictures.view.zoom
         gui.wheel(at, notches)
-        assert gui.session.picture_view.zoom == pytest.approx(zoom * 1.25**notches)
-        there = gui.session.picture_view.geometry.window_at_picture((31.5, 20.5))
+        assert gui.session.pictures.view.zoom == pytest.approx(zoom * 1.25**notches)
+        there = gui.session.pictures.view.geometry.window_at_picture((31.5, 20.5))
         assert there == pytest.approx(at, abs=3.0)  # half a pixel for each of the roundings
-    assert gui.session.shot.lens == gui.session.lens_commands.start_lens.lens
+    assert gui.session.facts.shot.lens == gui.session.lens.commands.start_lens.lens
 
 
 # Keys and the wheel over the panel
@@ -116,36 +116,36 @@ def test_brackets_nudge_focus_along_the_bar(gui):
     start = dioptres()
     gui.key(K.left_bracket)
     nearer = dioptres()
-    assert nearer - start == pytest.approx(gui.session.histogram.most_dioptres / 250)
+    assert nearer - start == pytest.approx(gui.session.facts.histogram.most_dioptres / 250)
     gui.key(K.right_bracket)
     gui.key(K.right_bracket)
     assert dioptres() == pytest.approx(2 * start - nearer)
     gui.key(K.left_bracket, shift=True)
-    assert gui.session.lens.f_stop == 0.9
+    assert gui.session.facts.lens.f_stop == 0.9
     gui.key(K.right_bracket, shift=True)
-    assert gui.session.lens.f_stop == 1.0
+    assert gui.session.facts.lens.f_stop == 1.0
 
 
 def test_the_wheel_over_the_focus_bar_and_its_field_nudges_focus(gui):
     start = 1 / focus_m(gui)
     gui.wheel(gui.middle("focus bar"), 3)
-    step = gui.session.histogram.most_dioptres / 250
+    step = gui.session.facts.histogram.most_dioptres / 250
     assert 1 / focus_m(gui) == pytest.approx(start + 3 * step)
     gui.move(gui.middle("distance"))
     gui.frame()
     gui.wheel(gui.middle("distance"), -1)
     assert 1 / focus_m(gui) == pytest.approx(start + 2 * step)
     assert steps(gui) == 1
-    assert gui.session.view.zoom is None
+    assert gui.session.facts.view.zoom is None
 
 
 def test_the_wheel_over_the_rest_of_the_lens_panel_scrolls(gui):
-    before, panel = gui.session.shot, imgui.internal.find_window_by_name("Lens")
+    before, panel = gui.session.facts.shot, imgui.internal.find_window_by_name("Lens")
     assert panel.scroll_max.y > 0
     at = gui.middle("f-stop field")
     gui.wheel(at, -3)
     gui.frame(2)
-    assert panel.scroll.y > 0 and gui.session.shot == before
+    assert panel.scroll.y > 0 and gui.session.facts.shot == before
     gui.wheel(at, 30)
     gui.frame(2)
     assert panel.scroll.y == 0
@@ -165,40 +165,40 @@ def test_shift_and_the_wheel_over_the_picture_focus_and_zoom_nothing(gui):
     gui.wheel(gui.at_picture(*middle_of(POST)), 2)
     gui.io.add_key_event(K.mod_shift, False)
     gui.frame()
-    step = gui.session.histogram.most_dioptres / 250
+    step = gui.session.facts.histogram.most_dioptres / 250
     assert 1 / focus_m(gui) == pytest.approx(start + 2 * step)
-    assert gui.session.view.zoom is None and steps(gui) == 1
+    assert gui.session.facts.view.zoom is None and steps(gui) == 1
 
 
 def test_the_lens_as_it_began_comes_back_whole_from_any_other(gui):
     """Focus and focal length together: neither value goes with the other one's old."""
-    begun = gui.session.lens_commands.start_lens.lens
+    begun = gui.session.lens.commands.start_lens.lens
     far = replace(begun, focal_length_mm=1200.0, focus_distance_m=50.0, f_stop=8.0, squeeze=1.5)
-    gui.session.lens_commands.start_lens = replace(
-        gui.session.lens_commands.start_lens, lens=replace(begun, focus_distance_m=0.5)
+    gui.session.lens.commands.start_lens = replace(
+        gui.session.lens.commands.start_lens, lens=replace(begun, focus_distance_m=0.5)
     )
     gui.session.editing.edit_lens(far)
-    assert gui.session.lens == far
+    assert gui.session.facts.lens == far
     gui.do("Reset lens")
-    assert gui.session.lens == gui.session.lens_commands.start_lens.lens
-    gui.session.lens_commands.start_lens = replace(gui.session.lens_commands.start_lens, lens=begun)
+    assert gui.session.facts.lens == gui.session.lens.commands.start_lens.lens
+    gui.session.lens.commands.start_lens = replace(gui.session.lens.commands.start_lens, lens=begun)
 
 
 def test_undo_and_redo_go_through_every_gesture(gui):
-    seen = [gui.session.shot]
+    seen = [gui.session.facts.shot]
     gui.click(gui.at_picture(*middle_of(POST)))
     gui.rest()
-    seen.append(gui.session.shot)
+    seen.append(gui.session.facts.shot)
     gui.key(K.right_bracket, shift=True)
     gui.rest()
-    seen.append(gui.session.shot)
+    seen.append(gui.session.facts.shot)
     gui.do("Next bokeh")
     gui.rest()
-    seen.append(gui.session.shot)
+    seen.append(gui.session.facts.shot)
     assert len({repr(shot) for shot in seen}) == 4
     for shot in reversed(seen[:-1]):
         gui.key(K.z, ctrl=True)
-        assert gui.session.shot == shot
+        assert gui.session.facts.shot == shot
     for shot in seen[1:]:
         gui.key(K.z, ctrl=True, shift=True)
-        assert gui.session.shot == shot
+        assert gui.session.facts.shot == shot

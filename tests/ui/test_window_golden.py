@@ -27,15 +27,15 @@ def gui(ctx, tmp_path):
 
 def in_the_viewport(gui) -> np.ndarray:
     """Return (H, W, 3) in 0..1: the viewport without the panels around it."""
-    viewport = gui.session.picture_view.viewport
+    viewport = gui.session.pictures.view.viewport
     x, y = (round(place) for place in viewport.corner)
     width, height = (round(side) for side in viewport.size)
     return gui.screenshot()[y : y + height, x : x + width].astype(np.float32) / 255
 
 
 def test_the_window_looks_as_it_did(ctx, gui, request, tmp_path):
-    gui.session.view = replace(
-        gui.session.view, overlay=Overlay.ZONES, compare=Compare.WIPE, wipe=0.4, zoom=2.0
+    gui.session.pictures.view.state = replace(
+        gui.session.facts.view, overlay=Overlay.ZONES, compare=Compare.WIPE, wipe=0.4, zoom=2.0
     )
     gui.settled()
     is_updating = request.config.getoption("--update-golden")

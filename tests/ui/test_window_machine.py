@@ -35,7 +35,7 @@ class Hand(RuleBasedStateMachine):
         super().__init__()
         self.gui = gui
         gui.begin_again()
-        self.first = gui.session.shot
+        self.first = gui.session.facts.shot
 
     def at(self, point: tuple[float, float]) -> tuple[float, float]:
         """Return a place in the window at parts of the picture's sides."""
@@ -120,26 +120,29 @@ class Hand(RuleBasedStateMachine):
     @rule()
     def waits_for_the_whole_picture(self):
         self.gui.release()
-        self.gui.session.timeline.playback.stop()  # two pictures that play are never both at rest
+        # Two pictures that play are never both at rest.
+        self.gui.session.time.timeline.playback.stop()
         self.gui.settled()
 
     @invariant()
     def the_picture_is_of_the_shot(self):
         session = self.gui.session
-        if not session.timeline.playback.direction:  # a hand on a focus that plays is ever ahead
+        if (
+            not session.time.timeline.playback.direction
+        ):  # a hand on a focus that plays is ever ahead
             is_there = session.source.is_settled_at
             self.gui.until(lambda: is_there(session.editing.frame), "the plate of the frame")
             self.gui.frame()  # a click is answered in the frame after
-            assert session.live.shown.shot == session.shot
+            assert session.pictures.live.shown.shot == session.facts.shot
         assert self.gui.ui.is_over is False
 
     @invariant()
     def the_view_is_one_that_can_be_looked_at(self):
-        view = self.gui.session.view
+        view = self.gui.session.facts.view
         assert view.zoom is None or 1 / 64 <= view.zoom <= 256
         assert view.center_px is None or all(math.isfinite(c) for c in view.center_px)
         assert 0 <= view.wipe <= 1 and 0.5 <= view.difference_gain <= 64
-        assert "Traceback" not in self.gui.session.message
+        assert "Traceback" not in self.gui.session.messages.text
 
     def teardown(self):
         gui = self.gui
@@ -148,17 +151,17 @@ class Hand(RuleBasedStateMachine):
         self.arrived()
         gui.rest()
         self.goes(gui.session.editing.redo)
-        last = gui.session.shot
+        last = gui.session.facts.shot
         self.goes(gui.session.editing.undo)
-        assert gui.session.shot == self.first
+        assert gui.session.facts.shot == self.first
         self.goes(gui.session.editing.redo)
-        assert gui.session.shot == last
+        assert gui.session.facts.shot == last
 
     def goes(self, step) -> None:
         """Go to the first or the last frame."""
         before = None
-        while self.gui.session.shot != before:
-            before = self.gui.session.shot
+        while self.gui.session.facts.shot != before:
+            before = self.gui.session.facts.shot
             step()
             self.arrived()
         history = self.gui.session.editing.history

@@ -35,27 +35,27 @@ def gui(gui):
 def asked(gui, monkeypatch) -> list[Method]:
     """Return the method of every picture that is begun for B."""
     found: list[Method] = []
-    steps = gui.session.renderer.steps
+    steps = gui.session.pictures.renderer.steps
 
     def counted(shot, frame=0, slot=0):
         if slot >= 2:
             found.append(shot.defocus.method)
         return steps(shot, frame, slot)
 
-    monkeypatch.setattr(gui.session.renderer, "steps", counted)
+    monkeypatch.setattr(gui.session.pictures.renderer, "steps", counted)
     return found
 
 
 def alone(gui, own: FrameRenderer, method: Method) -> np.ndarray:
     """Return (H, W, 3) bytes of the shot by `method`, rendered again from its file."""
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     own.load(read_plate(gui.session.source.plate.path))
     return displayed(gui, own.pixels(replace(shot, defocus=replace(shot.defocus, method=method))))
 
 
 def by_method(gui, method: Method, compare: Compare = Compare.FLIP) -> None:
-    gui.session.view = replace(
-        gui.session.view, against=Against.METHOD, b_method=method, compare=compare
+    gui.session.pictures.view.state = replace(
+        gui.session.facts.view, against=Against.METHOD, b_method=method, compare=compare
     )
     gui.frame(2)
     gui.settled()
@@ -99,8 +99,8 @@ def test_b_follows_the_lens_and_a_is_as_if_it_were_alone(gui, own):
     gui.settled()
     np.testing.assert_array_equal(region(gui), alone(gui, own, Method.SCATTER))
     assert np.any(region(gui) != before)
-    a = own.pixels(gui.session.shot)
-    np.testing.assert_array_equal(download(gui.session.live.shown.texture), a)
+    a = own.pixels(gui.session.facts.shot)
+    np.testing.assert_array_equal(download(gui.session.pictures.live.shown.texture), a)
 
 
 def test_the_difference_from_the_same_method_is_black_and_from_another_is_not(gui):
@@ -112,21 +112,23 @@ def test_the_difference_from_the_same_method_is_black_and_from_another_is_not(gu
 
 def test_nothing_is_rendered_for_b_while_it_is_not_seen(gui, asked):
     def turn() -> None:
-        lens = gui.session.lens
+        lens = gui.session.facts.lens
         gui.session.editing.edit_lens(replace(lens, focus_distance_m=lens.focus_distance_m * 1.1))
         gui.frame(2)
         gui.settled()
 
     by_method(gui, Method.GATHER, Compare.OFF)
     turn()
-    gui.session.view = replace(gui.session.view, against=Against.PINHOLE, compare=Compare.WIPE)
+    gui.session.pictures.view.state = replace(
+        gui.session.facts.view, against=Against.PINHOLE, compare=Compare.WIPE
+    )
     turn()
-    by_method(gui, gui.session.shot.defocus.method)  # A is it already
+    by_method(gui, gui.session.facts.shot.defocus.method)  # A is it already
     assert asked == []
     by_method(gui, Method.GATHER)
     assert asked and asked[-1] is Method.GATHER
     asked.clear()
-    gui.session.view = replace(gui.session.view, compare=Compare.OFF)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, compare=Compare.OFF)
     turn()
     assert asked == []
 
@@ -144,63 +146,80 @@ def test_a_whole_b_is_not_made_again(gui, asked):
 
 
 def test_both_methods_are_chosen_in_the_panels(gui, own):
-    gui.session.view = replace(gui.session.view, compare=Compare.FLIP)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, compare=Compare.FLIP)
     with_panel(gui, "Look")
     picked(gui, "B is", "method gather")
-    assert (gui.session.view.against, gui.session.view.b_method) == (Against.METHOD, Method.GATHER)
+    assert (gui.session.facts.view.against, gui.session.facts.view.b_method) == (
+        Against.METHOD,
+        Method.GATHER,
+    )
     gui.settled()
     np.testing.assert_array_equal(region(gui), alone(gui, own, Method.GATHER))
     picked(gui, "B is", "method raytraced")
-    assert gui.session.view.b_method is Method.GATHER  # there is no scene, and the list stays open
+    assert (
+        gui.session.facts.view.b_method is Method.GATHER
+    )  # there is no scene, and the list stays open
     gui.click(gui.middle("B is: pinhole"))
     gui.frame(2)
-    assert gui.session.view.against is Against.PINHOLE
+    assert gui.session.facts.view.against is Against.PINHOLE
     with_panel(gui, "Lens")
     picked(gui, "method", "pyramid")
-    assert gui.session.shot.defocus.method is Method.PYRAMID
+    assert gui.session.facts.shot.defocus.method is Method.PYRAMID
     picked(gui, "method", "accumulation")
-    assert gui.session.shot.defocus.method is Method.PYRAMID
+    assert gui.session.facts.shot.defocus.method is Method.PYRAMID
 
 
 @pytest.mark.parametrize("method", OF_PLATES)
 def test_the_palette_compares_with_a_method(gui, method):
     gui.do(f"Compare with {method}")
-    view = gui.session.view
+    view = gui.session.facts.view
     assert (view.compare, view.against, view.b_method) == (Compare.WIPE, Against.METHOD, method)
     gui.do("Flip to B")
     gui.do("Compare with pinhole")
-    assert (gui.session.view.compare, gui.session.view.against) == (Compare.FLIP, Against.PINHOLE)
+    assert (gui.session.facts.view.compare, gui.session.facts.view.against) == (
+        Compare.FLIP,
+        Against.PINHOLE,
+    )
 
 
 def test_a_method_that_needs_a_scene_is_refused_aloud(gui):
-    before = gui.session.view
+    before = gui.session.facts.view
     gui.do("Compare with raytraced")
-    assert gui.session.view == before
-    assert "scene" in gui.session.message
+    assert gui.session.facts.view == before
+    assert "scene" in gui.session.messages.text
 
 
 def test_the_status_says_what_a_and_b_are(gui):
     def said() -> str:
-        return words(gui.session.view, gui.session.sides, None, gui.session.live.shown)
+        return words(
+            gui.session.facts.view,
+            gui.session.pictures.sides,
+            None,
+            gui.session.pictures.live.shown,
+        )
 
     assert said() == "diffusion"
     by_method(gui, Method.GATHER, Compare.WIPE)
     assert said() == "A: diffusion    B: gather"
-    gui.session.view = replace(gui.session.view, against=Against.REFERENCE, depth_of_field=False)
+    gui.session.pictures.view.state = replace(
+        gui.session.facts.view, against=Against.REFERENCE, depth_of_field=False
+    )
     assert said() == "A: pinhole    B: pinhole"
 
 
 def test_a_shot_that_cannot_be_rendered_is_told_once_and_keeps_nothing_busy(gui):
     """A shot of a scene whose source became a plate, say."""
-    shot = gui.session.shot
+    shot = gui.session.facts.shot
     defocus = replace(shot.defocus, method=Method.ACCUMULATION)
     gui.session.editing.edit(replace(shot, defocus=defocus))
     gui.frame(2)
-    assert "accumulation" in gui.session.message and not gui.session.scheduler.is_rendering
+    assert (
+        "accumulation" in gui.session.messages.text and not gui.session.time.scheduler.is_rendering
+    )
     gui.session.messages.clear()
     gui.frame(2)
     gui.session.work()
-    assert gui.session.message == ""
+    assert gui.session.messages.text == ""
     gui.session.editing.edit(shot)
     gui.settled()
-    assert gui.session.live.shown.shot == shot
+    assert gui.session.pictures.live.shown.shot == shot

@@ -46,31 +46,33 @@ def gui(gui):
 
 
 def test_it_shows_the_renderers_picture_bit_for_bit(gui, own):
-    gui.session.editing.edit(replace(gui.session.shot, defocus=FILM))
+    gui.session.editing.edit(replace(gui.session.facts.shot, defocus=FILM))
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.settled()
     expected = rendered(gui, own)
-    np.testing.assert_array_equal(download(gui.session.live.shown.texture), expected)
+    np.testing.assert_array_equal(download(gui.session.pictures.live.shown.texture), expected)
     np.testing.assert_array_equal(region(gui), displayed(gui, expected))
     assert abs(expected - plate_pixels(gui)).max() > 0.1
 
 
 def test_it_shows_what_the_command_writes(gui, tmp_path, capsys):
-    gui.session.editing.edit(replace(gui.session.shot, defocus=FILM))
+    gui.session.editing.edit(replace(gui.session.facts.shot, defocus=FILM))
     gui.frame()
     gui.settled()
     out = tmp_path / "out.exr"
-    assert main(["render", gui.session.shot.source, "-o", str(out), "--float"]) == 0
+    assert main(["render", gui.session.facts.shot.source, "-o", str(out), "--float"]) == 0
     capsys.readouterr()
     written = OpenEXR.File(str(out), separate_channels=True).channels()
     expected = np.stack([written[name].pixels for name in "RGB"], axis=-1)
-    np.testing.assert_array_equal(download(gui.session.live.shown.texture)[..., :3], expected)
+    np.testing.assert_array_equal(
+        download(gui.session.pictures.live.shown.texture)[..., :3], expected
+    )
 
 
 def test_exposure_and_gamma_are_the_display_passes(gui, own):
     for _ in range(3):
         gui.key(K.up_arrow, ctrl=True)
-    gui.session.view = replace(gui.session.view, gamma=1.4)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, gamma=1.4)
     gui.frame()
     expected = displayed(gui, rendered(gui, own), stops=0.75, gamma=1.4)
     np.testing.assert_array_equal(region(gui), expected)
@@ -81,7 +83,7 @@ def test_exposure_and_gamma_are_the_display_passes(gui, own):
 
 def test_the_glass_darkens_the_view_by_its_t_stop(gui, own):
     """T2 at f/1 is two stops; the blur stays."""
-    gui.session.editing.edit_lens(replace(gui.session.lens, t_stop=2.0))
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, t_stop=2.0))
     gui.frame()
     gui.settled()
     np.testing.assert_array_equal(region(gui), displayed(gui, rendered(gui, own), stops=-2.0))
@@ -89,9 +91,11 @@ def test_the_glass_darkens_the_view_by_its_t_stop(gui, own):
 
 def test_another_view_transform_is_shown(gui, own):
     before = region(gui)
-    display = gui.session.view.display
-    other = next(v for v in gui.session.color.views(display) if v != gui.session.view.view)
-    gui.session.view = replace(gui.session.view, view=other)
+    display = gui.session.facts.view.display
+    other = next(
+        v for v in gui.session.pictures.color.views(display) if v != gui.session.facts.view.view
+    )
+    gui.session.pictures.view.state = replace(gui.session.facts.view, view=other)
     gui.frame(2)
     np.testing.assert_array_equal(region(gui), displayed(gui, rendered(gui, own)))
     assert np.any(region(gui) != before)
@@ -100,7 +104,7 @@ def test_another_view_transform_is_shown(gui, own):
 @pytest.mark.parametrize("zoom", [4, 8])
 def test_pixels_are_squares_from_four_to_one_on(gui, own, zoom):
     gui.do("Pixel grid")
-    gui.session.view = replace(gui.session.view, zoom=float(zoom))
+    gui.session.pictures.view.state = replace(gui.session.facts.view, zoom=float(zoom))
     gui.frame(2)
     expected = displayed(gui, rendered(gui, own))
     np.testing.assert_array_equal(
@@ -110,10 +114,10 @@ def test_pixels_are_squares_from_four_to_one_on(gui, own, zoom):
 
 def test_a_small_view_keeps_the_light(gui, own):
     """Mipmaps: a quarter of the size shows means of 4 x 4 pixels."""
-    gui.session.view = replace(gui.session.view, zoom=0.25)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, zoom=0.25)
     gui.frame(3)
-    shape = gui.session.picture_shape
-    x, y = (int(c) for c in gui.session.picture_view.geometry.origin)
+    shape = gui.session.facts.picture_shape
+    x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
     small = gui.screenshot()[y : y + HEIGHT // 4, x : x + WIDTH // 4].astype(float)
     assert (shape.width_px, shape.height_px) == (WIDTH, HEIGHT)
     whole = displayed(gui, rendered(gui, own)).astype(float)
@@ -138,11 +142,16 @@ def test_an_overlay_lies_over_the_picture_and_goes_with_its_key(gui, key, overla
     picture = region(gui).astype(float)
     gui.key(key)
     gui.frame()
-    assert gui.session.view.overlay is overlay
-    optics = gui.session.renderer.optics(gui.session.shot)
+    assert gui.session.facts.view.overlay is overlay
+    optics = gui.session.pictures.renderer.optics(gui.session.facts.shot)
     colors = gui.ctx.texture((WIDTH, HEIGHT), 4)
     OverlayPass(gui.ctx).run(
-        overlay, gui.session.renderer.loaded.depth, optics, sharp_px(LENS, WIDTH), (), colors
+        overlay,
+        gui.session.pictures.renderer.loaded.depth,
+        optics,
+        sharp_px(LENS, WIDTH),
+        (),
+        colors,
     )
     over = np.frombuffer(colors.read(), np.uint8).reshape(HEIGHT, WIDTH, 4).astype(float)
     colors.release()
@@ -191,7 +200,7 @@ def test_the_status_bar_reads_the_pixel_under_the_pointer(gui, own):
 
 
 def test_what_lies_outside_the_picture_is_grey(gui):
-    x, y = (int(c) for c in gui.session.picture_view.geometry.origin)
+    x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
     found = gui.screenshot()
     for row, column in ((y - 1, x), (y, x - 1), (y + HEIGHT, x), (y, x + WIDTH)):
         assert len(set(found[row, column].tolist())) == 1, (row, column)

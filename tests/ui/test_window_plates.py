@@ -31,20 +31,22 @@ def own(session_context) -> FrameRenderer:
 
 def shows_the_renderers_picture(gui: Gui, own: FrameRenderer) -> None:
     gui.settled()
-    own.load(read_plate(Path(gui.session.shot.source), gui.session.shot.plate_options))
-    found = download(gui.session.live.shown.texture)
-    np.testing.assert_array_equal(found, own.pixels(gui.session.shot))
+    own.load(read_plate(Path(gui.session.facts.shot.source), gui.session.facts.shot.plate_options))
+    found = download(gui.session.pictures.live.shown.texture)
+    np.testing.assert_array_equal(found, own.pixels(gui.session.facts.shot))
 
 
 def looked_at_in_every_way(gui: Gui) -> None:
     """Show every overlay and comparison at two zooms, and check OpenGL for errors."""
     for overlay in Overlay:
-        gui.session.view = replace(gui.session.view, overlay=overlay)
+        gui.session.pictures.view.state = replace(gui.session.facts.view, overlay=overlay)
         gui.frame(2)
     for compare in Compare:
-        gui.session.view = replace(gui.session.view, compare=compare)
+        gui.session.pictures.view.state = replace(gui.session.facts.view, compare=compare)
         gui.frame(2)
-    gui.session.view = replace(gui.session.view, overlay=Overlay.NONE, compare=Compare.OFF)
+    gui.session.pictures.view.state = replace(
+        gui.session.facts.view, overlay=Overlay.NONE, compare=Compare.OFF
+    )
     for name in ("1:1", "Zoom in", "Zoom in", "Zoom in", "Fit", "Zoom out", "Zoom out", "Fit"):
         gui.do(name)
         gui.screenshot()
@@ -67,21 +69,21 @@ def coc_window(gui, tmp_path) -> Gui:
 def test_a_plate_with_its_own_blur_is_shown_with_it(coc_window, own):
     shows_the_renderers_picture(coc_window, own)
     looked_at_in_every_way(coc_window)
-    assert coc_window.session.histogram is None
+    assert coc_window.session.facts.histogram is None
 
 
 def test_focus_is_no_matter_there_and_a_click_says_so(coc_window):
     gui = coc_window
     gui.session.messages.clear()
-    before = gui.session.shot
+    before = gui.session.facts.shot
     gui.click(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))
-    assert gui.session.shot == before
-    assert "circle of confusion" in gui.session.message
+    assert gui.session.facts.shot == before
+    assert "circle of confusion" in gui.session.messages.text
     for key in (K.left_bracket, K.right_bracket):
         gui.key(key)
     gui.do("Focus at infinity")
     gui.wheel(gui.middle("f-stop"), 2)
-    assert gui.session.shot == before
+    assert gui.session.facts.shot == before
 
 
 def test_a_click_beside_such_a_picture_says_nothing(coc_window):
@@ -89,7 +91,7 @@ def test_a_click_beside_such_a_picture_says_nothing(coc_window):
     gui.do("1:1")
     gui.session.messages.clear()
     gui.click(gui.at_picture(-4, -4))
-    assert gui.session.message == ""
+    assert gui.session.messages.text == ""
 
 
 def test_its_blur_is_read_under_the_pointer(coc_window):
@@ -106,7 +108,7 @@ def test_distances_come_back_with_a_plate_that_has_them(coc_window, tmp_path):
     gui = coc_window
     gui.open(room_file(tmp_path / "again.exr"))
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    assert gui.session.lens.focus_distance_m == pytest.approx(0.9)
+    assert gui.session.facts.lens.focus_distance_m == pytest.approx(0.9)
 
 
 # Sizes
@@ -128,7 +130,7 @@ def test_odd_sizes(gui, own, tmp_path, size, rng):
     x, y = width // 2, height - 1
     gui.click(gui.at_picture(x + 0.5, y + 0.5))
     near = np.sort(depth[max(0, y - 2) : y + 3, max(0, x - 2) : x + 3], axis=None)
-    assert gui.session.lens.focus_distance_m == near[len(near) // 2]
+    assert gui.session.facts.lens.focus_distance_m == near[len(near) // 2]
 
 
 # Windows of the file
@@ -148,10 +150,10 @@ def off_origin(gui, tmp_path) -> Gui:
 def test_an_off_origin_picture_lies_where_its_windows_say(off_origin, own):
     gui = off_origin
     shows_the_renderers_picture(gui, own)
-    assert gui.session.picture_shape.width_px == 80
+    assert gui.session.facts.picture_shape.width_px == 80
     gui.do("Depth of field")
     gui.frame()
-    x, y = (int(c) for c in gui.session.picture_view.geometry.origin)
+    x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
     seen = gui.screenshot()
     lamp = np.argwhere(gui.session.source.plate.color[..., 0] == 40.0)[0]
     row, column = y + 12 - 20 + lamp[0], x - 5 - 10 + lamp[1]
@@ -163,7 +165,7 @@ def test_an_off_origin_picture_lies_where_its_windows_say(off_origin, own):
 
 def test_the_display_window_has_its_outline(off_origin):
     gui = off_origin
-    x, y = (int(c) for c in gui.session.picture_view.geometry.origin)
+    x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
     seen = gui.screenshot().astype(int)
     surround = seen[y + 48, x + 60]
     for row, column in ((y + 50, x + 60), (y + 40, x + 80)):
@@ -191,11 +193,11 @@ def test_a_click_there_focuses_on_that_pixel_and_outside_the_data_on_none(off_or
     depth = gui.session.source.plate.depth_m
     gui.click(gui.at_picture(3.5, 4.5))
     near = np.sort(depth[10:15, 16:21], axis=None)
-    assert gui.session.lens.focus_distance_m == near[12]
-    before, gui.session.messages.text = gui.session.shot, ""
+    assert gui.session.facts.lens.focus_distance_m == near[12]
+    before, gui.session.messages.text = gui.session.facts.shot, ""
     for column in (28.5, 60.5):  # 38 and 70 of the file, whose data end at 35
         gui.click(gui.at_picture(column, 4.5))
-    assert (gui.session.shot, gui.session.message) == (before, "")
+    assert (gui.session.facts.shot, gui.session.messages.text) == (before, "")
 
 
 # Wide pixels, alpha, headers
@@ -211,7 +213,7 @@ def test_wide_pixels_are_shown_wide(gui, own, tmp_path):
     gui.do("Zoom in")
     gui.frame()
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    assert gui.session.lens.focus_distance_m == pytest.approx(0.9)
+    assert gui.session.facts.lens.focus_distance_m == pytest.approx(0.9)
     looked_at_in_every_way(gui)
 
 
@@ -226,7 +228,7 @@ def test_alpha_is_seen_over_black(gui, own, tmp_path):
     looked_at_in_every_way(gui)
     gui.do("1:1")
     gui.do("Depth of field")
-    x, y = (int(c) for c in gui.session.picture_view.geometry.origin)
+    x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
     assert gui.screenshot()[y + SKY[1], x + SKY[0]].max() <= 1
 
 
@@ -234,9 +236,9 @@ def test_a_plate_without_a_lens_in_its_header_focuses_on_its_middle(gui, tmp_pat
     color, depth = room(WIDTH, HEIGHT)
     channels = {name: color[..., i].copy() for i, name in enumerate("RGB")} | {"Z": depth}
     gui.open(write_file(tmp_path / "plain.exr", channels))
-    assert (gui.session.lens.focal_length_mm, gui.session.lens.f_stop) == (50.0, 2.8)
+    assert (gui.session.facts.lens.focal_length_mm, gui.session.facts.lens.f_stop) == (50.0, 2.8)
     middle = np.sort(depth[21:43, 32:64], axis=None)
-    assert gui.session.lens.focus_distance_m == middle[len(middle) // 2]
+    assert gui.session.facts.lens.focus_distance_m == middle[len(middle) // 2]
 
 
 def test_a_plate_of_sky_alone(gui, own, tmp_path):
@@ -245,9 +247,9 @@ def test_a_plate_of_sky_alone(gui, own, tmp_path):
     shows_the_renderers_picture(gui, own)
     looked_at_in_every_way(gui)
     gui.click(gui.at_picture(10.5, 10.5))
-    assert gui.session.lens.focus_distance_m == math.inf
+    assert gui.session.facts.lens.focus_distance_m == math.inf
     gui.key(K.left_bracket)
-    assert gui.session.lens.focus_distance_m == pytest.approx(250.0)
+    assert gui.session.facts.lens.focus_distance_m == pytest.approx(250.0)
 
 
 def test_light_that_is_no_colour_is_shown_as_some(gui, own, tmp_path):
@@ -279,16 +281,16 @@ def test_a_plate_too_large_for_the_gpu_is_said_and_the_last_one_comes_back(
     def refuse(*args: object, **kwargs: object) -> None:
         raise GpuError("OpenGL could not make a 128x96 texture (GL_OUT_OF_MEMORY).")
 
-    before = gui.session.shot
+    before = gui.session.facts.shot
     with monkeypatch.context() as full:
         full.setattr("heatlens.source.plate_on_gpu.new_texture", refuse)
-        gui.session.files.open(str(path))
-        gui.until(lambda: "128x96" in gui.session.message, "a sentence")
+        gui.session.files.commands.open(str(path))
+        gui.until(lambda: "128x96" in gui.session.messages.text, "a sentence")
         gui.frame(3)
     gui.frame(3)
     gui.settled()
-    assert gui.session.shot == before
+    assert gui.session.facts.shot == before
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    assert gui.session.lens.focus_distance_m == pytest.approx(0.9)
+    assert gui.session.facts.lens.focus_distance_m == pytest.approx(0.9)
     gui.open(path)
-    assert gui.session.picture_shape.width_px == 128
+    assert gui.session.facts.picture_shape.width_px == 128

@@ -33,7 +33,7 @@ def test_a_folder_remembered_with_an_end_of_distances_opens(ctx, plate):
     preferences = Preferences(Remembered(plates={str(plate.parent): options}))
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         assert gui.session.source.opened.options == replace(options, near_m=None)
-        assert "near and far ends remembered" in gui.session.message
+        assert "near and far ends remembered" in gui.session.messages.text
 
 
 def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
@@ -52,8 +52,8 @@ def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
 def test_looks_and_panels_come_back(ctx, plate):
     preferences = Preferences()
     with gui_of(ctx, plate, preferences) as gui:
-        display = gui.session.view.display
-        view = gui.session.color.views(display)[-1]
+        display = gui.session.facts.view.display
+        view = gui.session.pictures.color.views(display)[-1]
         gui.click(gui.middle("view"))
         gui.click(gui.middle(f"view: {view}"))
         gui.do("Metres or feet")
@@ -61,8 +61,8 @@ def test_looks_and_panels_come_back(ctx, plate):
         gui.session.remember(hidden_panels=gui.ui.hidden_panels)
     assert preferences.now.view == view
     with gui_of(ctx, plate, preferences) as gui:
-        assert (gui.session.view.display, gui.session.view.view) == (display, view)
-        assert gui.session.view.unit == "ft"
+        assert (gui.session.facts.view.display, gui.session.facts.view.view) == (display, view)
+        assert gui.session.facts.view.unit == "ft"
         assert [name for name, shown in gui.ui.panels.items() if not shown] == ["Speed"]
 
 
@@ -70,11 +70,11 @@ def test_guides_and_peaking_come_back_but_no_desqueeze(ctx, plate, tmp_path):
     preferences = Preferences.load(tmp_path / "config")
     guides, peaking = Guides(aspect=2.39, thirds=True, desqueeze=2.0), Peaking(color="green")
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
-        gui.session.view_commands.change(guides=guides, peaking=peaking)
+        gui.session.pictures.commands.change(guides=guides, peaking=peaking)
         gui.session.remember()
     again = Preferences.load(tmp_path / "config")
     with gui_of(ctx, plate, again, defocus=QUICK) as gui:
-        view = gui.session.view
+        view = gui.session.facts.view
         assert (view.guides, view.peaking) == (replace(guides, desqueeze=None), peaking)
         assert not view.is_peaking
 
@@ -91,20 +91,22 @@ def test_how_it_plays_comes_back(ctx, tmp_path):
     again = Preferences.load(tmp_path / "config")
     assert (again.now.ending, again.now.every_frame) == (Ending.BOUNCE, False)
     with gui_of(ctx, film, again, defocus=QUICK) as gui:
-        assert gui.session.timeline.playback.ending is Ending.BOUNCE
-        assert not gui.session.timeline.playback.is_every_frame
+        assert gui.session.time.timeline.playback.ending is Ending.BOUNCE
+        assert not gui.session.time.timeline.playback.is_every_frame
 
 
 def test_names_that_the_colours_do_not_have_are_no_obstacle(ctx, plate):
     preferences = Preferences(Remembered(display="gone", view="too"))
     with gui_of(ctx, plate, preferences, view=ViewState()) as gui:
-        assert gui.session.view.display in gui.session.color.displays()
+        assert gui.session.facts.view.display in gui.session.pictures.color.displays()
 
 
 def test_what_was_damaged_is_said_in_the_window(ctx, tmp_path, plate):
     (tmp_path / FILE_NAME).write_text("{")
     with gui_of(ctx, plate, Preferences.load(tmp_path)) as gui:
-        assert FILE_NAME in gui.session.message and gui.session.live.shown is not None
+        assert (
+            FILE_NAME in gui.session.messages.text and gui.session.pictures.live.shown is not None
+        )
 
 
 def test_a_layout_counts_while_it_knows_every_panel():
@@ -118,8 +120,8 @@ def test_recent_files_that_are_gone_are_not_shown(ctx, plate):
     preferences.opened(str(plate.with_name("gone.exr")))
     with gui_of(ctx, plate, preferences) as gui:
         gui.click(gui.middle("menu File"))
-        gui.until(lambda: gui.session.recent.found, "the recent files")
-        assert gui.session.recent.found == (str(plate),)
+        gui.until(lambda: gui.session.files.recent.found, "the recent files")
+        assert gui.session.files.recent.found == (str(plate),)
         assert preferences.now.recent == (str(plate), str(plate.with_name("gone.exr")))
 
 
@@ -130,7 +132,7 @@ def test_a_recent_file_is_opened_by_a_click(ctx, plate, tmp_path):
     preferences.opened(str(pattern))
     with gui_of(ctx, plate, preferences) as gui:
         gui.click(gui.middle("menu File"))
-        gui.until(lambda: gui.session.recent.found, "the recent files")
+        gui.until(lambda: gui.session.files.recent.found, "the recent files")
         gui.frame(2)
         gui.move(gui.middle("menu Open recent"))
         gui.frame(30)

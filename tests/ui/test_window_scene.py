@@ -57,14 +57,14 @@ def test_the_tab_of_the_scene_comes_with_it_and_all_five_fit(scene_gui):
 
 def test_a_scene_shows_its_first_cameras_picture(scene_gui):
     session = scene_gui.session
-    assert session.scenes.framing.camera == "main" and session.message == ""
+    assert session.scenes.framing.camera == "main" and session.messages.text == ""
     plate = session.source.plate
     assert plate.color.shape == (54, 96, 4) and np.ptp(plate.color) > 0.1
     assert plate.depth_m[27, 48] == pytest.approx(3.0, rel=1e-5)
 
 
 def test_the_right_button_orbits_round_what_is_in_focus_and_undo_comes_back(scene_gui):
-    before, focus = pose(scene_gui), scene_gui.session.lens.focus_distance_m
+    before, focus = pose(scene_gui), scene_gui.session.facts.lens.focus_distance_m
     pivot = pivot_of(before, focus)
     scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
     after = pose(scene_gui)
@@ -78,18 +78,18 @@ def test_the_right_button_orbits_round_what_is_in_focus_and_undo_comes_back(scen
 
 
 def test_a_right_click_that_does_not_move_leaves_the_scenes_camera(scene_gui):
-    shot = scene_gui.session.shot
+    shot = scene_gui.session.facts.shot
     scene_gui.click(middle(scene_gui), RIGHT)
-    assert scene_gui.session.shot == shot
+    assert scene_gui.session.facts.shot == shot
 
 
 def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene_gui, monkeypatch):
     session = scene_gui.session
     large = replace(session.scenes.framing, width_px=960, height_px=540)
-    session.editing.do(replace(session.shot, framing=large))
-    session.view = replace(session.view, zoom=1.0)
+    session.editing.do(replace(session.facts.shot, framing=large))
+    session.pictures.view.state = replace(session.facts.view, zoom=1.0)
     whole(scene_gui)
-    shape, before = session.picture_shape, session.picture_view.geometry
+    shape, before = session.facts.picture_shape, session.pictures.view.geometry
     monkeypatch.setattr("heatlens.session.opened.scene_preview._BUDGET_S", 0.0)
     monkeypatch.setattr("heatlens.session.opened.scene_preview._REST_S", 60.0)
     scene_gui.press(middle(scene_gui), RIGHT)
@@ -97,12 +97,12 @@ def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene
     scene_gui.move((x + 20.0, y))
     scene_gui.frame()
     assert session.source.plate.display_window.width < 960  # it is drawn small ...
-    assert (session.picture_shape, session.picture_view.geometry) == (
+    assert (session.facts.picture_shape, session.pictures.view.geometry) == (
         shape,
         before,
     )  # and seen large
     assert (
-        session.source.feed.plate_px(session.shot, (959, 539))[0]
+        session.source.feed.plate_px(session.facts.shot, (959, 539))[0]
         < session.source.plate.display_window.width
     )
     scene_gui.release(RIGHT)
@@ -120,7 +120,7 @@ def test_control_and_the_right_button_go_aside(scene_gui):
 
 
 def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
-    before, zoom = pose(scene_gui), scene_gui.session.picture_view.zoom
+    before, zoom = pose(scene_gui), scene_gui.session.pictures.view.zoom
     scene_gui.hold(imgui.Key.mod_ctrl)
     scene_gui.wheel(middle(scene_gui), 1)
     scene_gui.hold(imgui.Key.mod_ctrl, False)
@@ -128,7 +128,7 @@ def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
     np.testing.assert_allclose(by[:2], 0, atol=1e-9)
     assert by[2] < -0.05
     whole(scene_gui)
-    assert scene_gui.session.picture_view.zoom == zoom
+    assert scene_gui.session.pictures.view.zoom == zoom
 
 
 def test_the_status_bar_tells_what_the_right_button_does_in_a_scene(scene_gui):
@@ -139,26 +139,26 @@ def test_the_status_bar_tells_what_the_right_button_does_in_a_scene(scene_gui):
 
 def test_the_left_button_focuses_on_what_is_under_it(scene_gui):
     scene_gui.click(middle(scene_gui), LEFT)
-    assert scene_gui.session.lens.focus_distance_m == pytest.approx(3.0, rel=1e-5)
+    assert scene_gui.session.facts.lens.focus_distance_m == pytest.approx(3.0, rel=1e-5)
 
 
 def test_the_camera_goes_through_its_keys(scene_gui):
     session, scenes = scene_gui.session, scene_gui.session.scenes
-    first, last = session.shot.played.first, session.shot.played.last
+    first, last = session.facts.shot.played.first, session.facts.shot.played.last
     scenes.set_key()
     start = pose(scene_gui)
-    session.timeline.go(last)
+    session.time.timeline.go(last)
     scene_gui.frame(2)
     scenes.set_key()
     scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
     end = pose(scene_gui)
     assert scenes.key_frames == (first, last)
-    session.timeline.go((first + last) // 2)
+    session.time.timeline.go((first + last) // 2)
     scene_gui.frame(2)
     between = np.array(pose(scene_gui).position_m)
     assert np.linalg.norm(between - start.position_m) > 0.01
     assert np.linalg.norm(between - end.position_m) > 0.01
-    session.timeline.go(last)
+    session.time.timeline.go(last)
     scene_gui.frame(2)
     imgui.set_window_focus("Scene")
     scene_gui.frame(2)  # the panel tells of the keys
@@ -167,14 +167,14 @@ def test_the_camera_goes_through_its_keys(scene_gui):
 
 
 def test_another_camera_brings_its_angle(scene_gui):
-    before = scene_gui.session.lens.focal_length_mm
+    before = scene_gui.session.facts.lens.focal_length_mm
     scene_gui.session.scenes.look_through("side")
     scene_gui.frame(2)
     assert pose(scene_gui).position_m[0] == pytest.approx(1.5)
-    assert scene_gui.session.lens.focal_length_mm > before
-    assert "Through side" in scene_gui.session.message
+    assert scene_gui.session.facts.lens.focal_length_mm > before
+    assert "Through side" in scene_gui.session.messages.text
     scene_gui.session.editing.undo()
-    assert scene_gui.session.lens.focal_length_mm == before
+    assert scene_gui.session.facts.lens.focal_length_mm == before
 
 
 def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scene_gui):
@@ -186,38 +186,38 @@ def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scen
     np.testing.assert_allclose(seen[:2], 0, atol=1e-6)
     before, scenes.selected = pose(scene_gui), "of another scene"
     scenes.frame_selected()
-    assert pose(scene_gui) == before and "of another scene" in scene_gui.session.message
+    assert pose(scene_gui) == before and "of another scene" in scene_gui.session.messages.text
 
 
 def test_a_mark_on_an_object_goes_with_it(scene_gui):
     session = scene_gui.session
     session.scenes.mark("near")
-    (mark,) = session.shot.marks
+    (mark,) = session.facts.shot.marks
     assert isinstance(mark, ObjectMark)
     ends = [
         session.scenes.object_m("near", f)
-        for f in (session.shot.played.first, session.shot.played.last)
+        for f in (session.facts.shot.played.first, session.facts.shot.played.last)
     ]
     assert ends == pytest.approx([3.0, 5.0], abs=0.1)
     session.scenes.focus_on("near")
-    assert session.lens.focus_distance_m == pytest.approx(ends[0])
+    assert session.facts.lens.focus_distance_m == pytest.approx(ends[0])
 
 
 @pytest.mark.parametrize("method", [m for m in Method if m.needs_scene])
 def test_a_and_b_are_what_the_renderer_makes_alone(scene_gui, method, renderer: FrameRenderer):
     session = scene_gui.session
     true = replace(QUICK, method=method, views=8)
-    renderer.load_scene(read_scene(Path(session.shot.source)))
-    expected = renderer.pixels(replace(session.shot, defocus=true), session.editing.frame)
-    session.editing.edit(replace(session.shot, defocus=true))
+    renderer.load_scene(read_scene(Path(session.facts.shot.source)))
+    expected = renderer.pixels(replace(session.facts.shot, defocus=true), session.editing.frame)
+    session.editing.edit(replace(session.facts.shot, defocus=true))
     whole(scene_gui)
-    np.testing.assert_array_equal(download(session.live.shown.texture), expected)
-    session.editing.edit(replace(session.shot, defocus=replace(QUICK, views=8)))
+    np.testing.assert_array_equal(download(session.pictures.live.shown.texture), expected)
+    session.editing.edit(replace(session.facts.shot, defocus=replace(QUICK, views=8)))
     against = {"compare": Compare.WIPE, "against": Against.METHOD, "b_method": method}
-    session.view = replace(session.view, **against)
+    session.pictures.view.state = replace(session.facts.view, **against)
     scene_gui.frame()
     whole(scene_gui)
-    shown = session.sides.of_method(session.view)
+    shown = session.pictures.sides.of_method(session.facts.view)
     np.testing.assert_array_equal(download(shown.texture), expected)
 
 
@@ -225,30 +225,30 @@ def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
     bad = tmp_path / "bad.glb"
     bad.write_bytes(b"glTF" + b"\0" * 60)
     session = scene_gui.session
-    shot, plate = session.shot, session.source.plate
-    session.files.open(str(bad))
-    scene_gui.until(lambda: session.message, "a sentence")
-    assert "bad.glb" in session.message
-    assert session.shot == shot and session.source.plate is plate
+    shot, plate = session.facts.shot, session.source.plate
+    session.files.commands.open(str(bad))
+    scene_gui.until(lambda: session.messages.text, "a sentence")
+    assert "bad.glb" in session.messages.text
+    assert session.facts.shot == shot and session.source.plate is plate
 
 
 def test_looks_of_a_scene_are_seen_at_once_in_a_quick_picture_that_says_so(scene_gui):
     """By a method that takes long too: both looks quickly first, then each as it is rendered."""
     gui, session = scene_gui, scene_gui.session
-    begun = session.lens
-    traced = replace(session.shot.defocus, method=Method.RAYTRACED, views=4)
-    session.editing.do(replace(session.shot, defocus=traced))
+    begun = session.facts.lens
+    traced = replace(session.facts.shot.defocus, method=Method.RAYTRACED, views=4)
+    session.editing.do(replace(session.facts.shot, defocus=traced))
     for f_stop in (2.0, 4.0):
         session.editing.edit_lens(replace(begun, f_stop=f_stop))
         gui.rest()
-        session.looks.keep()
+        session.pictures.looks.keep()
     session.editing.edit_lens(replace(begun, f_stop=22.0))
     gui.rest()
     whole(gui)
-    session.looks.toggle_grid()
+    session.pictures.looks.toggle_grid()
     widths, words, end = [], {}, time.monotonic() + 60.0
     gui.frame()
-    while any(session.sides.is_coming(name) for name in "AB") and time.monotonic() < end:
+    while any(session.pictures.sides.is_coming(name) for name in "AB") and time.monotonic() < end:
         session.work()  # makes one picture at most
         gui.frame()
         tiles = gui.screen.picture.pictures.tiles[:2]
@@ -260,35 +260,35 @@ def test_looks_of_a_scene_are_seen_at_once_in_a_quick_picture_that_says_so(scene
     assert "preview, rendering" in words[24]
     gui.frame(2)
     assert not any("rendering" in tile.words for tile in gui.screen.picture.pictures.tiles)
-    session.looks.toggle_grid()
+    session.pictures.looks.toggle_grid()
     whole(gui)
 
 
 def test_looks_of_other_lengths_draw_the_scene_for_themselves_and_leave_it_as_it_was(scene_gui):
     gui, session = scene_gui, scene_gui.session
-    begun = session.lens
-    plate = download(session.renderer.loaded.color)
+    begun = session.facts.lens
+    plate = download(session.pictures.renderer.loaded.color)
     for length in (begun.focal_length_mm, 2 * begun.focal_length_mm):
         session.editing.edit_lens(replace(begun, focal_length_mm=length))
         gui.rest()
         whole(gui)
-        session.looks.keep()
-    session.looks.go(0)
+        session.pictures.looks.keep()
+    session.pictures.looks.go(0)
     whole(gui)
-    seen = download(session.live.shown.texture)
-    session.looks.toggle_grid()
+    seen = download(session.pictures.live.shown.texture)
+    session.pictures.looks.toggle_grid()
     whole(gui)
     own = FrameRenderer(gui.ctx)
-    own.load_scene(read_scene(Path(session.shot.source)))
-    for look in session.shot.looks:
-        shown = session.sides.of_look(look.name)
-        found, expected = download(shown.texture), own.pixels(shown.shot, session.frame)
+    own.load_scene(read_scene(Path(session.facts.shot.source)))
+    for look in session.facts.shot.looks:
+        shown = session.pictures.sides.of_look(look.name)
+        found, expected = download(shown.texture), own.pixels(shown.shot, session.facts.frame)
         np.testing.assert_allclose(found, expected, rtol=4e-3, atol=4e-3)
     own.let_go()
-    session.looks.toggle_grid()
+    session.pictures.looks.toggle_grid()
     whole(gui)
-    np.testing.assert_array_equal(download(session.live.shown.texture), seen)
-    np.testing.assert_array_equal(download(session.renderer.loaded.color), plate)
+    np.testing.assert_array_equal(download(session.pictures.live.shown.texture), seen)
+    np.testing.assert_array_equal(download(session.pictures.renderer.loaded.color), plate)
 
 
 def test_the_buttons_under_the_objects_are_seen_however_many_there_are(ctx, tmp_path):

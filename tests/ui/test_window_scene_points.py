@@ -38,7 +38,8 @@ def moving(gui: Gui, monkeypatch: pytest.MonkeyPatch) -> Iterator[Gui]:
     width, height = LARGE
     session.editing.do(
         replace(
-            session.shot, framing=replace(session.scenes.framing, width_px=width, height_px=height)
+            session.facts.shot,
+            framing=replace(session.scenes.framing, width_px=width, height_px=height),
         )
     )
     whole(gui)
@@ -61,77 +62,81 @@ def test_nothing_of_whole_size_is_read_back_while_it_moves(moving, monkeypatch):
     read: list[object] = []
     monkeypatch.setattr(scene_plate, "download", lambda tx: read.append(tx) or download(tx))
     session, plates = moving.session, set()
-    session.marks.set_point(MIDDLE)
+    session.time.marks.set_point(MIDDLE)
     for step in range(1, 5):
         dragged(moving, 4.0 + step)
         plates.add(session.source.plate)
     assert len(plates) == 4 and read == []
-    assert session.histogram.heights.max() == 1.0  # all that is shown of it was known without
+    assert session.facts.histogram.heights.max() == 1.0  # all that is shown of it was known without
 
 
 def test_a_point_is_measured_where_it_is_seen_however_small_it_is_drawn(moving):
-    session, marks = moving.session, moving.session.marks
+    session, marks = moving.session, moving.session.time.marks
     marks.set_point(MIDDLE)
-    (mark,) = session.shot.marks
+    (mark,) = session.facts.shot.marks
     assert mark == PointMark("A", *map(float, MIDDLE))
-    expected = session.renderer.scene_depth_m(session.shot, session.editing.frame, *MIDDLE)
+    expected = session.pictures.renderer.scene_depth_m(
+        session.facts.shot, session.editing.frame, *MIDDLE
+    )
     assert marks.distance_m(mark) == pytest.approx(expected, rel=0.02)
     assert marks.distance_m(replace(mark, x_px=960.0)) is None
     marks.set_point((960, 3))
-    assert "outside the picture" in session.message and len(session.shot.marks) == 1
+    assert "outside the picture" in session.messages.text and len(session.facts.shot.marks) == 1
 
 
 def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_drawn(moving):
     session, (x, y) = moving.session, MIDDLE
     drawn_px, (_, whole) = (
         session.source.plate.display_window.width,
-        session.source.feed.windows(session.shot),
+        session.source.feed.windows(session.facts.shot),
     )
     assert drawn_px < whole.width
     words = moving.screen.status.words(MIDDLE)
     assert words.startswith(f"x {x}  y {y}   picture")
-    depth_m = session.renderer.scene_depth_m(session.shot, session.editing.frame, x, y)
-    blur_px = coc_px(depth_m, coc_line(session.lens, whole.width))
+    depth_m = session.pictures.renderer.scene_depth_m(
+        session.facts.shot, session.editing.frame, x, y
+    )
+    blur_px = coc_px(depth_m, coc_line(session.facts.lens, whole.width))
     told_px = float(words.rpartition("coc ")[2].partition(" px")[0])
     assert told_px == pytest.approx(blur_px, rel=0.03, abs=0.02)
 
 
 def test_a_point_is_followed_through_a_scene(gui, monkeypatch):
     monkeypatch.setattr("heatlens.session.scenes.point_following._SLICE_S", 0.0)
-    session, marks = gui.session, gui.session.marks
-    first, last = session.shot.played.first, session.shot.played.last
+    session, marks = gui.session, gui.session.time.marks
+    first, last = session.facts.shot.played.first, session.facts.shot.played.last
     marks.set_point((48, 27))
-    before, plate = session.shot, session.source.plate
-    marks.follow(session.shot.marks[0])
-    said = session.message
+    before, plate = session.facts.shot, session.source.plate
+    marks.follow(session.facts.shot.marks[0])
+    said = session.messages.text
     gui.frame()
-    assert session.shot == before and session.message != said  # how far it is by now
-    assert "Following A" in said and "Following A" in session.message
+    assert session.facts.shot == before and session.messages.text != said  # how far it is by now
+    assert "Following A" in said and "Following A" in session.messages.text
     gui.until(lambda: not marks.is_reading, "the last frame")
-    assert session.message == f"The focus follows A from {first} on."
-    keys = session.shot.curves.focus_distance_m.keys
+    assert session.messages.text == f"The focus follows A from {first} on."
+    keys = session.facts.shot.curves.focus_distance_m.keys
     assert [key.frame for key in keys] == list(range(first, last + 1))
     assert [keys[0].value, keys[-1].value] == pytest.approx([3.0, 5.0], rel=1e-3)
     assert session.source.plate is plate
     session.editing.undo()
-    assert session.shot == before
+    assert session.facts.shot == before
 
 
 def test_a_pull_to_a_point_arrives_where_it_is_by_then(gui):
-    session, marks = gui.session, gui.session.marks
+    session, marks = gui.session, gui.session.time.marks
     marks.set_point((48, 27))
-    marks.pull_frames = session.shot.played.last - session.shot.played.first
+    marks.pull_frames = session.facts.shot.played.last - session.facts.shot.played.first
     marks.pull()
-    assert session.shot.curves.focus_distance_m.keys[-1].value == pytest.approx(5.0, rel=1e-3)
+    assert session.facts.shot.curves.focus_distance_m.keys[-1].value == pytest.approx(5.0, rel=1e-3)
 
 
 def test_another_scene_ends_the_following_and_that_is_said(gui, monkeypatch):
     monkeypatch.setattr("heatlens.session.scenes.point_following._SLICE_S", 0.0)
-    session, marks = gui.session, gui.session.marks
+    session, marks = gui.session, gui.session.time.marks
     marks.set_point((48, 27))
-    marks.follow(session.shot.marks[0])
+    marks.follow(session.facts.shot.marks[0])
     gui.frame()
-    session.files.reload()
+    session.files.commands.reload()
     gui.until(lambda: not marks.is_reading, "the end of it")
-    assert "another scene was opened" in session.message
-    assert not session.shot.curves.focus_distance_m.keys
+    assert "another scene was opened" in session.messages.text
+    assert not session.facts.shot.curves.focus_distance_m.keys

@@ -155,18 +155,23 @@ def scene_gui(ctx, small_demo):
 
 def test_a_and_b_through_the_whole_lens_are_what_each_is_alone(scene_gui):
     gui = scene_gui
-    defocus = replace(gui.session.shot.defocus, method=Method.ACCUMULATION)
-    gui.session.editing.edit(replace(gui.session.shot, defocus=defocus))
-    gui.session.view = replace(
-        gui.session.view, against=Against.METHOD, b_method=Method.RAYTRACED, compare=Compare.FLIP
+    defocus = replace(gui.session.facts.shot.defocus, method=Method.ACCUMULATION)
+    gui.session.editing.edit(replace(gui.session.facts.shot, defocus=defocus))
+    gui.session.pictures.view.state = replace(
+        gui.session.facts.view,
+        against=Against.METHOD,
+        b_method=Method.RAYTRACED,
+        compare=Compare.FLIP,
     )
     gui.frame(3)
     gui.settled()
     own = FrameRenderer(gui.ctx)
     own.load_scene(still_life())
-    shot, frame = gui.session.shot, gui.session.editing.frame
+    shot, frame = gui.session.facts.shot, gui.session.editing.frame
     a = own.pixels(shot, frame)
-    np.testing.assert_allclose(download(gui.session.live.shown.texture), a, rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(
+        download(gui.session.pictures.live.shown.texture), a, rtol=1e-4, atol=1e-5
+    )
     b_shot = replace(shot, defocus=replace(defocus, method=Method.RAYTRACED))
     b = displayed(gui, own.pixels(b_shot, frame)).astype(int)
     assert np.abs(region(gui) - b).max() <= 1
@@ -181,9 +186,9 @@ def test_views_are_chosen_by_hand_where_the_method_has_them(scene_gui):
     gui.frame(2)
     gui.click(gui.middle("method: accumulation"))
     gui.frame(3)
-    assert gui.session.shot.defocus.method is Method.ACCUMULATION
+    assert gui.session.facts.shot.defocus.method is Method.ACCUMULATION
     x0, y0, _, y1 = gui.rect("views")
     gui.drag((x0 + 60, (y0 + y1) / 2), (x0 + 90, (y0 + y1) / 2))
-    assert 8 < gui.session.shot.defocus.views < 256
+    assert 8 < gui.session.facts.shot.defocus.views < 256
     gui.settled()
-    assert gui.session.live.shown.settings == gui.session.shot.defocus
+    assert gui.session.pictures.live.shown.settings == gui.session.facts.shot.defocus

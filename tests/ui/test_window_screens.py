@@ -31,7 +31,7 @@ def fine(request, ctx, tmp_path):
 
 def on_screen(gui, scale: float) -> np.ndarray:
     """Return (H, W, 3) bytes of the picture at 1:1, in pixels of the screen."""
-    x, y = (c * scale for c in gui.session.picture_view.geometry.origin)
+    x, y = (c * scale for c in gui.session.pictures.view.geometry.origin)
     assert (x, y) == (round(x), round(y))
     return gui.screenshot()[round(y) : round(y) + HEIGHT, round(x) : round(x) + WIDTH]
 
@@ -48,7 +48,7 @@ def test_the_wipe_parts_them_on_a_pixel_of_the_screen(fine):
     a = on_screen(gui, scale)
     gui.key(K.w)
     gui.frame()
-    assert gui.session.view.compare is Compare.WIPE
+    assert gui.session.facts.view.compare is Compare.WIPE
     found = on_screen(gui, scale)
     b = displayed(gui, gui.session.source.plate.color)
     line, row = WIDTH // 2, 5
@@ -60,7 +60,7 @@ def test_clicks_hit_the_pixel_under_the_pointer(fine):
     gui, _ = fine
     for pixel, distance_m in ((POST, POST_M), (BALL, BALL_M)):
         gui.click(gui.at_picture(pixel[0] + 0.5, pixel[1] + 0.5))
-        assert gui.session.lens.focus_distance_m == distance_m
+        assert gui.session.facts.lens.focus_distance_m == distance_m
 
 
 @pytest.mark.parametrize("size", [(640, 400), (401, 301), (120, 90), (3000, 300)])

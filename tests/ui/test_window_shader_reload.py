@@ -16,12 +16,14 @@ def test_a_changed_shader_changes_the_picture_and_a_mistake_is_said(ctx, tmp_pat
         gui.settled()
         before = region(gui)
         edit(shaders / LIMITS, "max(color.rgb, 0.0)", "max(color.gbr, 0.0)")
-        gui.until(lambda: "Reloaded limits.comp.glsl" in gui.session.message, "the new shader")
+        gui.until(
+            lambda: "Reloaded limits.comp.glsl" in gui.session.messages.text, "the new shader"
+        )
         gui.settled()
         turned = region(gui)
         assert np.any(turned != before)
         edit(shaders / LIMITS, "color.gbr", "colour.rgb")
-        gui.until(lambda: "colour" in gui.session.message, "the mistake")
-        assert "limits.comp.glsl:" in gui.session.message
+        gui.until(lambda: "colour" in gui.session.messages.text, "the mistake")
+        assert "limits.comp.glsl:" in gui.session.messages.text
         gui.settled()
         np.testing.assert_array_equal(region(gui), turned)

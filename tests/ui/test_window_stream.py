@@ -85,8 +85,8 @@ def shows(gui, values):
     gui.settled()
     own = FrameRenderer(gui.ctx)
     own.load(gui.session.source.plate)
-    found = download(gui.session.live.shown.texture)
-    np.testing.assert_array_equal(found, own.pixels(gui.session.shot))
+    found = download(gui.session.pictures.live.shown.texture)
+    np.testing.assert_array_equal(found, own.pixels(gui.session.facts.shot))
     np.testing.assert_array_equal(gui.session.source.plate.depth_m, values[..., 3])
 
 
@@ -99,19 +99,19 @@ def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
         )
         sent(gui, values)
         shows(gui, values)
-        assert gui.session.shot.source == stream.text == f"tev://{stream.address}"
+        assert gui.session.facts.shot.source == stream.text == f"tev://{stream.address}"
         sent_lens = replace(LENS, model=LensModel.RENDERER)  # as everything that a renderer sends
-        assert gui.session.lens == sent_lens and not gui.session.source.is_waiting
-        gui.session.editing.edit_lens(replace(gui.session.lens, f_stop=4.0))
-        gui.session.marks.set_point((3, 5))
-        shot = gui.session.shot
+        assert gui.session.facts.lens == sent_lens and not gui.session.source.is_waiting
+        gui.session.editing.edit_lens(replace(gui.session.facts.lens, f_stop=4.0))
+        gui.session.time.marks.set_point((3, 5))
+        shot = gui.session.facts.shot
         refined = values * np.float32([0.5, 0.5, 2, 1])
         sent(gui, refined, creates=False)
         shows(gui, refined)
         another = frame_of_room(30, 40)
         sent(gui, another, "next frame")
         shows(gui, another)
-        assert gui.session.shot == shot and shot.marks
+        assert gui.session.facts.shot == shot and shot.marks
 
 
 def test_a_packet_that_makes_no_sense_is_counted_and_the_window_stays(ctx):
@@ -134,15 +134,15 @@ def test_a_depth_that_cannot_be_read_is_said_and_read_as_it_is_told_then(ctx):
     options = PlateOptions(depth_convention="distance", scene_unit_m=10.0)
     with listening(ctx, options) as gui:
         sent(gui, values)
-        gui.until(lambda: gui.session.live.shown is not None, "a picture")
-        assert gui.session.shot.plate_options == options
+        gui.until(lambda: gui.session.pictures.live.shown is not None, "a picture")
+        assert gui.session.facts.shot.plate_options == options
         far_m = gui.session.source.plate.depth.far_m
-        gui.session.files.reading.change(replace(options, scene_unit_m=20.0))
+        gui.session.files.commands.reading.change(replace(options, scene_unit_m=20.0))
         gui.until(lambda: gui.session.source.plate.depth.far_m == 2 * far_m, "twice as far")
         gui.rest()
         gui.session.editing.undo()
         gui.until(lambda: gui.session.source.plate.depth.far_m == far_m, "as far as before")
-        gui.session.files.reading.change(PlateOptions())
+        gui.session.files.commands.reading.change(PlateOptions())
         gui.until(lambda: "--depth-convention" in gui.session.source.stream.problem, "a sentence")
         assert gui.session.source.plate is not None
         gui.screenshot()
@@ -155,18 +155,18 @@ def lens_sent(gui, **values):
 def test_the_lens_follows_that_of_the_renderer_where_nobody_has_overruled_it(ctx):
     with listening(ctx, lens={"sensor_width_mm": 30.0}) as gui:
         sent(gui, frame_of_room())
-        gui.until(lambda: gui.session.live.shown is not None, "a picture")
+        gui.until(lambda: gui.session.pictures.live.shown is not None, "a picture")
         lens_sent(gui, focal_length_mm=35, sensor_width_mm=36, f_stop=4, focus_distance_m=3)
-        gui.until(lambda: gui.session.lens.f_stop == 4, "the lens that was sent")
-        lens = gui.session.lens
+        gui.until(lambda: gui.session.facts.lens.f_stop == 4, "the lens that was sent")
+        lens = gui.session.facts.lens
         assert (lens.focal_length_mm, lens.focus_distance_m, lens.sensor_width_mm) == (35, 3, 30)
-        gui.session.lens_commands.focus(2.0)
+        gui.session.lens.commands.focus(2.0)
         lens_sent(gui, focal_length_mm=35, sensor_width_mm=36, f_stop=8, focus_distance_m=3)
-        gui.until(lambda: gui.session.lens.f_stop == 8, "what has changed")
-        assert gui.session.lens.focus_distance_m == 2.0
+        gui.until(lambda: gui.session.facts.lens.f_stop == 8, "what has changed")
+        assert gui.session.facts.lens.focus_distance_m == 2.0
         lens_sent(gui, focal_length_mm=35, focus_distance_m=0.02)  # within the focal length
-        gui.until(lambda: "not taken over" in gui.session.message, "a sentence")
-        assert gui.session.lens.f_stop == 8
+        gui.until(lambda: "not taken over" in gui.session.messages.text, "a sentence")
+        assert gui.session.facts.lens.f_stop == 8
 
 
 QUARTERS = [
@@ -197,27 +197,27 @@ def test_the_focus_does_not_depend_on_which_tile_came_first(ctx, order):
         quarter = WIDTH * HEIGHT // 4
         told = f"{3 * quarter} of {4 * quarter} pixels of its depth have not arrived yet."
         gui.until(lambda: told in stream.words, "what is missing")
-        assert "not arrived" not in gui.session.message
+        assert "not arrived" not in gui.session.messages.text
         sent_in_tiles(gui, values, tiles[1:], creates=False)
         shows(gui, values)
         middle = np.sort(values[HEIGHT // 3 : -(HEIGHT // 3), WIDTH // 3 : -(WIDTH // 3), 3], None)
         whole_m = float(middle[len(middle) // 2])
-        assert gui.session.lens.focus_distance_m == pytest.approx(whole_m)
+        assert gui.session.facts.lens.focus_distance_m == pytest.approx(whole_m)
         assert "not arrived" not in stream.words
-        gui.session.lens_commands.focus(1.25)
+        gui.session.lens.commands.focus(1.25)
         sent(gui, values * np.float32([1, 1, 1, 2]), creates=False)
         gui.frame(2)
-        assert gui.session.lens.focus_distance_m == 1.25  # what a hand has set stays
+        assert gui.session.facts.lens.focus_distance_m == 1.25  # what a hand has set stays
 
 
 def test_a_focus_that_was_set_before_the_depth_was_whole_stays(ctx):
     values = frame_of_room()
     with listening(ctx, lens={}) as gui:
         sent_in_tiles(gui, values, QUARTERS[:1])
-        gui.session.lens_commands.focus(1.25)
+        gui.session.lens.commands.focus(1.25)
         sent(gui, values, creates=False)
         shows(gui, values)
-        assert gui.session.lens.focus_distance_m == 1.25
+        assert gui.session.facts.lens.focus_distance_m == 1.25
 
 
 def test_why_nothing_is_shown_is_told_in_the_picture_before_one_is_up_and_after(ctx, monkeypatch):
@@ -244,18 +244,18 @@ def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
     with listening(ctx) as gui:
         sent(gui, values)
         shows(gui, values)
-        gui.session.pictures.saver.ask(
-            gui.session.shot.source, gui.session.editing.frame, tmp_path / "a.exr"
+        gui.session.pictures.saving.saver.ask(
+            gui.session.facts.shot.source, gui.session.editing.frame, tmp_path / "a.exr"
         )
-        gui.until(lambda: gui.session.message.startswith("Saved"), "the file")
+        gui.until(lambda: gui.session.messages.text.startswith("Saved"), "the file")
         saved = read_parts(tmp_path / "a.exr")[0][1]
-        found = download(gui.session.live.shown.texture)
+        found = download(gui.session.pictures.live.shown.texture)
         for i, name in enumerate("RGB"):
             np.testing.assert_allclose(saved[name], found[..., i], rtol=2e-3)  # of half floats
         for name in ("Reload", "Export...", "Save shot"):
             gui.session.messages.clear()
             gui.do(name)
-            assert gui.session.message == NO_FILES, name
+            assert gui.session.messages.text == NO_FILES, name
 
 
 def test_a_file_takes_the_place_of_the_stream_until_it_is_returned_to(ctx, tmp_path):
@@ -271,11 +271,13 @@ def test_a_file_takes_the_place_of_the_stream_until_it_is_returned_to(ctx, tmp_p
         gui.frame(10)
         source = gui.session.source
         assert source.picture.version == version and not source.stream.is_shown
-        gui.session.recent.look()
-        gui.until(lambda: stream.text in gui.session.recent.found, "the stream among recent files")
+        gui.session.files.recent.look()
+        gui.until(
+            lambda: stream.text in gui.session.files.recent.found, "the stream among recent files"
+        )
         gui.open(stream.text)
         shows(gui, values * np.float32([2, 2, 2, 1]))
-        assert gui.session.shot.source == stream.text
+        assert gui.session.facts.shot.source == stream.text
         assert stream.text not in " ".join(gui.session.preferences.now.recent)
 
 

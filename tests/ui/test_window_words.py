@@ -32,13 +32,13 @@ def test_on_the_margin_of_the_picture_the_bar_shows_a_hint_and_the_method(gui):
     ("mods", "does"), [((), True), ((K.mod_alt,), False), ((K.mod_super,), False)]
 )
 def test_modifiers_without_a_meaning_leave_a_key_without_one(gui, mods, does):
-    before = gui.session.view.overlay
+    before = gui.session.facts.view.overlay
     for mod in mods:
         gui.hold(mod)
     gui.key(K.v)
     for mod in mods:
         gui.hold(mod, False)
-    assert (gui.session.view.overlay is not before) == does
+    assert (gui.session.facts.view.overlay is not before) == does
 
 
 def test_a_message_goes_when_it_is_no_longer_true():
@@ -55,7 +55,7 @@ def test_a_message_goes_when_it_is_no_longer_true():
 
 
 def test_a_lens_that_nobody_can_make_is_doubted_beside_its_f_stop(gui):
-    gui.session.editing.edit_lens(replace(gui.session.lens, f_stop=0.1))
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, f_stop=0.1))
     gui.drawn.clear()
     gui.frame(2)
     assert "doubt about aperture" in gui.drawn
@@ -65,7 +65,7 @@ def test_a_lens_that_nobody_can_make_is_doubted_beside_its_f_stop(gui):
 def test_the_speed_panel_says_preview_once(gui, monkeypatch):
     said = []
     monkeypatch.setattr(imgui, "text_wrapped", lambda text: said.append(text))
-    shown = gui.session.live.shown
+    shown = gui.session.pictures.live.shown
     assert shown is not None
     for quality, words in ((Quality.PREVIEW, "preview"), (Quality.DRAFT, "preview, draft")):
         settings = replace(shown.settings, quality=quality, proxy=shown.settings.proxy / 2)
@@ -73,7 +73,7 @@ def test_the_speed_panel_says_preview_once(gui, monkeypatch):
         imgui.new_frame()
         imgui.begin("alone")
         less = replace(shown, settings=settings)
-        speed_panel(gui.session.speed, less, gui.session.renderer)
+        speed_panel(gui.session.time.speed, less, gui.session.pictures.renderer)
         imgui.end()
         imgui.end_frame()
         assert said[0].endswith(f"x{shown.texture.size[1]}, {words}")
@@ -82,9 +82,9 @@ def test_the_speed_panel_says_preview_once(gui, monkeypatch):
 def test_the_title_names_the_sequence_and_what_is_not_saved(session_context, tmp_path):
     folder = sequence_files(tmp_path)
     with gui_of(session_context, folder, defocus=QUICK) as gui:
-        documents = gui.session.documents
+        documents = gui.session.files.documents
         assert "#" in documents.window_title and not documents.window_title.endswith("*")
-        gui.session.marks.set_here()
+        gui.session.time.marks.set_here()
         assert documents.window_title.endswith(" *")
         gui.session.editing.undo()
         assert not documents.window_title.endswith("*")

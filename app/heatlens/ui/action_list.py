@@ -44,13 +44,13 @@ def actions(session: Session, ui: UiState) -> tuple[Action, ...]:
 
 
 def _file(session: Session, ui: UiState) -> list[Action]:
-    ask, files = ui.dialogs.ask, session.files
+    ask, files = ui.dialogs.ask, session.files.commands
     return [
         Action("Open...", "File", partial(ask, "open"), _K.o | CTRL),
         Action("Open reference...", "File", partial(ask, "reference"), _K.o | CTRL | SHIFT),
         Action("Add a picture behind...", "File", partial(ask, "behind")),
         Action("Open the demo", "File", partial(files.open, DEMO)),
-        Action("Start screen...", "File", session.start_choices.show),
+        Action("Start screen...", "File", session.files.start_choices.show),
         Action("Open shot...", "File", partial(ask, "shot")),
         Action("Save shot", "File", partial(_save_shot, session, ui), _K.s | CTRL),
         Action("Save shot as...", "File", partial(ask, "save shot"), _K.s | CTRL | SHIFT),
@@ -59,28 +59,28 @@ def _file(session: Session, ui: UiState) -> list[Action]:
         Action("Import camera...", "File", partial(ask, "camera")),
         Action("Export...", "File", partial(_show_export, session, ui), _K.e | CTRL),
         Action("Pull sheet...", "File", partial(ask, "sheet")),
-        Action("Copy picture", "File", session.pictures.copy, _K.c | CTRL),
+        Action("Copy picture", "File", session.pictures.saving.copy, _K.c | CTRL),
         Action("Quit", "File", ui.quit, _K.q | CTRL),
     ]
 
 
 def _save_shot(session: Session, ui: UiState) -> None:
     """Save the shot to its file, or ask for a file name where it has none."""
-    if not session.documents.save():
+    if not session.files.documents.save():
         ui.dialogs.ask("save shot")
 
 
 def _show_export(session: Session, ui: UiState) -> None:
     """Bring the Export panel to the front."""
-    if session.exports.why_not:
-        session.say(session.exports.why_not)
+    if session.files.exports.why_not:
+        session.messages.say(session.files.exports.why_not)
     ui.panels["Export"] = True
     imgui.set_window_focus("Export")
 
 
 def _scene(session: Session) -> list[Action]:
     def barred() -> str:
-        is_there = session.has_camera
+        is_there = session.facts.has_camera
         return "" if is_there else "Only a scene has a camera and objects, and none is open."
 
     scenes = session.scenes
@@ -114,7 +114,7 @@ def _edit(session: Session) -> list[Action]:
 
 
 def _lens(session: Session) -> list[Action]:
-    lens, left, right = session.lens_commands, _K.left_bracket, _K.right_bracket
+    lens, left, right = session.lens.commands, _K.left_bracket, _K.right_bracket
     return [
         Action("Focus nearer", "Lens", partial(lens.nudge_focus, 1), left, repeats=True),
         Action("Focus farther", "Lens", partial(lens.nudge_focus, -1), right, repeats=True),
@@ -122,10 +122,12 @@ def _lens(session: Session) -> list[Action]:
         Action("Close 1/3 stop", "Lens", partial(lens.step_f_stop, 1), right | SHIFT, repeats=True),
         Action("Focus at infinity", "Lens", lens.focus_at_infinity),
         Action("Reset lens", "Lens", lens.reset),
-        Action("Keep this look", "Lens", session.looks.keep, _K.l | SHIFT),
-        Action("Back to the lens before", "Lens", session.looks.back, _K.backspace),
+        Action("Keep this look", "Lens", session.pictures.looks.keep, _K.l | SHIFT),
+        Action("Back to the lens before", "Lens", session.pictures.looks.back, _K.backspace),
         *(
-            Action(f"Look {index + 1}", "Lens", partial(session.looks.go, index), key | CTRL)
+            Action(
+                f"Look {index + 1}", "Lens", partial(session.pictures.looks.go, index), key | CTRL
+            )
             for index, key in enumerate(_DIGITS)
         ),
         Action("Next quality", "Lens", lens.next_quality, _K.q),
@@ -134,11 +136,11 @@ def _lens(session: Session) -> list[Action]:
 
 
 def _view(session: Session, ui: UiState) -> list[Action]:
-    view, scale, theme = session.view_commands, ui.scale, ui.theme
+    view, scale, theme = session.pictures.commands, ui.scale, ui.theme
     return [
         Action(
             "Depth of field", "View", partial(view.toggle, "depth_of_field"), _K.d,
-            is_on=lambda: session.view.depth_of_field,
+            is_on=lambda: session.facts.view.depth_of_field,
         ),
         Action("Fit", "View", view.fit, _K.f),
         Action("1:1", "View", view.one_to_one, _K._1),
@@ -146,11 +148,11 @@ def _view(session: Session, ui: UiState) -> list[Action]:
         Action("Zoom out", "View", partial(view.zoom, 0.5), _K.minus, repeats=True),
         Action(
             "Pixel grid", "View", partial(view.toggle, "pixel_grid"), _K.g,
-            is_on=lambda: session.view.pixel_grid,
+            is_on=lambda: session.facts.view.pixel_grid,
         ),
         Action(
             "Values in pixels", "View", partial(view.toggle, "pixel_values"), _K.g | SHIFT,
-            is_on=lambda: session.view.pixel_values,
+            is_on=lambda: session.facts.view.pixel_values,
         ),
         Action(
             "Ruler", "View", view.toggle_ruler, _K.n,
@@ -178,26 +180,26 @@ def _overlays(session: Session) -> list[Action]:
 
     def toggle(overlay: Overlay, name: str, key: int) -> Action:
         return Action(
-            name, "View", partial(session.view_commands.toggle_overlay, overlay), key,
-            is_on=lambda: session.view.overlay is overlay,
+            name, "View", partial(session.pictures.commands.toggle_overlay, overlay), key,
+            is_on=lambda: session.facts.view.overlay is overlay,
         )  # fmt: skip
 
     peaking = Action(
-        "Focus peaking", "View", partial(session.view_commands.toggle, "is_peaking"), _K.p | SHIFT,
-        is_on=lambda: session.view.is_peaking,
+        "Focus peaking", "View", partial(session.pictures.commands.toggle, "is_peaking"),
+        _K.p | SHIFT, is_on=lambda: session.facts.view.is_peaking,
     )  # fmt: skip
     zones, *others = (toggle(*row) for row in keyed)
     return [zones, peaking, *others, *_guides(session)]
 
 
 def _guides(session: Session) -> list[Action]:
-    view = session.view_commands
+    view = session.pictures.commands
 
     def is_matte(aspect: float | None) -> Callable[[], bool]:
-        return lambda: session.view.guides.aspect == aspect
+        return lambda: session.facts.view.guides.aspect == aspect
 
     def is_drawn(field: str) -> Callable[[], bool]:
-        return lambda: bool(getattr(session.view.guides, field))
+        return lambda: bool(getattr(session.facts.view.guides, field))
 
     lines = (("safe_areas", "Safe areas"), ("thirds", "Thirds"), ("centre", "Centre cross"))
     return [
@@ -215,18 +217,18 @@ def _guides(session: Session) -> list[Action]:
 
 
 def _compare(session: Session) -> list[Action]:
-    view = session.view_commands
+    view = session.pictures.commands
 
     def toggle(compare: Compare, name: str, key: imgui.Key) -> Action:
         return Action(
             name, "Compare", partial(view.toggle_compare, compare), key,
-            is_on=lambda: session.view.compare is compare,
+            is_on=lambda: session.facts.view.compare is compare,
         )  # fmt: skip
 
     def compare_with(method: Method | None) -> Action:
         return Action(
             f"Compare with {method or 'pinhole'}", "Compare", partial(view.compare_with, method),
-            barred=lambda: barred_methods(session.has_many_views).get(str(method), ""),
+            barred=lambda: barred_methods(session.facts.has_many_views).get(str(method), ""),
         )  # fmt: skip
 
     return [
@@ -234,14 +236,14 @@ def _compare(session: Session) -> list[Action]:
         toggle(Compare.FLIP, "Flip to B", _K.x),
         toggle(Compare.DIFFERENCE, "Difference", _K.e),
         Action(
-            "Grid of looks", "Compare", session.looks.toggle_grid, _K.w | SHIFT,
-            is_on=lambda: session.view.compare is Compare.GRID,
+            "Grid of looks", "Compare", session.pictures.looks.toggle_grid, _K.w | SHIFT,
+            is_on=lambda: session.facts.view.compare is Compare.GRID,
         ),
         Action("More gain", "Compare", partial(view.step_gain, 1), _K.period),
         Action("Less gain", "Compare", partial(view.step_gain, -1), _K.comma),
         Action(
             "B is the reference", "Compare", view.swap_b, _K.r,
-            is_on=lambda: session.view.against is Against.REFERENCE,
+            is_on=lambda: session.facts.view.against is Against.REFERENCE,
         ),
         *(compare_with(method) for method in (None, *Method)),
     ]  # fmt: skip

@@ -46,7 +46,7 @@ class DockedPanels:
     def __init__(self, session: Session, ui: UiState) -> None:
         self._session = session
         self._ui = ui
-        self.stills = LookStills(session.renderer.ctx)
+        self.stills = LookStills(session.pictures.renderer.ctx)
 
     def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
         """Draw the panels; `hovered` is the pixel of the display window under the pointer.
@@ -60,7 +60,7 @@ class DockedPanels:
             self._look()
         if panels["Plate"]:
             self._plate(hovered)
-        if panels["Scene"] and session.has_camera:
+        if panels["Scene"] and session.facts.has_camera:
             self._scene()
         if panels["Marks"]:
             self._marks()
@@ -78,14 +78,14 @@ class DockedPanels:
     def _lens(self) -> None:
         session = self._session
         if self._begin("Lens") and not session.source.is_waiting:
-            begun = session.lens_commands.start_lens
+            begun = session.lens.commands.start_lens
             sources = {} if begun is None else begun.sources
             tried, doubtful = session.editing.tried, self._doubts()
-            kits = session.lens_commands.kits
+            kits = session.lens.commands.kits
             plate = session.source.picture.plate
             facts = LensFacts(
-                session.histogram,
-                session.view.unit,
+                session.facts.histogram,
+                session.facts.view.unit,
                 sources,
                 tried,
                 doubtful,
@@ -95,24 +95,28 @@ class DockedPanels:
             )
             self._ring()
             with listening() as drawn:
-                session.editing.edit_lens(lens_panel(session.lens, facts, session.say))
-            kit_panel(session.shot.kit, session.lens, kits)
+                session.editing.edit_lens(
+                    lens_panel(session.facts.lens, facts, session.messages.say)
+                )
+            kit_panel(session.facts.shot.kit, session.facts.lens, kits)
             ask_image = partial(self._ui.dialogs.ask, "opening")
-            session.editing.edit_lens(opening_panel(session.lens, session.say, ask_image))
-            defocus = blur_panel(session.shot.defocus, session.has_many_views)
-            session.editing.edit(replace(session.shot, defocus=defocus))
-            if session.histogram is not None and session.timeline.has_time:
+            session.editing.edit_lens(
+                opening_panel(session.facts.lens, session.messages.say, ask_image)
+            )
+            defocus = blur_panel(session.facts.shot.defocus, session.facts.has_many_views)
+            session.editing.edit(replace(session.facts.shot, defocus=defocus))
+            if session.facts.histogram is not None and session.time.timeline.has_time:
                 lens_dots(session, drawn)
         imgui.end()
 
     def _mark_distances(self) -> tuple[tuple[str, float], ...]:
         """Return names and distances in metres of the marks that have one at this frame."""
-        marks = self._session.marks
-        found = [(mark.name, marks.distance_m(mark)) for mark in self._session.shot.marks]
+        marks = self._session.time.marks
+        found = [(mark.name, marks.distance_m(mark)) for mark in self._session.facts.shot.marks]
         return tuple((name, distance_m) for name, distance_m in found if distance_m is not None)
 
     def _ring(self) -> None:
-        ring = self._session.ring
+        ring = self._session.lens.ring
         if ring.receiver is None or ring.heard is None:
             return
         receiver = ring.receiver
@@ -121,7 +125,7 @@ class DockedPanels:
             *(ring.to_picture_s, receiver.fault),
         )
         chosen = ring_panel(RingState(ring.is_followed, ring.source), facts)
-        ring_map_panel(ring, self._session.view.unit, self._session.say)
+        ring_map_panel(ring, self._session.facts.view.unit, self._session.messages.say)
         ring.is_followed = chosen.is_followed
         if chosen.source != ring.source:
             ring.listen_to(chosen.source)
@@ -129,16 +133,22 @@ class DockedPanels:
     def _doubts(self) -> tuple[Doubt, ...]:
         """Return implausible values of lens and plate; a scene has none, for it gives its units."""
         session, plate = self._session, self._session.source.plate
-        if plate is None or session.has_camera or not plate.has_distances:
+        if plate is None or session.facts.has_camera or not plate.has_distances:
             return ()
-        return doubts(session.lens, depth_span(plate, session.shot.plate_options.scene_unit_m))
+        return doubts(
+            session.facts.lens, depth_span(plate, session.facts.shot.plate_options.scene_unit_m)
+        )
 
     def _look(self) -> None:
         session = self._session
         if self._begin("Look"):
-            name = None if session.reference is None else session.reference.path.name
-            session.view = look_panel(
-                session.view, session.color, name, session.has_many_views, session.say
+            name = None if session.facts.reference is None else session.facts.reference.path.name
+            session.pictures.view.state = look_panel(
+                session.facts.view,
+                session.pictures.color,
+                name,
+                session.facts.has_many_views,
+                session.messages.say,
             )
         imgui.end()
 
@@ -150,23 +160,23 @@ class DockedPanels:
         if is_open and plate is not None:
             hovered_m = None
             if hovered is not None:
-                frame_px = session.source.frame_px(session.lens, hovered)
-                plate_px = session.source.feed.plate_px(session.shot, frame_px)
+                frame_px = session.source.frame_px(session.facts.lens, hovered)
+                plate_px = session.source.feed.plate_px(session.facts.shot, frame_px)
                 hovered_m = seen_depth_m(plate, plate_px)
-            reading, unit = session.files.reading, session.view.unit
+            reading, unit = session.files.commands.reading, session.facts.view.unit
             problem = window_words(reading.problem)
             facts = PlateFacts(
                 plate=plate,
-                histogram=session.histogram,
+                histogram=session.facts.histogram,
                 hovered_m=hovered_m,
                 unit=unit,
                 problem=problem,
-                lens=session.lens,
+                lens=session.facts.lens,
                 doubts=self._doubts(),
                 read=reading.read,
             )
             ask = partial(self._ui.dialogs.ask, "behind")
-            reading.change(plate_panel(reading.options, facts, session.say, ask))
+            reading.change(plate_panel(reading.options, facts, session.messages.say, ask))
         imgui.end()
 
     def _scene(self) -> None:
@@ -175,7 +185,7 @@ class DockedPanels:
         imgui.end()
 
     def _export(self) -> None:
-        exports = self._session.exports
+        exports = self._session.files.exports
         if self._begin("Export"):
             if exports.why_not:
                 imgui.text_wrapped(exports.why_not)
@@ -186,8 +196,8 @@ class DockedPanels:
     def _speed(self) -> None:
         session = self._session
         if self._begin("Speed"):
-            session.speed.upload_s = session.source.picture.upload_s
-            speed_panel(session.speed, session.live.shown, session.renderer)
+            session.time.speed.upload_s = session.source.picture.upload_s
+            speed_panel(session.time.speed, session.pictures.live.shown, session.pictures.renderer)
         imgui.end()
 
     def _marks(self) -> None:
@@ -204,7 +214,9 @@ class DockedPanels:
     def _guides(self) -> None:
         if self._begin("Guides"):
             session = self._session
-            session.view = guides_panel(session.view, session.lens.squeeze, session.say)
+            session.pictures.view.state = guides_panel(
+                session.facts.view, session.facts.lens.squeeze, session.messages.say
+            )
         imgui.end()
 
     def _timeline(self) -> None:
@@ -215,7 +227,7 @@ class DockedPanels:
     def _begin(self, name: str, flags: int = 0) -> bool:
         shown, is_open = imgui.begin(name, True, flags)
         self._ui.panels[name] = bool(is_open)
-        if shown and self._session.start_choices.has_nothing and name in _NEED_A_PICTURE:
+        if shown and self._session.files.start_choices.has_nothing and name in _NEED_A_PICTURE:
             imgui.text_disabled("Waits for a picture.")
             return False
         return shown

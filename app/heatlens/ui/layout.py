@@ -65,8 +65,8 @@ def _beside(menu: str) -> str:
 def _open_recent(session: Session, ui: UiState) -> Action | None:
     """Draw the submenu of recent files that still exist; return an action that opens the chosen."""
     if imgui.is_window_appearing():
-        session.recent.look()
-    recent, picked = session.recent.found, None
+        session.files.recent.look()
+    recent, picked = session.files.recent.found, None
     is_open = imgui.begin_menu("Open recent", bool(recent))
     probe.note("menu Open recent")
     if is_open:
@@ -74,7 +74,7 @@ def _open_recent(session: Session, ui: UiState) -> Action | None:
             ui.menu_to_open = ""  # the arrow key opened this submenu, not the next menu
         for text in recent:
             if _recent_item(Path(text)):
-                picked = Action(text, "File", partial(session.files.open, text))
+                picked = Action(text, "File", partial(session.files.commands.open, text))
         imgui.end_menu()
     return picked
 

@@ -62,11 +62,11 @@ class PictureWindow:
         self._session = session
         self._ui = ui
         self._seen = SeenPictures(session, screen, kept)
-        ctx = session.renderer.ctx
+        ctx = session.pictures.renderer.ctx
         self._start = StartScreen(ctx)
         self._notice = StreamNotice()
-        self._lessons = Lessons(session.editing, session.marks)
-        self.viewport = ViewportPanel(ctx, session.picture_view)
+        self._lessons = Lessons(session.editing, session.time.marks)
+        self.viewport = ViewportPanel(ctx, session.pictures.view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window under the pointer
         self.alt = AltHeld()
         self.pictures: Pictures | None = None  # the pictures shown in this frame
@@ -80,11 +80,11 @@ class PictureWindow:
         self._begin()
         imgui.pop_style_var()
         is_held_off = self.alt.is_over(self.hovered is not None)
-        self._session.picture_view.is_lens_held_off = is_held_off
-        is_there = self._session.source.plate is not None and self._session.seen is not None
+        self._session.pictures.view.is_lens_held_off = is_held_off
+        is_there = self._session.source.plate is not None and self._session.facts.seen is not None
         if is_seen or not is_there:
             self.pictures = self._seen.now()
-        if self._session.start_choices.is_wanted:
+        if self._session.files.start_choices.is_wanted:
             self.hovered = None
             self._choose(hears_keys)
         else:
@@ -95,7 +95,7 @@ class PictureWindow:
 
     def _draw_picture(self, pictures: Pictures | None) -> None:
         """Draw the picture and everything over it, or the reason why there is none."""
-        if self._session.source.picture.is_black and not self._session.pull.is_alone:
+        if self._session.source.picture.is_black and not self._session.time.pull.is_alone:
             imgui.text_disabled(f"  Frame {self._session.editing.frame} has no file.")
         elif self._session.source.is_waiting and self._session.source.stream is not None:
             draw_waiting(self._session.source.stream)
@@ -107,16 +107,16 @@ class PictureWindow:
             imgui.text_disabled(f"  {words}")
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
-            self._apply(self.viewport.draw(pictures, self._session.view, scale))
+            self._apply(self.viewport.draw(pictures, self._session.facts.view, scale))
             self._draw_over(pictures)
             if not (self._ui.is_bare or pictures.tiles):
-                draw_lessons(self._lessons, self._session.picture_view.viewport)
+                draw_lessons(self._lessons, self._session.pictures.view.viewport)
             if self._session.source.stream is not None and self._session.source.stream.is_shown:
-                self._notice.draw(self._session.source.stream, self._session.picture_view.viewport)
+                self._notice.draw(self._session.source.stream, self._session.pictures.view.viewport)
 
     def _draw_over(self, pictures: Pictures) -> None:
         """Draw guides, marks and the legend over the picture; in a grid, guides in each cell."""
-        view, place = self._session.view, self.viewport.place
+        view, place = self._session.facts.view, self.viewport.place
         for cell in self.viewport.cells:
             here = geometry(view, cell, pictures.shape)
             draw_guides(view.guides, pictures.shape, replace(place, viewport=cell, geometry=here))
@@ -139,7 +139,7 @@ class PictureWindow:
 
     def _choose(self, hears_keys: bool) -> None:
         """Draw the start screen and act on the user's choice."""
-        choices, opening = self._session.start_choices, self._session.source.opener.opening
+        choices, opening = self._session.files.start_choices, self._session.source.opener.opening
         answer = self._start.draw(choices.cards(), opening, hears_keys, choices.most_recent)
         if answer.taken is not None and not choices.take(answer.taken):
             self._ui.dialogs.ask("open")
@@ -148,41 +148,41 @@ class PictureWindow:
 
     def _legend(self) -> None:
         session = self._session
-        if not session.view.has_overlay or session.view.compare is Compare.FLIP:
+        if not session.facts.view.has_overlay or session.facts.view.compare is Compare.FLIP:
             return
         if not session.editing.has_lens:
             return
-        plate = session.renderer.loaded.plate
-        optics = session.renderer.optics(session.editing.seen_shot, session.editing.frame)
-        sharp = sharp_px(session.lens, plate.display_window.width)
+        plate = session.pictures.renderer.loaded.plate
+        optics = session.pictures.renderer.optics(session.editing.seen_shot, session.editing.frame)
+        sharp = sharp_px(session.facts.lens, plate.display_window.width)
         limits = layer_limits_px(optics, session.editing.seen_shot)
-        facts = LegendFacts(optics, sharp, limits, plate.depth, session.view.unit)
-        peaking = session.view.peaking if session.view.is_peaking else None
-        legend = entries(session.view.overlay, facts, peaking)
+        facts = LegendFacts(optics, sharp, limits, plate.depth, session.facts.view.unit)
+        peaking = session.facts.view.peaking if session.facts.view.is_peaking else None
+        legend = entries(session.facts.view.overlay, facts, peaking)
         is_right = bool(self._lessons.left)  # the lessons are at the left
-        draw_legend(legend, session.picture_view.viewport, is_right)
+        draw_legend(legend, session.pictures.view.viewport, is_right)
 
     def _apply(self, result: ViewportResult) -> None:
-        self._session.view, self.hovered = result.view, result.hovered_px
+        self._session.pictures.view.state, self.hovered = result.view, result.hovered_px
         if result.camera is not None:
             self._session.scenes.move(result.camera)
         if result.focus_notches:
-            self._session.lens_commands.nudge_focus(result.focus_notches)
+            self._session.lens.commands.nudge_focus(result.focus_notches)
         if result.tile is not None:
             self._choose_tile(result.tile)
         if result.focus_px is None:
             return
-        io, ruler = imgui.get_io(), self._session.view_commands.ruler
+        io, ruler = imgui.get_io(), self._session.pictures.commands.ruler
         is_clicked = imgui.is_mouse_clicked(imgui.MouseButton_.left)
         if ruler.is_on:
             (ruler.press if is_clicked else ruler.drag)(result.focus_px)
         elif not (io.key_ctrl and io.key_shift):
-            self._session.lens_commands.focus_at(result.focus_px)
+            self._session.lens.commands.focus_at(result.focus_px)
         elif is_clicked:
-            self._session.marks.set_point(result.focus_px)
+            self._session.time.marks.set_point(result.focus_px)
 
     def _choose_tile(self, index: int) -> None:
         """Use the lens of the look that was clicked in the grid, and leave the grid."""
         assert self.pictures is not None
-        self._session.looks.go_to(self.pictures.tiles[index].name)
-        self._session.view_commands.change(compare=Compare.OFF)
+        self._session.pictures.looks.go_to(self.pictures.tiles[index].name)
+        self._session.pictures.commands.change(compare=Compare.OFF)

@@ -42,21 +42,27 @@ class Screen:
         self.ui = UiState(session, wake)
         self.actions = actions(session, self.ui)
         self.typed: Sequence[imgui.Key] = ()  # keys that went down in this frame, in their order
-        ctx = session.renderer.ctx
+        ctx = session.pictures.renderer.ctx
         self._pictures = ScreenPictures(ctx)
         kept = KeptScreen(
-            session.pull, session.source, session.editing, session.picture_view, self._pictures
+            session.time.pull,
+            session.source,
+            session.editing,
+            session.pictures.view,
+            self._pictures,
         )
-        session.pull.screen = kept
+        session.time.pull.screen = kept
         self.picture = PictureWindow(session, self.ui, self._pictures, kept)
         self.status = StatusBar(session, self.ui, kept)
         self._panels = DockedPanels(session, self.ui)
-        session.looks.still_now = lambda: self._panels.stills.now(session, self.picture.pictures)
+        session.pictures.looks.still_now = lambda: self._panels.stills.now(
+            session, self.picture.pictures
+        )
 
     def opens(self, key: imgui.Key, mods: int) -> bool:
         """Return True if keys typed behind this one have to wait for what it does."""
-        is_covered = topmost.is_any_open() or self._session.documents.offer is not None
-        is_elsewhere = is_covered or self.ui.is_bare or self._session.start_choices.is_wanted
+        is_covered = topmost.is_any_open() or self._session.files.documents.offer is not None
+        is_elsewhere = is_covered or self.ui.is_bare or self._session.files.start_choices.is_wanted
         return is_elsewhere or opens(self.actions, key, mods)
 
     def draw(self, is_seen: bool = True) -> None:
@@ -92,12 +98,12 @@ class Screen:
         if is_new_layout:
             for name in ("Lens", "Look"):  # bring them in front of the other tabs
                 imgui.set_window_focus(name)
-        session.ring.poll()  # again, for samples that came while the panels were drawn
+        session.lens.ring.poll()  # again, for samples that came while the panels were drawn
         if is_seen:
-            session.scheduler.update()
+            session.time.scheduler.update()
         self.picture.draw(hears, is_seen)
         session.editing.rest(is_held=imgui.is_any_item_active())
-        session.color.apply(session.view, self._pictures)
+        session.pictures.color.apply(session.facts.view, self._pictures)
 
     def _fit_panels(self) -> None:
         """Leave room for the picture if the panels have just become larger."""
@@ -108,25 +114,25 @@ class Screen:
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui
         if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
-            if session.recording.state is not RecordingState.OFF:
+            if session.lens.recording.state is not RecordingState.OFF:
                 if not imgui.get_io().want_text_input:
-                    session.recording.drop()
-            elif not session.view_commands.leave():
+                    session.lens.recording.drop()
+            elif not session.pictures.commands.leave():
                 ui.leave_bare()
-        is_covered = topmost.is_any_open() or session.documents.offer is not None
+        is_covered = topmost.is_any_open() or session.files.documents.offer is not None
         chosen = None if ui.is_bare else menu_bar(session, ui, self.actions)
         keyed = in_order(
             (a for a in pressed(self.actions) if not (is_covered or self._is_asleep(a))), self.typed
         )
         for action in (*keyed, chosen, self._palette()):
             if action is not None:
-                action.do(session.say)
+                action.do(session.messages.say)
         if ui.shows_keys:
-            ui.shows_keys = keys_window(self.actions, session.has_camera)
+            ui.shows_keys = keys_window(self.actions, session.facts.has_camera)
         pull_popup(session, ui)
         rendered_popup(session, ui.timeline)
-        shot_question(session.documents)
-        export = session.exports.run.state
+        shot_question(session.files.documents)
+        export = session.files.exports.run.state
         quit_question(ui, export_words(export), "" if export is None else export.when_stopped)
         ui.dialogs.draw()
 
@@ -140,7 +146,9 @@ class Screen:
 
     def _is_asleep(self, action: Action) -> bool:
         """Return True if the start screen is shown and may use the action's key itself."""
-        return self._session.start_choices.is_wanted and action.menu not in _START_SCREEN_MENUS
+        return (
+            self._session.files.start_choices.is_wanted and action.menu not in _START_SCREEN_MENUS
+        )
 
     def _frame_window(self) -> None:
         """Draw the window with the dock space, and the status bar under it."""

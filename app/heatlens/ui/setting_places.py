@@ -61,9 +61,9 @@ def setting_places(session: Session, ui: UiState) -> tuple[Action, ...]:
 
 
 def _why_not(session: Session, panel: str) -> str:
-    if panel == "Scene" and not session.has_camera:
+    if panel == "Scene" and not session.facts.has_camera:
         return "Only a scene has these settings, and none is open."
-    if panel == "Timeline" and not session.timeline.has_time:
+    if panel == "Timeline" and not session.time.timeline.has_time:
         return "Only what has several frames has a timeline."
     return ""
 

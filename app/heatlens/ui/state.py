@@ -47,8 +47,8 @@ class UiState:
         self.asks_to_quit = False  # show the question whether to stop the running export
         self.shows_export_end = True  # the result of the latest export, until it is dismissed
         self.palette = Palette()
-        self.dialogs = FileDialogs(session.files, session.say, wake)
-        held_by = session.editing, session.keys, session.say
+        self.dialogs = FileDialogs(session.files.commands, session.messages.say, wake)
+        held_by = session.editing, session.time.keys, session.messages.say
         self.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))
 
     @property
@@ -60,7 +60,7 @@ class UiState:
     def is_timeline_shown(self) -> bool:
         """True if the timeline panel is open and the source has several frames."""
         session = self._session
-        has_time = session.source.plate is not None and session.timeline.has_time
+        has_time = session.source.plate is not None and session.time.timeline.has_time
         return self.panels["Timeline"] and has_time
 
     def toggle_panel(self, name: str) -> None:
@@ -111,12 +111,12 @@ class UiState:
 
     def quit(self) -> None:
         """End the program after this frame; ask first if an export is running."""
-        self.asks_to_quit = self._session.exports.run.is_busy
+        self.asks_to_quit = self._session.files.exports.run.is_busy
         self.is_over = not self.asks_to_quit
 
     def seconds_until_needed(self) -> float | None:
         """Return how many seconds the loop may sleep; None to sleep until an event."""
         wait_s = self._session.seconds_until_needed()
-        if not (self.is_timeline_shown and self._session.timeline.is_behind):
+        if not (self.is_timeline_shown and self._session.time.timeline.is_behind):
             return wait_s
         return _BEHIND_S if wait_s is None else min(wait_s, _BEHIND_S)

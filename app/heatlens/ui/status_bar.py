@@ -26,7 +26,7 @@ class StatusBar:
         self._session = session
         self._ui = ui
         self._kept = kept
-        self._reader = PictureReader(session.renderer.ctx)
+        self._reader = PictureReader(session.pictures.renderer.ctx)
 
     def draw(self, hovered: tuple[int, int] | None) -> None:
         """Draw the bar; `hovered` is the pixel of the display window under the pointer.
@@ -34,11 +34,11 @@ class StatusBar:
         The readout is at the left with the message beside it; export and sides are at the right.
         """
         session, em = self._session, imgui.get_font_size()
-        reference = None if session.reference is None else session.reference.path.name
-        sides = words(session.view, session.sides, reference, session.seen)
-        if sides and session.picture_view.is_drawn:
-            sides = f"{sides}    {zoom_words(session.picture_view.zoom)}"
-        run = session.exports.run
+        reference = None if session.facts.reference is None else session.facts.reference.path.name
+        sides = words(session.facts.view, session.pictures.sides, reference, session.facts.seen)
+        if sides and session.pictures.view.is_drawn:
+            sides = f"{sides}    {zoom_words(session.pictures.view.zoom)}"
+        run = session.files.exports.run
         end = imgui.get_window_width() - _EDGE_EM * em
         export_width = export_bar_width(run, self._ui)
         room_end = end - export_width - (imgui.calc_text_size(sides).x + em if sides else 0.0)
@@ -93,30 +93,30 @@ class StatusBar:
     def _hint(self) -> str:
         """Return what mouse and keys do."""
         session = self._session
-        is_start = session.start_choices.is_wanted
+        is_start = session.files.start_choices.is_wanted
         hint = "Arrows and Enter, a digit or a click" if is_start else ""
-        return f"{hint or mouse_words(session.has_camera)}.  ? shows the keys."
+        return f"{hint or mouse_words(session.facts.has_camera)}.  ? shows the keys."
 
     def _words_at(self, hovered: tuple[int, int] | None) -> str:
         """Return the values under the pointer; "" beside the picture, as on its margin."""
-        session, plate, shown = self._session, self._session.source.plate, self._session.seen
-        is_other = session.pull.is_alone  # kept frames are playing, not the loaded plate
+        session, plate, shown = self._session, self._session.source.plate, self._session.facts.seen
+        is_other = session.time.pull.is_alone  # kept frames are playing, not the loaded plate
         if plate is None or shown is None or hovered is None or is_other:
             return ""
-        if session.view.compare is Compare.GRID:
+        if session.facts.view.compare is Compare.GRID:
             return "Click a picture to take its look.  Escape leaves the grid."
         self._kept.uploaded(shown)
-        pixel = session.source.feed.plate_px(session.shot, hovered)
+        pixel = session.source.feed.plate_px(session.facts.shot, hovered)
         version = shown.key if isinstance(shown, KeptFrame) else shown
-        frame_px = session.source.frame_px(session.lens, pixel)
-        read = probe_at(pixel, plate, session.lens, shown, version, self._reader, frame_px)
+        frame_px = session.source.frame_px(session.facts.lens, pixel)
+        read = probe_at(pixel, plate, session.facts.lens, shown, version, self._reader, frame_px)
         if read is None:
             return ""
-        if session.has_camera:  # whose preview may be smaller than the whole picture
-            _, whole = session.source.feed.windows(session.shot)
+        if session.facts.has_camera:  # whose preview may be smaller than the whole picture
+            _, whole = session.source.feed.windows(session.facts.shot)
             coc_px = read.coc_px * whole.width / plate.display_window.width
             read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)
-        return probe_text(read, session.view.unit, session.lens)
+        return probe_text(read, session.facts.view.unit, session.facts.lens)
 
 
 def _width_of(text: str) -> float:

@@ -132,7 +132,7 @@ class Loop:
         if isinstance(start.lens_in, PadInput):
             start.lens_in.read = pad_axes
         self._screen = Screen(self._session, glfw.post_empty_event)
-        self._session.speed.has_window = True
+        self._session.time.speed.has_window = True
         self._input = InputQueue(self._screen.opens)
         self._start_imgui()
         self._screen.picture.alt.is_keyboard_taken = partial(is_keyboard_taken, window)
@@ -171,15 +171,15 @@ class Loop:
                 glfw.set_window_should_close(self._window, False)
                 self._ui.quit()
                 self._woken()
-            if session.player.is_due or session.ring.news.is_due or self._is_pulse_due():
+            if session.time.player.is_due or session.lens.ring.news.is_due or self._is_pulse_due():
                 self._frames_due = max(self._frames_due, 1)
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
             # Also between frames: a moving pointer must not keep it off.
-            if session.scheduler.is_working and not self._input.waits:
+            if session.time.scheduler.is_working and not self._input.waits:
                 session.work()
-                self._frames_due += session.scheduler.seen_key != self._seen_key
+                self._frames_due += session.time.scheduler.seen_key != self._seen_key
         self._remember()
         self._feed.close()
         session.close()
@@ -193,7 +193,7 @@ class Loop:
         Tooltips and the end of a gesture come some time after an event, and need a frame to show.
         """
         now, session = time.perf_counter(), self._session
-        if not session.scheduler.is_working or now - self._drawn_at < _PULSE_S:
+        if not session.time.scheduler.is_working or now - self._drawn_at < _PULSE_S:
             return False
         is_typing = imgui.get_io().want_text_input
         return is_typing or session.wants_frames or now - self._event_at < _AFTER_EVENT_S
@@ -204,7 +204,7 @@ class Loop:
         if wait_s == 0.0:
             glfw.poll_events()
             return
-        if not self._session.ring.is_turning:  # it waits for the next turn alone
+        if not self._session.lens.ring.is_turning:  # it waits for the next turn alone
             self._remember()
         if wait_s is None:
             glfw.wait_events()
@@ -244,8 +244,8 @@ class Loop:
     def _draw(self) -> None:
         """Take input in, and draw the window unless more input waits."""
         start = time.perf_counter()
-        session, before = self._session, self._session.live.shown
-        picture_s = session.live.request_s
+        session, before = self._session, self._session.pictures.live.shown
+        picture_s = session.pictures.live.request_s
         self._follow_screen()
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
@@ -268,18 +268,18 @@ class Loop:
         session.drawn()
         picture = self._screen.picture
         self._ui.has_feed = self._feed.draw(
-            self._ui.has_feed, picture.pictures, session.view, self._ui.has_feed_labels
+            self._ui.has_feed, picture.pictures, session.facts.view, self._ui.has_feed_labels
         )
         self._tell_title()
         seconds = time.perf_counter() - start
-        shown = session.live.shown if session.live.shown is not before else None
-        picture_s = session.live.request_s - picture_s
-        session.speed.frame(seconds, picture_s, _is_held() and shown is not None)
+        shown = session.pictures.live.shown if session.pictures.live.shown is not before else None
+        picture_s = session.pictures.live.request_s - picture_s
+        session.time.speed.frame(seconds, picture_s, _is_held() and shown is not None)
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
-        if shown and not session.ring.is_turning:
+        if shown and not session.lens.ring.is_turning:
             self._frames_due = max(self._frames_due, 1)
-        self._seen_key = session.scheduler.seen_key
+        self._seen_key = session.time.scheduler.seen_key
 
     def _follow_screen(self) -> None:
         """Adapt scale and full screen after the window has moved to another monitor."""
@@ -299,9 +299,9 @@ class Loop:
     def _tell_title(self) -> None:
         """Set the window title to the name of what is open, once it is shown."""
         session = self._session
-        if session.live.shown is not None and session.source.plate is not None:
-            name = session.documents.window_title
-            title = f"{export_title(session.exports.run.state)}{name} - heatlens"
+        if session.pictures.live.shown is not None and session.source.plate is not None:
+            name = session.files.documents.window_title
+            title = f"{export_title(session.files.exports.run.state)}{name} - heatlens"
             if title != self._title:
                 self._title = title
                 glfw.set_window_title(self._window, printable(title))
@@ -321,13 +321,13 @@ class Loop:
     def _woken(self) -> None:
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = time.perf_counter()
-        self._session.pull.touched()
+        self._session.time.pull.touched()
 
     def _open_named(self, names: list[str]) -> None:
         """Open the files that a later command line named, and bring the window to the front."""
         if names:
             self._woken()
-            self._session.files.open_dropped(names)
+            self._session.files.commands.open_dropped(names)
             if glfw.get_window_attrib(self._window, glfw.ICONIFIED):
                 glfw.restore_window(self._window)
             glfw.focus_window(self._window)
@@ -336,7 +336,7 @@ class Loop:
     def _dropped(self, _window: Any, paths: Any) -> None:
         self._woken()
         if paths:
-            self._session.files.open_dropped([str(path) for path in paths])
+            self._session.files.commands.open_dropped([str(path) for path in paths])
 
     def _start_imgui(self) -> None:
         io = imgui.get_io()

@@ -26,17 +26,19 @@ class ExportCommands(Worker):
         editing: Editing,
         timeline: Timeline,
         look: PictureLook,
+        shot_name: Callable[[], str],
         say: Callable[[str], None],
         wake: Callable[[], None],
     ) -> None:
+        """Create it; `shot_name` returns the name of the shot's file, for the burn-in."""
         self._source = source
         self._editing = editing
         self._timeline = timeline
         self._look = look
+        self._shot_name = shot_name
         self._say = say
         self.run = ExportRun(wake)
         self.settings = ExportSettings()
-        self.shot_name: Callable[[], str] = str  # of its file, for the burn-in
         self._of: str | None = None  # the source that folder and name were proposed for
         self._reported: ExportState | None = None  # the export whose end was reported
 
@@ -63,7 +65,7 @@ class ExportCommands(Worker):
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""
-        job = self.settings.job(self._look.options(), self._look.guides, self.shot_name())
+        job = self.settings.job(self._look.options(), self._look.guides, self._shot_name())
         shot = self.settings.shot_of(self._timeline.timed_shot)
         self._begin(lambda: self.run.export(shot, self.settings.output, job))
 

@@ -2,14 +2,16 @@
 
 from collections.abc import Callable
 
-from heatlens.plate.plate import Plate
+from heatlens.session.loop.worker import Worker
+from heatlens.session.opened.open_source import OpenSource
 
 
-class LostSurfaces:
+class LostSurfaces(Worker):
     """Watches the pictures of a source for notes about lost surfaces."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, source: OpenSource, say: Callable[[str], None]) -> None:
         """Create it; `say` shows a sentence in the status bar."""
+        self._source = source
         self._say = say
         self._noted: tuple[str, ...] = ()
         self._is_reported = False
@@ -19,8 +21,9 @@ class LostSurfaces:
         self._noted = notes
         self._is_reported = False
 
-    def look(self, plate: Plate | None) -> None:
+    def poll(self) -> None:
         """Report the note of the first picture that has one."""
+        plate = self._source.plate
         if self._is_reported or plate is None or not plate.surfaces_lost:
             return
         self._is_reported = True

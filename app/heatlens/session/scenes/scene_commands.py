@@ -26,6 +26,7 @@ from heatlens.scene.scene_bounds import (
 )
 from heatlens.session.loop.messages import Problem
 from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.scenes.clip_choice import ClipChoice
 from heatlens.session.scenes.point_following import Following
 from heatlens.session.shot.editing import Editing
 
@@ -50,6 +51,7 @@ class SceneCommands:
         self._renderer = source.picture.renderer
         self._editing = editing
         self._say = say
+        self.clips = ClipChoice(source, editing)
         self.selected: str | None = None  # name of the selected object
 
     @property

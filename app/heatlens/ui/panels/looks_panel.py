@@ -35,7 +35,7 @@ class LookStills:
     def of(self, session: Session, look: Look) -> moderngl.Texture | None:
         """Return the thumbnail of a look; None if there is none yet."""
         if look.still is None:
-            return self._taken.get((session.shot.source, look.lens, look.frame))
+            return self._taken.get((session.facts.shot.source, look.lens, look.frame))
         key = (look.still,)
         if key not in self._taken:
             pixels = pixels_of_still(look.still)
@@ -44,8 +44,13 @@ class LookStills:
 
     def now(self, session: Session, pictures: Pictures | None) -> str | None:
         """Return the present picture as a still for a look; None if another picture shows."""
-        is_other = session.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
-        if pictures is None or is_other or session.view.a_look or not session.view.depth_of_field:
+        is_other = session.facts.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
+        if (
+            pictures is None
+            or is_other
+            or session.facts.view.a_look
+            or not session.facts.view.depth_of_field
+        ):
             return None
         self._draw(session, pictures)
         texture = self._alone.texture
@@ -55,20 +60,20 @@ class LookStills:
 
     def take(self, session: Session, pictures: Pictures | None) -> None:
         """Take a thumbnail if the picture shows a look without one; call this once a frame."""
-        seen = session.live.shown
-        if pictures is None or seen is None or not (seen.is_whole and session.is_plain):
+        seen = session.pictures.live.shown
+        if pictures is None or seen is None or not (seen.is_whole and session.facts.is_plain):
             return
-        for look in session.shot.looks:
-            is_it = (look.lens, look.frame) == (session.lens, session.frame)
+        for look in session.facts.shot.looks:
+            is_it = (look.lens, look.frame) == (session.facts.lens, session.facts.frame)
             is_seen = seen.frame == look.frame and seen.shot == session.editing.seen_shot
             if is_it and is_seen and self.of(session, look) is None:
                 self._draw(session, pictures)
-                key = (session.shot.source, look.lens, look.frame)
+                key = (session.facts.shot.source, look.lens, look.frame)
                 self._add(key, self._alone.hand_over())
 
     def _draw(self, session: Session, pictures: Pictures) -> None:
         """Draw the picture through the lens, without comparison, as a thumbnail."""
-        plain = replace(session.view, compare=Compare.OFF)
+        plain = replace(session.facts.view, compare=Compare.OFF)
         self._alone.draw(replace(pictures, tiles=()), plain, _STILL_PX)
 
     def _add(self, key: tuple[object, ...], texture: moderngl.Texture | None) -> None:
@@ -87,21 +92,21 @@ class LookStills:
 def looks_panel(session: Session, stills: LookStills) -> None:
     """Draw the panel in the current window."""
     if imgui.button("Keep this look"):
-        session.looks.keep()
+        session.pictures.looks.keep()
     probe.note("keep look")
     _tip("Keeps length, stop, focus and film back under a letter (Shift+L).")
-    view, looks = session.view, session.shot.looks
+    view, looks = session.facts.view, session.facts.shot.looks
     is_grid = view.compare is Compare.GRID
     imgui.same_line()
     with widgets.disabled(not looks):
         if imgui.button("Leave grid" if is_grid else "Grid"):
-            session.looks.toggle_grid()
+            session.pictures.looks.toggle_grid()
         probe.note("look grid")
         _tip("Up to four looks beside each other (Shift+W); a click takes one.")
     imgui.same_line()
     with widgets.disabled(not is_look_b(view)):
         if imgui.button("Wipe off"):
-            session.view_commands.change(compare=Compare.OFF)
+            session.pictures.commands.change(compare=Compare.OFF)
         probe.note("look wipe off")
     if not looks:
         imgui.text_wrapped("No looks yet. Set up the lens, then Shift+L keeps it as look A.")
@@ -115,10 +120,10 @@ def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
     imgui.separator()
     corner = imgui.get_cursor_screen_pos()
     if _still(stills.of(session, look)):
-        session.looks.go(index)
+        session.pictures.looks.go(index)
     probe.note(f"look {look.name}")
     _tip(f"Take this lens again (Ctrl+{index + 1})" if index < 9 else "Take this lens again")
-    if session.lens == look.lens:
+    if session.facts.lens == look.lens:
         size = imgui.get_item_rect_size()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
         imgui.get_window_draw_list().add_rect(corner, end, theme.colors.accent, 2.0, 2.0)
@@ -126,7 +131,7 @@ def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
     imgui.begin_group()
     imgui.set_next_item_width(_NAME_EM * em)
     name = widgets.text_field(
-        f"look name {look.name}", look.name, look.name, str.strip, session.say
+        f"look name {look.name}", look.name, look.name, str.strip, session.messages.say
     )
     lens = look.lens
     words = printable(f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}")
@@ -135,33 +140,33 @@ def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
         imgui.new_line()
     imgui.text_disabled(words)
     probe.note(f"lens of look {look.name}")
-    imgui.text_disabled(f"at {measured_text(lens, lens.focus_distance_m, session.view.unit)}")
+    imgui.text_disabled(f"at {measured_text(lens, lens.focus_distance_m, session.facts.view.unit)}")
     _buttons(session, look)
     imgui.end_group()
     imgui.pop_id()
     if name != look.name:
-        session.looks.rename(look, name)
+        session.pictures.looks.rename(look, name)
 
 
 def _buttons(session: Session, look: Look) -> None:
     """Draw buttons for the sides of the wipe, the grid, and to delete the look."""
-    view = session.view
+    view = session.facts.view
     is_compared = is_look_b(view)
     tip = "The frame through this look at the left of the wipe"
     if _toggle("left", f"left {look.name}", is_compared and view.a_look == look.name, tip):
-        session.looks.compare_as_a(look)
+        session.pictures.looks.compare_as_a(look)
     imgui.same_line(0.0, 4.0)
     tip = "The frame through this look at the right of the wipe"
     if _toggle("right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip):
-        session.looks.compare(look)
-    if len(session.shot.looks) > GRID_MOST:
+        session.pictures.looks.compare(look)
+    if len(session.facts.shot.looks) > GRID_MOST:
         imgui.same_line(0.0, 4.0)
-        is_in = look.name in grid_names(view, session.shot)
+        is_in = look.name in grid_names(view, session.facts.shot)
         if _toggle("grid", f"in grid {look.name}", is_in, "Whether the grid shows this look"):
-            session.looks.toggle_in_grid(look)
+            session.pictures.looks.toggle_in_grid(look)
     imgui.same_line(0.0, 4.0)
     if imgui.button("x"):
-        session.looks.delete(look)
+        session.pictures.looks.delete(look)
     probe.note(f"delete look {look.name}")
     _tip("Forget this look")
 

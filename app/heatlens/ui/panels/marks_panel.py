@@ -28,44 +28,48 @@ _PULL_MOST = 100_000  # frames
 def marks_panel(session: Session, ui: UiState) -> None:
     """Draw the panel in the current window."""
     if imgui.button("Set mark here"):
-        session.marks.set_here()
+        session.time.marks.set_here()
     probe.note("set mark")
     _tip("At the distance in focus (M). Ctrl+Shift+click in the picture marks what is there.")
     imgui.same_line()
-    with widgets.disabled(not session.shot.marks):
+    with widgets.disabled(not session.facts.shot.marks):
         if imgui.button("Pull focus..."):
             ui.open_pull()
         probe.note("open pull")
     em = imgui.get_font_size()
     room_em = imgui.get_content_region_avail().x / em - _ROW_EM
     name_em = min(max(room_em, _NAME_LEAST_EM), _NAME_EM)
-    if not session.shot.marks:
+    if not session.facts.shot.marks:
         imgui.text_wrapped("No marks yet. Ctrl+Shift+click on an actor, or press M.")
     elif imgui.begin_table("marks", 3, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", 0, name_em * em)
         imgui.table_setup_column("distance", 0, _DISTANCE_EM * em)
-        for mark in session.shot.marks:
+        for mark in session.facts.shot.marks:
             _row(session, mark)
         imgui.end_table()
     _close_focus(session)
 
 
 def _row(session: Session, mark: Mark) -> None:
-    commands = session.marks
+    commands = session.time.marks
     imgui.table_next_row()
     imgui.table_next_column()
     imgui.set_next_item_width(-1)
-    name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, session.say)
+    name = widgets.text_field(
+        f"mark {mark.name}", mark.name, mark.name, str.strip, session.messages.say
+    )
     if name != mark.name:
         try:
             commands.change(mark, replace(mark, name=name))
         except HeatlensError as error:
-            session.say(Problem(error))
+            session.messages.say(Problem(error))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
-    unit = session.view.unit
-    imgui.text("outside" if distance_m is None else measured_text(session.lens, distance_m, unit))
+    unit = session.facts.view.unit
+    imgui.text(
+        "outside" if distance_m is None else measured_text(session.facts.lens, distance_m, unit)
+    )
     _tip(_meaning(mark))
     imgui.table_next_column()
     _row_buttons(session, mark)
@@ -80,7 +84,7 @@ def _meaning(mark: Mark) -> str:
 
 
 def _row_buttons(session: Session, mark: Mark) -> None:
-    commands = session.marks
+    commands = session.time.marks
     if imgui.button(f"focus##{mark.name}"):
         commands.go(mark)
     probe.note(f"go {mark.name}")
@@ -100,17 +104,22 @@ def _row_buttons(session: Session, mark: Mark) -> None:
 def _close_focus(session: Session) -> None:
     imgui.separator_text("Barrel")
     widgets.label("close focus", "The nearest distance of the lens; frames focused nearer are red.")
-    limit_m = session.lens.close_focus_m
-    lens = session.lens
-    shown = "" if limit_m is None else measured_text(lens, limit_m, session.view.unit)
+    limit_m = session.facts.lens.close_focus_m
+    lens = session.facts.lens
+    shown = "" if limit_m is None else measured_text(lens, limit_m, session.facts.view.unit)
     typed_m = widgets.text_field(
-        "close focus", shown, limit_m, partial(_parse_limit_m, lens), session.say, "unknown"
+        "close focus",
+        shown,
+        limit_m,
+        partial(_parse_limit_m, lens),
+        session.messages.say,
+        "unknown",
     )
     if typed_m != limit_m:
         try:
-            session.editing.edit_lens(replace(session.lens, close_focus_m=typed_m))
+            session.editing.edit_lens(replace(session.facts.lens, close_focus_m=typed_m))
         except HeatlensError as error:
-            session.say(Problem(error))
+            session.messages.say(Problem(error))
 
 
 def _parse_limit_m(lens: Lens, text: str) -> float | None:
@@ -119,11 +128,11 @@ def _parse_limit_m(lens: Lens, text: str) -> float | None:
 
 def pull_popup(session: Session, ui: UiState) -> None:
     """Draw the popup that sets up a focus pull; Enter or its button makes the keys."""
-    commands = session.marks
+    commands = session.time.marks
     if ui.opens_pull:
         ui.opens_pull = False
-        if not session.shot.marks:
-            session.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
+        if not session.facts.shot.marks:
+            session.messages.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
             return
         commands.begin_pull()
         imgui.open_popup(_PULL)
@@ -138,7 +147,7 @@ def pull_popup(session: Session, ui: UiState) -> None:
             commands.pull()
             start = session.editing.frame  # select its keys, which shows the grips to stretch it
             end = start + commands.pull_frames
-            session.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
+            session.time.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
             imgui.close_current_popup()
         imgui.same_line()
         if imgui.button("Cancel"):
@@ -148,8 +157,8 @@ def pull_popup(session: Session, ui: UiState) -> None:
 
 
 def _pull_fields(session: Session) -> None:
-    commands = session.marks
-    names = [mark.name for mark in session.shot.marks]
+    commands = session.time.marks
+    names = [mark.name for mark in session.facts.shot.marks]
     chosen = widgets.choice("from", commands.pull_from or _HERE, [_HERE, *names])
     commands.pull_from = None if chosen == _HERE else chosen
     commands.pull_to = widgets.choice("to mark", commands.pull_to, names)
@@ -182,12 +191,12 @@ def _pull_button() -> bool:
 def draw_point_marks(session: Session) -> None:
     """Draw the point marks as rings with names on the picture, in the current window."""
     draw = imgui.get_window_draw_list()
-    for mark in session.shot.marks:
+    for mark in session.facts.shot.marks:
         if not isinstance(mark, PointMark):
             continue
         middle = mark.x_px + 0.5, mark.y_px + 0.5
-        at_px = session.source.picture_point(session.lens, middle)
-        x, y = session.picture_view.geometry.window_at_picture(at_px)
+        at_px = session.source.picture_point(session.facts.lens, middle)
+        x, y = session.pictures.view.geometry.window_at_picture(at_px)
         probe.note_at(f"point {mark.name}", (x, y, x, y))
         em = imgui.get_font_size()
         radius = _RADIUS_EM * em

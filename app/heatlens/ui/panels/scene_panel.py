@@ -97,7 +97,7 @@ def _camera(session: Session) -> None:
 
 def _clip(session: Session) -> None:
     """Draw the choice of an animation clip, if the file has several."""
-    clips = session.clips
+    clips = session.scenes.clips
     if not clips.names:
         return
     chosen = widgets.choice("clip", clips.now, list(clips.names), _CLIP_TIP)
@@ -131,7 +131,7 @@ def _size(session: Session) -> None:
     if chosen != now:
         width, height = sizes[chosen]
         changed = replace(framing, width_px=width, height_px=height)
-        session.editing.do(replace(session.shot, framing=changed))
+        session.editing.do(replace(session.facts.shot, framing=changed))
 
 
 def _placing(session: Session) -> None:
@@ -149,4 +149,4 @@ def _try(session: Session, act: Callable[[], None]) -> None:
     try:
         act()
     except HeatlensError as error:
-        session.say(Problem(error))
+        session.messages.say(Problem(error))

@@ -16,13 +16,13 @@ _HINT = "Ruler: click two points, or drag from one to the other. Escape ends it.
 
 def draw_ruler(session: Session, hovered: Pixel | None) -> None:
     """Draw the ruler in the current window; with one end set it follows the pointer."""
-    ruler = session.view_commands.ruler
+    ruler = session.pictures.commands.ruler
     if not ruler.is_on:
         return
     _draw_hint(session)
     ends = _ends(ruler, hovered)
     at = [
-        ImVec2(*session.picture_view.geometry.window_at_picture((x + 0.5, y + 0.5)))
+        ImVec2(*session.pictures.view.geometry.window_at_picture((x + 0.5, y + 0.5)))
         for x, y in ends
     ]
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
@@ -35,12 +35,15 @@ def draw_ruler(session: Session, hovered: Pixel | None) -> None:
     measured = ruler.measured(hovered) if len(at) == 2 else None
     if measured is None:
         return
-    unit = session.view.unit
+    unit = session.facts.view.unit
     is_far = math.isinf(measured.distance_m) or math.isnan(measured.distance_m)
     words = "infinitely far" if is_far else format_distance(measured.distance_m, unit)
     for end, depth_m in zip(at, measured.depths_m, strict=True):
         _draw_label(
-            end, f"at {measured_text(session.lens, depth_m, unit)}", theme.OVER_PICTURE.handle, 1.2
+            end,
+            f"at {measured_text(session.facts.lens, depth_m, unit)}",
+            theme.OVER_PICTURE.handle,
+            1.2,
         )
     _draw_label(
         ImVec2((at[0].x + at[1].x) / 2, (at[0].y + at[1].y) / 2),
@@ -53,7 +56,7 @@ def draw_ruler(session: Session, hovered: Pixel | None) -> None:
 
 def _draw_hint(session: Session) -> None:
     """Draw at the upper edge of the viewport what the mouse does now."""
-    place, em = session.picture_view.viewport, imgui.get_font_size()
+    place, em = session.pictures.view.viewport, imgui.get_font_size()
     (x, y), (width, _) = place.corner, place.size
     _draw_label(ImVec2(x + width / 2, y + em), _HINT, theme.OVER_PICTURE.handle, 0.3)
 

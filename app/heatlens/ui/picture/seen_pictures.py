@@ -32,17 +32,21 @@ class SeenPictures:
     def now(self) -> Pictures | None:
         """Return the pictures to show; None while there are none."""
         session, plate = self._session, self._session.source.plate
-        seen = session.seen
+        seen = session.facts.seen
         if plate is None or seen is None:
             return None
-        screen, loaded, sides = self._screen, session.renderer.loaded, session.sides
-        is_held_off = session.picture_view.is_lens_held_off
-        plain = session.view
+        screen, loaded, sides = (
+            self._screen,
+            session.pictures.renderer.loaded,
+            session.pictures.sides,
+        )
+        is_held_off = session.pictures.view.is_lens_held_off
+        plain = session.facts.view
         plain = replace(plain, depth_of_field=plain.depth_of_field and not is_held_off)
-        screen.with_mipmaps = session.picture_view.zoom < MIPMAPS_UNDER
+        screen.with_mipmaps = session.pictures.view.zoom < MIPMAPS_UNDER
         shown = sides.of_a(plain) or seen
         view = plain.exposed_through(self._lens_of_a(plain, shown))
-        reference = session.reference.texture if session.reference else None
+        reference = session.facts.reference.texture if session.facts.reference else None
         of_method = sides.of_method(view)
         linear_b = picture_of_b(view, loaded, reference, of_method)
         if is_kept := isinstance(shown, KeptFrame):
@@ -55,11 +59,11 @@ class SeenPictures:
             b = screen.b(linear_b, loaded, view_of_b, of_method)
         detail = None
         version = session.source.picture.version
-        is_of_plate = not (session.live.is_answering and seen.plate != version)
+        is_of_plate = not (session.pictures.live.is_answering and seen.plate != version)
         is_apart = view.compare is Compare.DIFFERENCE or is_kept
         if view.depth_of_field and is_of_plate and not is_apart:
             detail = screen.detail(shown, loaded, view)
-        windows = self._kept.windows(seen) or session.source.feed.windows(session.shot)
+        windows = self._kept.windows(seen) or session.source.feed.windows(session.facts.shot)
         light = shown.texture if view.depth_of_field else loaded.color
         whole = windows[0].width, windows[0].height
         return Pictures(
@@ -71,7 +75,7 @@ class SeenPictures:
             plate.pixel_aspect_ratio,
             is_proxy=a.size != (windows[0].width, windows[0].height),
             is_b_proxy=of_method is not None and b.size != loaded.color.size,
-            has_camera=session.has_camera,
+            has_camera=session.facts.has_camera,
             frame_ratio=self._frame_ratio(plate),
             is_a_frame=not view.depth_of_field and not is_kept,
             is_b_frame=linear_b is loaded.color,
@@ -84,38 +88,38 @@ class SeenPictures:
         )
 
     def _lens_of_a(self, view: ViewState, shown: Shown) -> Lens:
-        is_look = self._session.sides.of_a(view) is shown
-        look = look_called(self._session.shot, view.a_look) if is_look else None
-        return self._session.lens if look is None else look.lens
+        is_look = self._session.pictures.sides.of_a(view) is shown
+        look = look_called(self._session.facts.shot, view.a_look) if is_look else None
+        return self._session.facts.lens if look is None else look.lens
 
     def _lens_of_b(self, view: ViewState) -> Lens:
-        look = look_called(self._session.shot, view.b_look) if is_look_b(view) else None
-        return self._session.lens if look is None else look.lens
+        look = look_called(self._session.facts.shot, view.b_look) if is_look_b(view) else None
+        return self._session.facts.lens if look is None else look.lens
 
     def _overlay(self, view: ViewState, seen: Shown) -> moderngl.Texture | None:
         session = self._session
         if not view.has_overlay or not session.editing.has_lens:
             return None
         shot, frame = session.editing.seen_shot, session.editing.frame
-        loaded = session.renderer.loaded
+        loaded = session.pictures.renderer.loaded
         return self._screen.overlay(loaded, shot, frame, view, self._kept.uploaded(seen))
 
     def _frame_ratio(self, plate: Plate) -> float:
         """Return the share of a plate's frame in view; 1 for a scene, which is drawn as framed."""
-        if self._session.has_camera:
+        if self._session.facts.has_camera:
             return 1.0
-        return plate_ratio(self._session.lens, room_of(plate))
+        return plate_ratio(self._session.facts.lens, room_of(plate))
 
     def _tiles(self, view: ViewState, a: moderngl.Texture, width: int) -> tuple[Tile, ...]:
         """Return the pictures of the grid; nothing if the grid is not shown."""
         if view.compare is not Compare.GRID:
             self._screen.keep_tiles(())
             return ()
-        names = grid_names(view, self._session.shot)
+        names = grid_names(view, self._session.facts.shot)
         self._screen.keep_tiles(names)
-        looks = [look_called(self._session.shot, name) for name in names]
+        looks = [look_called(self._session.facts.shot, name) for name in names]
         return tuple(
-            Tile("", f"now   {self._words(self._session.lens)}", a, a.width != width, False)
+            Tile("", f"now   {self._words(self._session.facts.lens)}", a, a.width != width, False)
             if look is None
             else self._tile(look, view, width)
             for look in looks
@@ -123,12 +127,12 @@ class SeenPictures:
 
     def _tile(self, look: Look, view: ViewState, width: int) -> Tile:
         session = self._session
-        shown = session.sides.of_look(look.name)
+        shown = session.pictures.sides.of_look(look.name)
         words = f"{look.name}   {self._words(look.lens)}"
-        is_taken = session.lens == look.lens
+        is_taken = session.facts.lens == look.lens
         if shown is None:
             words += "   rendering ..."
-        elif session.sides.is_coming(look.name):
+        elif session.pictures.sides.is_coming(look.name):
             words += "   preview, rendering ..."
         if shown is None:
             return Tile(look.name, printable(words), None, False, is_taken)
@@ -136,5 +140,5 @@ class SeenPictures:
         return Tile(look.name, printable(words), texture, texture.width != width, is_taken)
 
     def _words(self, lens: Lens) -> str:
-        distance = measured_text(lens, lens.focus_distance_m, self._session.view.unit)
+        distance = measured_text(lens, lens.focus_distance_m, self._session.facts.view.unit)
         return f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}  at {distance}"

@@ -15,7 +15,7 @@ _BOTH = CTRL | SHIFT
 
 def play_actions(session: Session, open_frames: Callable[[], None]) -> list[Action]:
     """Return the actions of the playhead and of rendered frames."""
-    time, pull = session.timeline, session.pull
+    time, pull = session.time.timeline, session.time.pull
     return [
         Action("Play or stop", "Play", partial(time.play, 1), _K.space),
         Action("Play backwards", "Play", partial(time.play, -1), _K.space | SHIFT),
@@ -39,19 +39,19 @@ def play_actions(session: Session, open_frames: Callable[[], None]) -> list[Acti
 
 def key_actions(session: Session, open_pull: Callable[[], None]) -> list[Action]:
     """Return the actions on keys: the selected ones, or those at the playhead if none are."""
-    editing, keys, rows = session.editing, session.keys, session.keys.rows
+    editing, keys, rows = session.editing, session.time.keys, session.time.keys.rows
     later, earlier = _K.right_arrow | _BOTH, _K.left_arrow | _BOTH
     return [
         Action("Set key", "Animate", keys.set_here, _K.k),
         Action("Delete keys", "Animate", keys.delete, _K.delete),
-        Action("Set mark here", "Animate", session.marks.set_here, _K.m),
+        Action("Set mark here", "Animate", session.time.marks.set_here, _K.m),
         Action("Pull focus...", "Animate", open_pull, _K.m | SHIFT),
-        Action("Reverse the pull", "Animate", session.marks.reverse_pull),
+        Action("Reverse the pull", "Animate", session.time.marks.reverse_pull),
         Action(
-            "Record a pull", "Animate", session.recording.arm, _K.r | SHIFT,
-            barred=lambda: session.recording.why_not,
+            "Record a pull", "Animate", session.lens.recording.arm, _K.r | SHIFT,
+            barred=lambda: session.lens.recording.why_not,
         ),
-        Action("Hold the focus from here", "Animate", session.marks.hold_focus, _K.h),
+        Action("Hold the focus from here", "Animate", session.time.marks.hold_focus, _K.h),
         Action(
             "Auto key", "Animate", editing.toggle_auto_key, _K.a, is_on=lambda: editing.auto_key
         ),

@@ -38,11 +38,11 @@ def curve_editor(
     session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
     """Draw the editor at `corner`, its labels left of `scale`, and apply the mouse."""
-    axis = AXES[session.keys.rows.curve_of]
+    axis = AXES[session.time.keys.rows.curve_of]
     count = max(int(scale.width / _SAMPLE_PX), 2)
-    line = view.line.points(session.shot, axis, scale.first, scale.last, count)
+    line = view.line.points(session.facts.shot, axis, scale.first, scale.last, count)
     sharp = _sharp(session, view, scale, count)
-    is_recording = session.recording.state is RecordingState.RECORDING
+    is_recording = session.lens.recording.state is RecordingState.RECORDING
     if (
         view.heights is None or is_recording or not imgui.is_any_item_active()
     ):  # during a drag the range stays, or the key would move away from the pointer
@@ -51,12 +51,12 @@ def curve_editor(
     _draw_ground(session, axis, scale, heights)
     _draw_sharp(scale, heights, sharp)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
-        draw_recorded(session.recording, scale, heights)
+        draw_recorded(session.lens.recording, scale, heights)
     _draw_line(scale, heights, line, theme.colors.accent, 1.8)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
         _draw_marks(session, scale, heights)
     curve_handles(session, axis, scale, heights)
-    places = _places(session.shot, axis, scale, heights)
+    places = _places(session.facts.shot, axis, scale, heights)
 
     def move(shot: Shot, chosen: Chosen, frames: int, up: float) -> tuple[Shot, Chosen]:
         higher = up / heights.per_place if abs(up) > _STILL_PX else 0.0
@@ -71,9 +71,9 @@ def _sharp(
     session: Session, view: TimelineView, scale: TimeScale, count: int
 ) -> tuple[Sample, ...]:
     """Return the depth of field at `count` times; nothing if another parameter is shown."""
-    if session.keys.rows.curve_of is not LensParameter.FOCUS_DISTANCE:
+    if session.time.keys.rows.curve_of is not LensParameter.FOCUS_DISTANCE:
         return ()
-    return view.track.samples(session.shot, scale.first, scale.last, count)
+    return view.track.samples(session.facts.shot, scale.first, scale.last, count)
 
 
 def _ends(
@@ -81,8 +81,10 @@ def _ends(
 ) -> tuple[float, float]:
     """Return the visible range of places: curve, marks, and the depth of field near them."""
     places = [place for _, place in line]
-    places += [axis.place_of(key.value) for key in session.shot.curves.of(axis.parameter).keys]
-    places += [*_mark_places(session), *recorded_places(session.recording)] if sharp else []
+    places += [
+        axis.place_of(key.value) for key in session.facts.shot.curves.of(axis.parameter).keys
+    ]
+    places += [*_mark_places(session), *recorded_places(session.lens.recording)] if sharp else []
     low, high = min(places), max(places)
     band = max((sample.near - sample.focus for sample in sharp), default=0.0)
     span = high - low + 2 * min(band, high - low + axis.span_least)
@@ -93,8 +95,8 @@ def _ends(
 
 
 def _mark_places(session: Session) -> list[float]:
-    places = [1.0 / m.distance_m for m in session.shot.marks if isinstance(m, DistanceMark)]
-    lines = [line for track in session.mark_tracks() for line in track.lines]
+    places = [1.0 / m.distance_m for m in session.facts.shot.marks if isinstance(m, DistanceMark)]
+    lines = [line for track in session.time.mark_tracks() for line in track.lines]
     return places + [place for line in lines for _, place in line]
 
 
@@ -119,7 +121,7 @@ def _draw_ground(session: Session, axis: CurveAxis, scale: TimeScale, heights: H
         y = heights.y_at(place)
         inside = heights.low <= place <= heights.high
         if inside and last_y - y >= 1.1 * em and y <= end.y - 0.5 * em:
-            text = axis.words(value, session.view.unit)
+            text = axis.words(value, session.facts.view.unit)
             left = scale.x - 0.5 * em - imgui.calc_text_size(text).x
             draw.add_text(ImVec2(left, max(y - 0.5 * em, corner.y)), theme.colors.text_dim, text)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.colors.played)
@@ -168,12 +170,12 @@ def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
     corner, end = _corners(scale, heights)
     names = _Names(corner.y)
     draw.push_clip_rect(corner, end, True)
-    for mark in session.shot.marks:
+    for mark in session.facts.shot.marks:
         if isinstance(mark, DistanceMark):
             y = heights.y_at(1.0 / mark.distance_m)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.colors.queued, 1.0)
             names.draw(mark.name, scale.x + _GRIP_EM * em, y, theme.colors.text_dim)
-    for track in session.mark_tracks():
+    for track in session.time.mark_tracks():
         for line in track.lines:
             draw.add_polyline(_points(scale, heights, line), theme.colors.mark, 1.5, 0)
             x, y = scale.x_at(line[0][0]), heights.y_at(line[0][1])

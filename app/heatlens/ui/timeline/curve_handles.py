@@ -90,8 +90,8 @@ def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
 
 def curve_handles(session: Session, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
     """Draw the handles of the chosen keys; a dragged tip follows the pointer."""
-    frames = frames_of(session.keys.chosen, axis.parameter)
-    for handle in handles_of(session.shot.curves.of(axis.parameter), frames):
+    frames = frames_of(session.time.keys.chosen, axis.parameter)
+    for handle in handles_of(session.facts.shot.curves.of(axis.parameter), frames):
         _handle(session, axis, handle, scale, heights)
 
 
@@ -99,7 +99,7 @@ def _handle(
     session: Session, axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
 ) -> None:
     draw, side = imgui.get_window_draw_list(), _TIP_EM * imgui.get_font_size()
-    curve_scale = session.shot.curves.of(axis.parameter).scale
+    curve_scale = session.facts.shot.curves.of(axis.parameter).scale
     frame, place = handle.tip(curve_scale)
     tip = ImVec2(scale.x_at(frame), heights.y_at(axis.from_scale(place, curve_scale)))
     imgui.set_cursor_screen_pos(ImVec2(tip.x - 2 * side, tip.y - 2 * side))
@@ -118,11 +118,11 @@ def _handle(
 
 
 def _pull(session: Session, axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:
-    curve = session.shot.curves.of(axis.parameter)
+    curve = session.facts.shot.curves.of(axis.parameter)
     pulled = handle.pulled_to(frame, axis.to_scale(place, curve.scale), curve.scale)
     try:
         session.editing.edit(
-            checked(session.shot.with_curve(axis.parameter, curve.with_key(pulled)))
+            checked(session.facts.shot.with_curve(axis.parameter, curve.with_key(pulled)))
         )
     except HeatlensError as error:
-        session.say(Problem(error))
+        session.messages.say(Problem(error))

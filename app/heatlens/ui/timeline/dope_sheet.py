@@ -24,7 +24,7 @@ def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -
     row_name(
         session, CAMERA, corner, scale.x, row, "Click to select the camera: K then sets its key"
     )
-    color = theme.colors.handle if session.shot.camera_key_frames else theme.colors.text_dim
+    color = theme.colors.handle if session.facts.shot.camera_key_frames else theme.colors.text_dim
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (row - em) / 2), color, CAMERA.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
@@ -33,7 +33,7 @@ def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -
 def _dot(session: Session, middle: ImVec2) -> None:
     """Draw the dot of the camera; a click sets or removes its key at the playhead."""
     side = 0.5 * imgui.get_font_size()
-    is_here = session.editing.frame in session.shot.camera_key_frames
+    is_here = session.editing.frame in session.facts.shot.camera_key_frames
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
     if imgui.invisible_button("dot camera", ImVec2(2 * side, 2 * side)):
         if is_here:
@@ -43,7 +43,7 @@ def _dot(session: Session, middle: ImVec2) -> None:
     probe.note("dot camera")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Key of the camera at this frame")
-    color = theme.colors.accent if session.shot.camera_key_frames else theme.colors.queued
+    color = theme.colors.accent if session.facts.shot.camera_key_frames else theme.colors.queued
     draw = imgui.get_window_draw_list()
     if is_here:
         draw.add_quad_filled(*diamond(middle, 0.6 * side), color)
@@ -67,11 +67,11 @@ def row_name(
     size = ImVec2(max(keys_x - _RIGHT_EM * em - first.x, 1.0), height - 2)
     imgui.set_cursor_screen_pos(first)
     if imgui.invisible_button(f"row {row}", size):
-        session.keys.rows.choose(row)
+        session.time.keys.rows.choose(row)
     probe.note(f"row {row}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
-    if session.keys.rows.chosen is row:
+    if session.time.keys.rows.chosen is row:
         end = ImVec2(first.x + size.x, first.y + size.y)
         imgui.get_window_draw_list().add_rect_filled(first, end, theme.colors.played, 3.0)
 
@@ -102,16 +102,16 @@ def dope_sheet(
     session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
     """Draw the rows at `corner`, their names left of `scale`, and apply drags of keys."""
-    rows: tuple[Row, ...] = tuple(LensParameter) if not session.has_camera else ROWS
+    rows: tuple[Row, ...] = tuple(LensParameter) if not session.facts.has_camera else ROWS
     strip = GRIPS_EM * imgui.get_font_size()  # below the rows, so that no key lies under a grip
     row = _row_height(height - strip, len(rows))
     height = max(height, len(rows) * row + strip)
     for index, parameter in enumerate(LensParameter):
         _draw_row(session, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
-    if session.has_camera:
+    if session.facts.has_camera:
         below = corner.y + len(LensParameter) * row
         camera_row(session, scale, ImVec2(corner.x, below), row)
-    places = _places(session.shot, rows, scale, corner.y, row)
+    places = _places(session.facts.shot, rows, scale, corner.y, row)
     stretch_grips(view.stretch, scale, corner.y, height)
     hold_keys(view.drag, scale, corner.y, height, places, _move)
     draw_keys(session, view.drag, scale, places, corner.y, height)
@@ -160,7 +160,7 @@ def _draw_row(
     session: Session, scale: TimeScale, parameter: LensParameter, corner: ImVec2, row: float
 ) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    is_keyed = bool(session.shot.curves.of(parameter).keys)
+    is_keyed = bool(session.facts.shot.curves.of(parameter).keys)
     key_dot(session, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
     tip = f"Click to select: Shift+C then shows the curve of the {parameter.words}"
     row_name(session, parameter, corner, scale.x, row, tip)
@@ -178,11 +178,11 @@ def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: st
     side = 0.5 * imgui.get_font_size()
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
     if imgui.invisible_button(name, ImVec2(2 * side, 2 * side)):
-        session.keys.toggle_here(parameter)
+        session.time.keys.toggle_here(parameter)
     probe.note(name)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(f"Key of the {parameter.words} at this frame")
-    curve = session.shot.curves.of(parameter)
+    curve = session.facts.shot.curves.of(parameter)
     is_here = curve.key_at(session.editing.frame) is not None
     draw = imgui.get_window_draw_list()
     color = theme.colors.accent if curve.keys else theme.colors.queued
@@ -197,13 +197,13 @@ def draw_keys(
     session: Session, drag: KeyDrag, scale: TimeScale, places: Places, y: float, height: float
 ) -> None:
     """Draw keys as diamonds (squares for hold interpolation) and the selection box."""
-    draw, chosen, io = imgui.get_window_draw_list(), session.keys.chosen, imgui.get_io()
+    draw, chosen, io = imgui.get_window_draw_list(), session.time.keys.chosen, imgui.get_io()
     reach = _KEY_EM * imgui.get_font_size()
     edge = ImVec2(scale.x - reach, y)
     draw.push_clip_rect(edge, ImVec2(scale.x + scale.width + reach, y + height), True)
     for key, place in places.items():
         color = theme.colors.accent if key in chosen else theme.colors.key
-        _draw_key(session.shot, key, ImVec2(*place), reach, color)
+        _draw_key(session.facts.shot, key, ImVec2(*place), reach, color)
     begin = drag.box_from
     if begin is not None:
         draw.add_rect_filled(ImVec2(*begin), io.mouse_pos, theme.colors.box)

@@ -26,8 +26,10 @@ _EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 8.4
 
 def keys_row(session: Session, view: TimelineView) -> None:
     """Draw the row; controls of chosen keys are disabled while there are none."""
-    em, rows = imgui.get_font_size(), session.keys.rows
-    found = [k for one in session.keys.meant if (k := key_of(session.shot, one)) is not None]
+    em, rows = imgui.get_font_size(), session.time.keys.rows
+    found = [
+        k for one in session.time.keys.meant if (k := key_of(session.facts.shot, one)) is not None
+    ]
     note = _selection_note(session)
     tools = [
         Tool(partial(_set_key, session), button_width("Set key"), 0),
@@ -45,9 +47,9 @@ def keys_row(session: Session, view: TimelineView) -> None:
 
 def _set_key(session: Session) -> None:
     if imgui.button("Set key"):
-        session.keys.set_here()
+        session.time.keys.set_here()
     probe.note("set key")
-    _tip(_SET_TIPS[session.keys.rows.chosen is CAMERA])
+    _tip(_SET_TIPS[session.time.keys.rows.chosen is CAMERA])
 
 
 def _auto_key(session: Session) -> None:
@@ -57,7 +59,7 @@ def _auto_key(session: Session) -> None:
 
 
 def _shows_curve(session: Session) -> None:
-    rows = session.keys.rows
+    rows = session.time.keys.rows
     _, rows.shows_curve = imgui.checkbox("curve", rows.shows_curve)
     probe.note("curve")
     _tip("Show the selected row as a curve, or all keys in rows (Shift+C)")
@@ -65,7 +67,7 @@ def _shows_curve(session: Session) -> None:
 
 def _curve_of(session: Session, view: TimelineView) -> None:
     """Draw the choice of the parameter whose curve is shown."""
-    rows = session.keys.rows
+    rows = session.time.keys.rows
     names = {parameter.words: parameter for parameter in LensParameter}
     chosen = names[combo("curve of", rows.curve_of.words, list(names))]
     if chosen is not rows.curve_of:
@@ -80,7 +82,7 @@ def _interpolation(session: Session, found: Sequence[Key]) -> None:
     with widgets.disabled(not found):
         picked = combo("interpolation", shown, [str(i) for i in Interpolation])
     if picked != shown:
-        session.keys.interpolate(Interpolation(picked))
+        session.time.keys.interpolate(Interpolation(picked))
 
 
 def _ease(session: Session, found: Sequence[Key], name: str, is_out: bool) -> None:
@@ -95,12 +97,12 @@ def _ease(session: Session, found: Sequence[Key], name: str, is_out: bool) -> No
         probe.note(name)
         _tip("How far the handle reaches; the segment becomes a Bezier")
     if changed:
-        session.keys.ease(new, is_out)
+        session.time.keys.ease(new, is_out)
 
 
 def _selection_note(session: Session) -> str:
-    count = len(session.keys.chosen)
-    return f"{count} chosen" if count else "key here" if session.keys.meant else "no key here"
+    count = len(session.time.keys.chosen)
+    return f"{count} chosen" if count else "key here" if session.time.keys.meant else "no key here"
 
 
 def _words(words: str) -> None:

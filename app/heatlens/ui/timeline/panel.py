@@ -27,10 +27,10 @@ _EDGE_EM = 0.6
 def timeline_panel(session: Session, view: TimelineView) -> None:
     """Draw the panel in the current window and apply the mouse."""
     transport(session, view)
-    if session.recording.state is RecordingState.OFF:
+    if session.lens.recording.state is RecordingState.OFF:
         keys_row(session, view)
     else:
-        recording_row(session.recording)
+        recording_row(session.lens.recording)
     em = imgui.get_font_size()
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     x = corner.x + NAMES_EM * em
@@ -41,11 +41,11 @@ def timeline_panel(session: Session, view: TimelineView) -> None:
     imgui.invisible_button("timeline ruler", ImVec2(width, ruler_height))
     probe.note("timeline ruler")
     if imgui.is_item_active():
-        session.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
+        session.time.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
     _draw_ruler(session, view, scale, corner.y, ruler_height)
     bottom = corner.y + max(room.y, ruler_height)
     top = corner.y + ruler_height + 0.15 * em
-    draw_below = curve_editor if session.keys.rows.shows_curve else dope_sheet
+    draw_below = curve_editor if session.time.keys.rows.shows_curve else dope_sheet
     draw_below(session, view, scale, ImVec2(corner.x, top), max(bottom - top, 1.0))
     _draw_playhead(session, scale, corner.y, bottom)
     _answer_wheel(session, view, scale)
@@ -53,7 +53,7 @@ def timeline_panel(session: Session, view: TimelineView) -> None:
 
 def _scale(session: Session, view: TimelineView, x: float, width: float) -> TimeScale:
     """Return the scale of the visible frames over `width`."""
-    reach, kept = session.timeline.reach, view.scale
+    reach, kept = session.time.timeline.reach, view.scale
     if kept is None:
         return TimeScale.over(reach.first, reach.last, x, width)
     scale = TimeScale(kept.first, kept.last, x, max(width, 1.0))
@@ -62,7 +62,7 @@ def _scale(session: Session, view: TimelineView, x: float, width: float) -> Time
 
 def _answer_wheel(session: Session, view: TimelineView, scale: TimeScale) -> None:
     """Zoom with the wheel and pan with the middle button."""
-    io, reach = imgui.get_io(), session.timeline.reach
+    io, reach = imgui.get_io(), session.time.timeline.reach
     least, most = reach.first - 0.5, reach.last + 0.5
     if not imgui.is_window_hovered():
         return
@@ -84,14 +84,14 @@ def _draw_ruler(
     end_x, strip_y = scale.x + scale.width, y + height - strip
     draw.push_clip_rect(ImVec2(scale.x, y), ImVec2(end_x, y + height), True)
     draw.add_rect_filled(ImVec2(scale.x, y), ImVec2(end_x, y + height), theme.colors.groove)
-    _draw_cells(draw, scale, session.timeline.played, y, strip_y, theme.colors.played)
+    _draw_cells(draw, scale, session.time.timeline.played, y, strip_y, theme.colors.played)
     for frame in scale.ticks(_NUMBERS_EM * em):
         at = scale.x_at(frame)
         draw.add_line(ImVec2(at, strip_y - 0.3 * em), ImVec2(at, strip_y), theme.colors.text_dim)
         text = str(frame)
         text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
         draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.colors.text_dim, text)
-    for run in session.pull.runs:
+    for run in session.time.pull.runs:
         _draw_cells(draw, scale, run, strip_y - strip, strip_y - 1.0, theme.colors.rendered)
     _draw_states(session, scale, strip_y)
     _draw_warnings(session, view, scale, y)
@@ -100,7 +100,7 @@ def _draw_ruler(
 
 def _draw_states(session: Session, scale: TimeScale, y: float) -> None:
     """Draw a line along the frames that have a file; it is brighter for frames in memory."""
-    draw, timeline = imgui.get_window_draw_list(), session.timeline
+    draw, timeline = imgui.get_window_draw_list(), session.time.timeline
     end_y = y + _STRIP_EM * imgui.get_font_size()
     if timeline.is_sequence and timeline.frames is not None:
         _draw_cells(draw, scale, timeline.frames, y, end_y, theme.colors.on_disk)
@@ -121,11 +121,11 @@ def _color_of(state: str) -> int:
 
 def _draw_warnings(session: Session, view: TimelineView, scale: TimeScale, y: float) -> None:
     """Mark frames in red whose focus is nearer than the close focus of the lens."""
-    reach = session.timeline.reach
+    reach = session.time.timeline.reach
     first = max(reach.first, math.floor(scale.first))
     seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
     draw, end_y = imgui.get_window_draw_list(), y + _STRIP_EM * imgui.get_font_size()
-    for frame in view.track.too_close(session.shot, seen):
+    for frame in view.track.too_close(session.facts.shot, seen):
         _draw_cells(draw, scale, FrameRange(frame, frame), y, end_y, theme.colors.damaged)
 
 

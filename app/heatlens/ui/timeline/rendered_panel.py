@@ -19,12 +19,12 @@ _TIP = (
 
 def rendered_words(session: Session) -> str:
     """Return the progress of rendering ahead, as text; "" if no frames are rendered ahead."""
-    pull, playing = session.pull, bool(session.timeline.playback.direction)
+    pull, playing = session.time.pull, bool(session.time.timeline.playback.direction)
     if not pull.wanted:
         return ""
     done, wanted = len(pull.rendered), pull.wanted
     shown = "preview: " if playing and not pull.is_alone else ""
-    if done == wanted and wanted == session.timeline.played.count:
+    if done == wanted and wanted == session.time.timeline.played.count:
         return f"all {wanted} frames rendered"
     return f"{shown}{done} of {wanted} frames rendered"
 
@@ -35,7 +35,7 @@ def rendered_label(session: Session, view: TimelineView) -> None:
     if not words:
         return
     em, is_preview = imgui.get_font_size(), words.startswith("preview")
-    count = f"{len(session.pull.rendered)}/{session.pull.wanted}"
+    count = f"{len(session.time.pull.rendered)}/{session.time.pull.wanted}"
     short = f"preview {count}" if is_preview else count
     imgui.same_line()
     room = imgui.get_content_region_avail().x - em
@@ -74,10 +74,10 @@ def rendered_popup(session: Session, view: TimelineView) -> None:
 
 
 def _facts(session: Session) -> None:
-    store, (width, height) = session.pull.store, session.pull.jobs.size
+    store, (width, height) = session.time.pull.store, session.time.pull.jobs.size
     lines = [rendered_words(session) or "no frames to play"]
-    if session.pull.wanted:
-        megabytes = session.pull.picture_bytes / MEGABYTE
+    if session.time.pull.wanted:
+        megabytes = session.time.pull.picture_bytes / MEGABYTE
         lines.append(f"each {width} x {height} pixels, {megabytes:.1f} MB: as large as it is seen")
     lines.append(f"{_used(store.memory.bytes_in_use, store.memory.limit_bytes)} of memory")
     if store.disk is not None:
@@ -102,7 +102,7 @@ def _limits(session: Session) -> None:
     widgets.label("memory", "Megabytes for rendered frames; empty is a quarter of what is free")
     memory = _megabytes("memory for frames", before.memory_mb, "a quarter of what is free", session)
     disk = before.disk_mb
-    if session.pull.store.disk is not None:
+    if session.time.pull.store.disk is not None:
         widgets.label("disk", "Megabytes for rendered frames; 0 keeps none on disk")
         disk = _megabytes("disk for frames", before.disk_mb, "0", session)
     widgets.label("render")
@@ -110,12 +110,12 @@ def _limits(session: Session) -> None:
     probe.note("render frames ahead")
     preferences.change(memory_mb=memory, disk_mb=disk, keep_frames=is_on)
     if (memory, disk) != (before.memory_mb, before.disk_mb):
-        session.pull.resize(memory, disk)
+        session.time.pull.resize(memory, disk)
 
 
 def _megabytes(name: str, value: int, hint: str, session: Session) -> int:
     shown = f"{value} MB" if value else ""
-    return widgets.text_field(name, shown, value, _parse_megabytes, session.say, hint)
+    return widgets.text_field(name, shown, value, _parse_megabytes, session.messages.say, hint)
 
 
 def _parse_megabytes(text: str) -> int:
@@ -133,7 +133,7 @@ def _parse_megabytes(text: str) -> int:
 
 def _buttons(session: Session) -> None:
     if imgui.button("Clear"):
-        session.pull.clear()
+        session.time.pull.clear()
     probe.note("clear frames")
     imgui.same_line()
     if imgui.button("Close"):

@@ -54,7 +54,7 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
 
 def transport(session: Session, view: TimelineView) -> None:
     """Draw the controls in one row; those without room are in a popup at its end."""
-    em, frames = imgui.get_font_size(), f"of {session.timeline.played}"
+    em, frames = imgui.get_font_size(), f"of {session.time.timeline.played}"
     tool_row(
         "transport",
         [
@@ -70,7 +70,7 @@ def transport(session: Session, view: TimelineView) -> None:
 
 
 def _buttons(session: Session) -> list[Tool]:
-    timeline, direction = session.timeline, session.timeline.playback.direction
+    timeline, direction = session.time.timeline, session.time.timeline.playback.direction
     does: tuple[tuple[int, str, str, str, Callable[[], None]], ...] = (
         (2, "first", "first", "First frame (Home)", lambda: timeline.go_to_end(-1)),
         (4, "previous key", "previous key", "Previous key (Up)", lambda: timeline.go_to_key(-1)),
@@ -82,9 +82,9 @@ def _buttons(session: Session) -> list[Tool]:
         (1, "on", "on", "Next frame (Right)", lambda: timeline.step(1)),
         (4, "next key", "next key", "Next key (Down)", lambda: timeline.go_to_key(1)),
         (2, "last", "last", "Last frame (End)", lambda: timeline.go_to_end(1)),
-        (1, "record", "record", _RECORD_TIP, session.recording.arm),
+        (1, "record", "record", _RECORD_TIP, session.lens.recording.arm),
     )  # fmt: skip
-    width, is_armed = _ICON * imgui.get_frame_height(), session.recording.state.is_waiting
+    width, is_armed = _ICON * imgui.get_frame_height(), session.lens.recording.state.is_waiting
 
     def drawn(name: str, shape: str, tip: str, do: Callable[[], None]) -> None:
         if _icon(name, shape, tip, is_armed and name == "record"):
@@ -128,9 +128,9 @@ def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
 
 def _frame_field(session: Session) -> None:
     frame = session.editing.frame
-    chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, session.say)
+    chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, session.messages.say)
     if chosen != frame:
-        session.timeline.go(chosen)
+        session.time.timeline.go(chosen)
 
 
 def _words(words: str) -> None:
@@ -143,18 +143,22 @@ def _words(words: str) -> None:
 
 def _timecode_field(session: Session) -> None:
     """Draw the timecode of the frame; typing one sets the timecode of the first frame."""
-    shot, frame, plate = session.timeline.timed_shot, session.editing.frame, session.source.plate
+    shot, frame, plate = (
+        session.time.timeline.timed_shot,
+        session.editing.frame,
+        session.source.plate,
+    )
     in_header = None if plate is None else timecode_of(plate.attributes)
     shown = str(shot.timecode_at(frame, in_header) or "")
 
     def parse(text: str) -> str:
         return _start_of(shot, frame, text)
 
-    chosen = widgets.text_field("timecode", shown, shown, parse, session.say, "timecode")
+    chosen = widgets.text_field("timecode", shown, shown, parse, session.messages.say, "timecode")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(_TIMECODE_TIP)
     if chosen != shown:
-        session.editing.edit(replace(session.shot, start_timecode=chosen or None))
+        session.editing.edit(replace(session.facts.shot, start_timecode=chosen or None))
 
 
 def _start_of(shot: Shot, frame: int, text: str) -> str:
@@ -170,37 +174,37 @@ def _start_of(shot: Shot, frame: int, text: str) -> str:
 
 
 def _rate_field(session: Session) -> None:
-    rate = session.shot.frames_per_second
+    rate = session.facts.shot.frames_per_second
     shown = f"{rate:.5g} fps"
-    chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, session.say)
+    chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, session.messages.say)
     if chosen != rate:
-        session.editing.edit(replace(session.shot, frames_per_second=chosen))
+        session.editing.edit(replace(session.facts.shot, frames_per_second=chosen))
 
 
 def _choices(session: Session) -> list[Tool]:
-    em, cache = imgui.get_font_size(), session.timeline.cache
+    em, cache = imgui.get_font_size(), session.time.timeline.cache
     tools = [
         Tool(partial(_ending, session), _COMBO_EM * em, 8),
         Tool(partial(_pace, session), _WIDE_EM * em, 8),
     ]
-    if session.timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
+    if session.time.timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
         return tools  # nothing is missing
     return [*tools, Tool(partial(_missing_frames, session), _MISSING_EM * em, 8)]
 
 
 def _ending(session: Session) -> None:
-    playback = session.timeline.playback
+    playback = session.time.timeline.playback
     playback.ending = Ending(combo("ending", str(playback.ending), [str(it) for it in Ending]))
 
 
 def _pace(session: Session) -> None:
-    playback = session.timeline.playback
+    playback = session.time.timeline.playback
     pace = combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()))
     playback.is_every_frame = pace == _PACES[True]
 
 
 def _missing_frames(session: Session) -> None:
-    timeline = session.timeline
+    timeline = session.time.timeline
     missing = combo("missing frames", _MISSING[timeline.missing], list(_MISSING.values()))
     timeline.missing = cast(MissingPolicy, next(n for n, w in _MISSING.items() if w == missing))
 

@@ -1,0 +1,189 @@
+"""The desks of a session: the commands and workers of one subject, made and handed out together.
+
+A front end takes the desk of what it shows. `workers` of each are polled by the session.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.base.errors import HeatlensError
+from heatlens.render import FrameRenderer
+from heatlens.session.exports.export_commands import ExportCommands
+from heatlens.session.files.file_commands import FileCommands
+from heatlens.session.files.shot_documents import ShotDocuments
+from heatlens.session.files.start_choices import StartChoices
+from heatlens.session.keys.key_commands import KeyCommands
+from heatlens.session.keys.key_rows import RowChoice
+from heatlens.session.lens.lens_commands import LensCommands
+from heatlens.session.live.pull_recording import PullRecording
+from heatlens.session.live.ring_hand import RingHand
+from heatlens.session.live.ring_out import RingOut
+from heatlens.session.live.ring_take import RingTake
+from heatlens.session.live.sent_lens import SentLens
+from heatlens.session.loop.speed import Speed
+from heatlens.session.loop.worker import Worker
+from heatlens.session.marks.mark_commands import MarkCommands
+from heatlens.session.marks.scene_mark_tracks import SceneMarkTracks
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.pictures.color_choice import ColorChoice
+from heatlens.session.pictures.compare_sides import CompareSides
+from heatlens.session.pictures.live_picture import LivePicture
+from heatlens.session.pictures.look_commands import LookCommands
+from heatlens.session.pictures.picture_commands import PictureCommands
+from heatlens.session.pictures.picture_view import PictureLook, PictureView
+from heatlens.session.pictures.reference import ReferenceLoader
+from heatlens.session.pictures.view_commands import ViewCommands
+from heatlens.session.pictures.visible_work import VisibleWork
+from heatlens.session.playing.frame_player import FramePlayer
+from heatlens.session.playing.pull_jobs import PullJobs
+from heatlens.session.playing.render_scheduler import RenderScheduler
+from heatlens.session.playing.rendered_pull import RenderedPull, store_of
+from heatlens.session.scenes.scene_commands import SceneCommands
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.settings.recent_files import RecentFiles
+from heatlens.session.shot.editing import Editing
+from heatlens.session.shot.start import GivenOptions
+from heatlens.session.time.focus_track import MarkTrack, MarkTracks
+from heatlens.session.time.timeline import Timeline
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What every desk works on.
+
+    say        shows a sentence in the status bar
+    say_error  shows an error there, and keeps the shot safe after a fault of the program
+    wake       has the front end draw again; threads call it
+    """
+
+    source: OpenSource
+    editing: Editing
+    preferences: Preferences
+    given: GivenOptions
+    say: Callable[[str], None]
+    say_error: Callable[[HeatlensError], None]
+    wake: Callable[[], None]
+
+
+class PictureDesk:
+    """How the picture is looked at: view, comparison, looks; and how it is saved."""
+
+    def __init__(self, shared: Shared) -> None:
+        source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake
+        start = shared.given.start
+        self.renderer: FrameRenderer = source.picture.renderer
+        self.color = ColorChoice(start.ocio, say)
+        first = shared.preferences.first_view(start.view)
+        self.view = PictureView(self.color.with_names(first))
+        self.look = PictureLook(editing, self.view, self.color)
+        self.references = ReferenceLoader(self.renderer.ctx, say, wake)
+        self.commands = ViewCommands(self.view, source, editing, self.references, say)
+        self.sides = CompareSides(self.renderer)
+        self.looks = LookCommands(editing, self.view, say)
+        self.saving = PictureCommands(source, editing, self.look, self.live, say, wake)
+        self.workers: tuple[Worker, ...] = (self.references, self.saving)
+
+    def begin(self, attributes: Mapping[str, object]) -> str:
+        """Use the colour space of a plate's header; return a note about it, or ""."""
+        self.view.state = self.color.of_plate(self.view.state, attributes)
+        return self.color.input_of(self.view.state.input_space).note
+
+    @property
+    def live(self) -> LivePicture:
+        """The picture through the lens, side A of the comparison."""
+        return self.sides.a
+
+
+class TimeDesk:
+    """What has to do with frames: timeline, keys, marks, recorded pulls, rendered frames."""
+
+    def __init__(
+        self,
+        shared: Shared,
+        pictures: PictureDesk,
+        scenes: SceneCommands,
+        speed: Speed,
+        frames_folder: Path | None,
+    ) -> None:
+        source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake
+        now, view = shared.preferences.now, pictures.view
+        self._source = source
+        self._editing = editing
+        self.speed = speed
+        self.timeline = timeline = Timeline(source, editing, say)
+        timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
+        rows = RowChoice(lambda: source.has_camera)
+        self.keys = KeyCommands(editing, rows, scenes.set_key, say)
+        self.marks = MarkCommands(source, editing, timeline, scenes, say, wake)
+        visible = VisibleWork(source, pictures.sides)
+        self._plate_tracks = MarkTracks()
+        self.scene_tracks = tracks = SceneMarkTracks(
+            *(source, editing, timeline, scenes),
+            lambda: visible.is_rendering or self.marks.is_reading,
+        )
+        jobs = PullJobs(source, editing, timeline, view, wake)
+        store = store_of(now, frames_folder, wake)
+        self.pull = RenderedPull(
+            *(jobs, store, source, editing, timeline, view, shared.preferences),
+            lambda: tracks.is_due,
+            wake,
+        )
+        self.player = FramePlayer(timeline, source, editing, self.pull, say)
+        self.scheduler = RenderScheduler(
+            source, pictures.sides, visible, self.pull, editing, view, speed, shared.say_error
+        )
+        self.workers: tuple[Worker, ...] = (self.marks, tracks, self.player, self.pull)
+
+    def mark_tracks(self) -> tuple[MarkTrack, ...]:
+        """Return the distances of the marks over the frames.
+
+        For plates they are known at the frames in memory, for scenes at the frames measured so far.
+        """
+        if self._source.has_camera:
+            return self.scene_tracks.tracks()
+        timeline, marks = self.timeline, self._editing.shot.marks
+        return self._plate_tracks.tracks(timeline.cache, timeline.runs(), marks)
+
+
+class LensDesk:
+    """The lens, and what turns it or listens to it from outside."""
+
+    def __init__(self, shared: Shared, time: TimeDesk) -> None:
+        source, editing, say = shared.source, shared.editing, shared.say
+        start = shared.given.start
+        self.commands = LensCommands(source, editing, say)
+        self.ring = RingHand(
+            *(start.lens_in, editing, say, shared.preferences),
+            wake=shared.wake,
+            on_turn=time.pull.touched,  # do not render ahead while it turns
+        )
+        take = RingTake(self.ring, source, editing)
+        self.recording = PullRecording(editing, time.timeline, time.keys.rows, take, say)
+        sent = SentLens(source, editing, shared.given, self.commands, say)
+        ring_out = RingOut(start.lens_out, editing, say, source.timecode_at)
+        self.workers: tuple[Worker, ...] = (sent, self.ring, self.recording, ring_out)
+
+
+class FileDesk:
+    """Files: what is opened, saved, remembered and exported."""
+
+    def __init__(self, shared: Shared, pictures: PictureDesk, timeline: Timeline) -> None:
+        source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake
+        preferences, given, stream = shared.preferences, shared.given, shared.given.start.stream
+        self.documents = documents = ShotDocuments(
+            source, editing, timeline, preferences, given, say, wake
+        )
+        self.exports = ExportCommands(
+            *(source, editing, timeline, pictures.look, lambda: documents.shot_name),
+            *(say, wake),
+        )
+        self.commands = FileCommands(
+            *(source, editing, documents, pictures.saving, pictures.references),
+            *(preferences, given, self.exports.write_sheet, say, wake),
+        )
+        self.recent = RecentFiles(preferences, stream.text if stream else None, wake)
+        self.start_choices = StartChoices(
+            source, timeline.playback, self.commands, self.recent, given
+        )
+        self.workers: tuple[Worker, ...] = (self.recent, self.commands, self.exports, documents)

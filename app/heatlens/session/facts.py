@@ -1,0 +1,105 @@
+"""What is true in the session now: the facts that panels and other front ends show."""
+
+from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.lens import Lens
+from heatlens.model.shot import Shot
+from heatlens.model.view import ViewState
+from heatlens.model.view_geometry import PictureShape
+from heatlens.plate.plate import Plate
+from heatlens.preview.shown import Shown
+from heatlens.session.desks import PictureDesk, TimeDesk
+from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.pictures.reference import Reference
+from heatlens.session.shot.editing import Editing
+
+
+class Facts:
+    """A read-only view of the session; every value is that of the moment it is asked for."""
+
+    def __init__(
+        self, source: OpenSource, editing: Editing, pictures: PictureDesk, time: TimeDesk
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._pictures = pictures
+        self._time = time
+
+    @property
+    def shot(self) -> Shot:
+        """The current shot."""
+        return self._editing.shot
+
+    @property
+    def seen_shot(self) -> Shot:
+        """The shot of the picture: the current one, or the one that is tried."""
+        return self._editing.seen_shot
+
+    @property
+    def lens(self) -> Lens:
+        """The lens of the shot at the playhead."""
+        return self._editing.lens
+
+    @property
+    def has_lens(self) -> bool:
+        """True if there is a lens at the playhead."""
+        return self._editing.has_lens
+
+    @property
+    def frame(self) -> int:
+        """The frame at the playhead."""
+        return self._editing.frame
+
+    @property
+    def view(self) -> ViewState:
+        """The view state: exposure, zoom, overlay, comparison."""
+        return self._pictures.view.state
+
+    @property
+    def unit(self) -> str:
+        """The unit of distances, "m" or "ft"."""
+        return self.view.unit
+
+    @property
+    def plate(self) -> Plate | None:
+        """The picture before the blur; None while there is none."""
+        return self._source.plate
+
+    @property
+    def has_camera(self) -> bool:
+        """True if what is open is seen by a camera that moves."""
+        return self._source.has_camera
+
+    @property
+    def has_many_views(self) -> bool:
+        """True if what is open can be seen from many points of the lens."""
+        return self._pictures.renderer.has_many_views
+
+    @property
+    def has_time(self) -> bool:
+        """True if what is open has several frames."""
+        return self._source.plate is not None and self._time.timeline.has_time
+
+    @property
+    def histogram(self) -> DepthHistogram | None:
+        """The histogram of the plate's distances; None if it has none."""
+        return self._source.picture.histogram
+
+    @property
+    def reference(self) -> Reference | None:
+        """The reference picture, to be shown as B; None if none is loaded."""
+        return self._pictures.references.current
+
+    @property
+    def picture_shape(self) -> PictureShape:
+        """The shape of the display window; one pixel while nothing is open."""
+        return self._source.picture_shape(self.shot)
+
+    @property
+    def seen(self) -> Shown | None:
+        """The picture through the lens to show."""
+        return self._time.scheduler.seen
+
+    @property
+    def is_plain(self) -> bool:
+        """True while only the live picture through the lens is shown."""
+        return self._pictures.view.is_lens_alone and not self._time.pull.is_alone
