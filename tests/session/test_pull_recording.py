@@ -24,16 +24,16 @@ def session(opened):
 
 def perform(session, frames=range(FIRST, LAST + 1), distance_m=pulled_m) -> None:
     """Arm, play, and move the focus while each frame is shown."""
-    session.lens.recording.arm()
+    session.time.recording.arm()
     session.time.timeline.play(1)
     for frame in frames:
         session.time.timeline.put(frame)
-        session.lens.recording.poll()
+        session.time.recording.poll()
         if distance_m is not None:
             session.lens.commands.focus(distance_m(frame))
-        session.lens.recording.poll()
+        session.time.recording.poll()
     session.time.timeline.playback.stop()
-    session.lens.recording.poll()
+    session.time.recording.poll()
 
 
 def focus_keys(session):
@@ -43,26 +43,26 @@ def focus_keys(session):
 def test_what_was_performed_is_few_keys_within_the_tolerance(session):
     before = session.facts.shot
     perform(session)
-    assert session.lens.recording.state is RecordingState.RECORDED
-    assert 2 <= len(focus_keys(session)) == session.lens.recording.key_count <= 4
+    assert session.time.recording.state is RecordingState.RECORDED
+    assert 2 <= len(focus_keys(session)) == session.time.recording.key_count <= 4
     for frame in range(FIRST, LAST + 1):
         off = 1 / session.facts.shot.lens_at(frame).focus_distance_m - 1 / pulled_m(frame)
-        assert abs(off) <= session.lens.recording.tolerance_dioptres * (1 + 1e-6)
+        assert abs(off) <= session.time.recording.tolerance_dioptres * (1 + 1e-6)
     session.editing.undo()
     assert session.facts.shot == before
-    session.lens.recording.poll()
-    assert session.lens.recording.state is RecordingState.OFF
+    session.time.recording.poll()
+    assert session.time.recording.state is RecordingState.OFF
 
 
 def test_while_it_is_performed_the_picture_follows_the_hand_and_no_key_is_set(session):
     before = session.facts.shot
-    session.lens.recording.arm()
+    session.time.recording.arm()
     session.time.timeline.play(1)
-    session.lens.recording.poll()
-    assert session.lens.recording.state is RecordingState.RECORDING
+    session.time.recording.poll()
+    assert session.time.recording.state is RecordingState.RECORDING
     session.lens.commands.focus(3.0)
     session.time.timeline.put(FIRST + 1)
-    session.lens.recording.poll()
+    session.time.recording.poll()
     assert (
         session.facts.lens.focus_distance_m
         == session.editing.seen_shot.lens.focus_distance_m
@@ -83,40 +83,40 @@ def test_a_wider_tolerance_leaves_fewer_keys_and_is_the_same_step(session):
     perform(session, distance_m=shaky_m)
     counts = []
     for tolerance in (0.0005, 0.06):
-        session.lens.recording.tolerate(tolerance)
-        counts.append(session.lens.recording.key_count)
+        session.time.recording.tolerate(tolerance)
+        counts.append(session.time.recording.key_count)
     assert counts[0] > counts[1]
     assert session.editing.history.past == (*before.past, before.now)
 
 
 def test_at_first_the_tolerance_is_half_of_what_is_sharp(session):
     expected = sharp_dioptres(session.facts.lens) / 2
-    assert session.lens.recording.tolerance_dioptres == pytest.approx(expected, rel=0.05)
+    assert session.time.recording.tolerance_dioptres == pytest.approx(expected, rel=0.05)
 
 
 @pytest.mark.parametrize("when", ["armed", "recording", "recorded"])
 def test_dropped_it_never_was(session, when):
     before = session.editing.history
-    session.lens.recording.arm()
+    session.time.recording.arm()
     if when != "armed":
         perform_on = session.time.timeline
         perform_on.play(1)
-        session.lens.recording.poll()
+        session.time.recording.poll()
         session.lens.commands.focus(2.5)
-        session.lens.recording.poll()
+        session.time.recording.poll()
     if when == "recorded":
         session.time.timeline.playback.stop()
-        session.lens.recording.poll()
-        assert session.lens.recording.state is RecordingState.RECORDED
-    session.lens.recording.drop()
+        session.time.recording.poll()
+        assert session.time.recording.state is RecordingState.RECORDED
+    session.time.recording.drop()
     assert session.editing.history == before
-    assert session.lens.recording.state is RecordingState.OFF
+    assert session.time.recording.state is RecordingState.OFF
     assert session.time.timeline.playback.direction == 0
 
 
 def test_the_recording_ends_where_the_shot_begins_again_and_the_hand_sets_no_key_behind(session):
     perform(session, [LAST - 2, LAST - 1, LAST, FIRST])  # the last one is behind the end
-    assert session.lens.recording.state is RecordingState.RECORDED
+    assert session.time.recording.state is RecordingState.RECORDED
     assert focus_keys(session)[-1].value == pytest.approx(pulled_m(LAST))
     session.editing.rest(is_held=True)
     assert session.editing.performance is not None and session.wants_frames
@@ -137,18 +137,18 @@ def test_keys_before_and_after_stay_and_do_not_bend_what_was_recorded(session):
     assert [focus_keys(session)[0].value, focus_keys(session)[-1].value] == [2.0, 9.0]
     for frame in frames:
         off = 1 / session.facts.shot.lens_at(frame).focus_distance_m - 1 / 3.0
-        assert abs(off) <= session.lens.recording.tolerance_dioptres * (1 + 1e-6)
+        assert abs(off) <= session.time.recording.tolerance_dioptres * (1 + 1e-6)
 
 
 def test_a_hand_that_does_nothing_changes_nothing(session):
     before = session.editing.history
     perform(session, distance_m=None)
     assert session.editing.history == before and "not moved" in session.messages.text
-    assert session.lens.recording.state is RecordingState.OFF
+    assert session.time.recording.state is RecordingState.OFF
 
 
 def test_another_change_of_the_shot_ends_the_choice_of_the_tolerance(session):
     perform(session)
     session.lens.commands.step_f_stop(3)
-    session.lens.recording.poll()
-    assert session.lens.recording.state is RecordingState.OFF and focus_keys(session)
+    session.time.recording.poll()
+    assert session.time.recording.state is RecordingState.OFF and focus_keys(session)

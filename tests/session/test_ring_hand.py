@@ -139,14 +139,8 @@ def test_where_nothing_was_turned_it_is_said(hand, receiver, said):
 def test_the_time_to_the_picture_is_from_the_first_turn_to_the_picture_of_the_last(
     receiver, editing, said
 ):
-    now, turned = [10.0], []
-    hand = RingHand(
-        receiver,
-        editing,
-        said.append,
-        clock=lambda: now[0],
-        on_turn=lambda: turned.append(now[0]),
-    )
+    now = [10.0]
+    hand = RingHand(receiver, editing, said.append, clock=lambda: now[0])
     before = editing.lens
     assert hand.to_picture_s is None
     receiver.hears(focus_distance_m=1.4, age_s=0.003)
@@ -160,7 +154,6 @@ def test_the_time_to_the_picture_is_from_the_first_turn_to_the_picture_of_the_la
     assert hand.to_picture_s == pytest.approx(0.040)
     hand.seen(editing.lens)  # the same picture counts once
     assert hand.to_picture_s == pytest.approx(0.040)
-    assert turned == [10.0, 10.02]
 
 
 def test_without_a_ring_there_is_nothing_to_wait_for(editing, said):

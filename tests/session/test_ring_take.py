@@ -70,24 +70,24 @@ def session(opened):
     ready(opened, FOCUS, IRIS, f_stop=2.8)
     ring = RingHand(Ring(), opened.editing, opened.messages.say)
     opened.lens.ring = ring
-    opened.lens.recording._ring = RingTake(ring, opened.source, opened.editing)
+    opened.time.recording._ring = RingTake(ring, opened.source, opened.editing)
     return opened
 
 
 def perform(session, late: int, **more) -> None:
     """Play while the ring sends two samples a frame, which the window sees `late` frames late."""
     ring = session.lens.ring.receiver
-    session.lens.recording.arm()
+    session.time.recording.arm()
     session.time.timeline.play(1)
-    session.lens.recording.poll()
+    session.time.recording.poll()
     for frame in range(FIRST, LAST + 1):
         ring.send(frame, focus_distance_m=pulled_m(frame - 0.5))
         ring.send(frame, focus_distance_m=pulled_m(frame), **{k: f(frame) for k, f in more.items()})
         session.time.timeline.put(min(frame + late, LAST))
         session.lens.ring.poll()
-        session.lens.recording.poll()
+        session.time.recording.poll()
     session.time.timeline.playback.stop()
-    session.lens.recording.poll()
+    session.time.recording.poll()
 
 
 @pytest.mark.parametrize("late", [0, 2])
@@ -98,7 +98,7 @@ def test_a_recorded_take_replays_to_the_frame(session, late):
     assert 2 <= len(keys) <= 4
     for frame in range(FIRST, LAST + 1):
         off = 1 / session.facts.shot.lens_at(frame).focus_distance_m - 1 / pulled_m(frame)
-        assert abs(off) <= session.lens.recording.tolerance_dioptres * (1 + 1e-6)
+        assert abs(off) <= session.time.recording.tolerance_dioptres * (1 + 1e-6)
     session.editing.undo()
     assert session.facts.shot.curves == before.curves
 
@@ -130,8 +130,8 @@ def test_a_take_is_one_step_of_undo_whatever_was_turned(session):
     )
     after = session.facts.shot
     assert after.curves.f_stop.keys and after.curves.focal_length_mm.keys
-    session.lens.recording.tolerate(
-        2 * session.lens.recording.tolerance_dioptres
+    session.time.recording.tolerate(
+        2 * session.time.recording.tolerance_dioptres
     )  # still the same step
     session.editing.undo()
     assert session.facts.shot == before

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from heatlens.session.door.named_commands import named_commands
 from heatlens.ui.action_list import actions
 from heatlens.ui.actions import Action
 
@@ -19,4 +20,4 @@ class _Nothing:
 def listed_actions() -> tuple[Action, ...]:
     """Return every action, in the order of the menus; none of them can be done."""
     nothing: Any = _Nothing()
-    return actions(nothing, nothing)
+    return actions(named_commands(nothing), nothing)

@@ -23,8 +23,8 @@ def opened_walls(folder: Path) -> Iterator[Session]:
 
 def ready(session: Session, *keyed: LensParameter, **lens: Any) -> Session:
     """Return the session at its first frame: nothing recorded, no keys of `keyed`, this lens."""
-    session.lens.recording.keep()
-    session.lens.recording._chosen_tolerance = None
+    session.time.recording.keep()
+    session.time.recording._chosen_tolerance = None
     session.time.timeline.playback.stop()
     session.time.timeline.playback.ending = Ending.LOOP
     session.editing.frame = FIRST
@@ -32,7 +32,7 @@ def ready(session: Session, *keyed: LensParameter, **lens: Any) -> Session:
     session.editing.begin(replace(session.facts.shot, lens=replace(start_lens, **lens)))
     for parameter in keyed:
         session.editing.begin(session.facts.shot.without_keys(FIRST, parameter))
-    session.lens.recording.poll()
+    session.time.recording.poll()
     return session
 
 

@@ -56,7 +56,7 @@ def reset_timeline(gui: Gui) -> None:
     session.time.scene_tracks._seen_by = None
     held_by = session.editing, session.time.keys, session.messages.say
     gui.ui.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))
-    session.lens.recording.keep()
+    session.time.recording.keep()
     gui.ui.opens_pull = False
 
 

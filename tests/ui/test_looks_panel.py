@@ -18,7 +18,7 @@ def test_looks_are_kept_seen_compared_and_come_back_to(gui):
     gui.settled()
     first = session.facts.lens
     stills = gui.screen._panels.stills
-    still = stills.of(session, session.facts.shot.looks[0])
+    still = stills.of(session.facts.shot.looks[0])
     assert still is not None
     pixels = np.frombuffer(still.read(), np.uint8).reshape(still.height, still.width, 4)
     assert pixels[..., :3].std() > 10  # a picture

@@ -72,7 +72,7 @@ def test_while_nothing_is_to_do_frames_are_rendered_from_the_playhead_on(gui):
         order += sorted(gui.session.time.pull.rendered - set(order))
     assert order[0] == FIRST + 5 and order[1] == FIRST + 6
     assert gui.session.time.pull.runs == (FrameRange(FIRST, LAST),)
-    assert rendered_words(gui.session) == f"all {COUNT} frames rendered"
+    assert rendered_words(gui.session.time) == f"all {COUNT} frames rendered"
 
 
 def test_a_kept_frame_is_what_the_renderer_gives_at_that_size(gui, renderer):
@@ -160,7 +160,7 @@ def test_where_frames_are_not_rendered_it_says_so_and_shows_the_quick_picture(gu
     gui.frame(2)
     gui.until(lambda: session.pictures.live.shown.frame == session.facts.frame, "the quick picture")
     assert not session.time.pull.is_alone and not isinstance(session.facts.seen, KeptFrame)
-    words = rendered_words(session)
+    words = rendered_words(session.time)
     assert words.startswith("preview: ") and words.endswith("frames rendered")
 
 
@@ -271,14 +271,14 @@ def test_a_damaged_frame_is_left_out_and_the_others_are_rendered(ctx, tmp_path):
         fill(gui, COUNT - 1)
         at_rest(gui)
         assert FIRST + 2 not in gui.session.time.pull.rendered
-        assert rendered_words(gui.session) == f"{COUNT - 1} of {COUNT} frames rendered"
+        assert rendered_words(gui.session.time) == f"{COUNT - 1} of {COUNT} frames rendered"
 
 
 def test_a_still_with_a_pull_is_played_too(ctx, tmp_path):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK) as gui:
         session = gui.session
         gui.frame(3)
-        assert not session.time.pull.is_on and rendered_words(session) == ""
+        assert not session.time.pull.is_on and rendered_words(session.time) == ""
         session.editing.edit(pull(session.facts.shot, 2.0, 5.0, 3, 6))
         session.time.timeline.go(3)
         gui.frame()

@@ -85,7 +85,7 @@ def test_a_moment_measures_a_part_and_the_window_goes_on(gui, drawn, monkeypatch
     monkeypatch.setattr(scene_mark_tracks, "_SLICE_S", 1e-3)
     gui.frame(2)
     assert 0 < len(drawn) < gui.session.time.timeline.frames.count
-    assert 0 < gui.ui.seconds_until_needed() < 0.05  # or the rest would never come
+    assert 0 < gui.session.seconds_until_needed() < 0.05  # or the rest would never come
 
 
 def test_what_is_known_is_not_measured_again(gui, drawn):

@@ -12,8 +12,7 @@ from heatlens.model.settings import Method
 from heatlens.model.view import Compare
 from heatlens.ui import widgets
 from heatlens.ui.palette import matches
-from heatlens.ui.setting_list import settings
-from heatlens.ui.setting_places import SETTINGS, setting_places
+from heatlens.ui.setting_places import SETTINGS
 from support.gui import Gui, gui_of
 from support.scene_window import write_scene
 from support.window_plates import QUICK, room_file
@@ -73,8 +72,7 @@ TRIED = (
 
 
 def test_words_that_people_try_find_something(gui):
-    lists = setting_places(gui.session, gui.ui), settings(gui.session, gui.ui)
-    found = [*gui.screen.actions, *lists[0], *lists[1]]
+    found = [*gui.screen.actions, *gui.screen.settings()]
     for words in TRIED:
         assert [action.name for action in found if matches(action, words)], words
 

@@ -39,7 +39,7 @@ def focus_m(gui, frame: int) -> float:
 def perform(gui) -> None:
     """Press record and Space, and drag along the focus bar while the frames go by."""
     gui.click(gui.middle("transport record"))
-    assert gui.session.lens.recording.state is RecordingState.ARMED
+    assert gui.session.time.recording.state is RecordingState.ARMED
     gui.key(K.space)
     x0, y0, x1, y1 = gui.rect("focus bar")
     gui.press((x0 + 0.3 * (x1 - x0), (y0 + y1) / 2))
@@ -51,10 +51,10 @@ def perform(gui) -> None:
 def test_a_pull_is_performed_with_the_hand_on_the_focus_bar(gui):
     before = gui.session.editing.history.at_rest()
     perform(gui)
-    assert gui.session.lens.recording.state is RecordingState.RECORDING and keys(gui) == []
+    assert gui.session.time.recording.state is RecordingState.RECORDING and keys(gui) == []
     gui.key(K.space)
     gui.release()
-    assert gui.session.lens.recording.state is RecordingState.RECORDED
+    assert gui.session.time.recording.state is RecordingState.RECORDED
     assert keys(gui)[0] == FIRST and keys(gui)[-1] == LAST
     assert gui.session.editing.history.past == (*before.past, before.now)
     few = len(keys(gui))
@@ -62,7 +62,7 @@ def test_a_pull_is_performed_with_the_hand_on_the_focus_bar(gui):
     gui.drag((x0 + 5, (y0 + y1) / 2), (x1 - 5, (y0 + y1) / 2))
     assert len(keys(gui)) <= few
     gui.click(gui.middle("recording Keep"))
-    assert gui.session.lens.recording.state is RecordingState.OFF and keys(gui)
+    assert gui.session.time.recording.state is RecordingState.OFF and keys(gui)
     gui.key(K.z, ctrl=True)
     assert keys(gui) == []
 
@@ -74,7 +74,7 @@ def test_escape_drops_a_performance(gui, is_over):
         gui.key(K.space)
     gui.key(K.escape)
     gui.release()
-    assert keys(gui) == [] and gui.session.lens.recording.state is RecordingState.OFF
+    assert keys(gui) == [] and gui.session.time.recording.state is RecordingState.OFF
     assert not gui.session.time.timeline.playback.direction
 
 

@@ -6,8 +6,9 @@ from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
 from heatlens.model.view import Overlay
-from heatlens.ui.action_list import GROUPS, MENUS
+from heatlens.session.door.named_commands import named_commands
 from heatlens.ui.actions import CTRL, SHIFT, Action
+from heatlens.ui.menus import MENUS
 from heatlens.ui.palette import matches
 from support.actions import listed_actions
 from support.window_plates import BALL, POST, room_file
@@ -311,7 +312,13 @@ def test_the_palette_finds_settings_too(gui):
 
 
 def test_groups_of_the_menus_begin_with_an_action_inside_one(gui):
-    names = {action.name: action.menu for action in gui.screen.actions}
-    assert names.keys() >= GROUPS
-    first = {next(a.name for a in gui.screen.actions if a.menu == menu) for menu in MENUS}
-    assert not GROUPS & first
+    for menu in MENUS:
+        items = [action for action in gui.screen.actions if action.menu == menu]
+        assert items and not items[0].is_first
+
+
+def test_every_named_command_stands_in_a_menu(gui):
+    named = {action.name for action in gui.screen.actions}
+    commands = named_commands(gui.session)
+    assert {command.name for command in commands} <= named
+    assert len({command.name for command in commands}) == len(commands)

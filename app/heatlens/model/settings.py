@@ -170,3 +170,9 @@ class DefocusSettings:
             if isinstance(value, int | float) and not told.allows(value):
                 words = told.words.capitalize()
                 raise InputError(f"{words} must be {told.least:g} to {told.most:g}, got {value:g}.")
+
+
+def barred_methods(has_many_views: bool) -> dict[str, str]:
+    """Return the methods that are unavailable for what is open, with the reason."""
+    why = "Looks into a 3D scene from many points of the lens; a plate is a picture from one."
+    return {} if has_many_views else {str(method): why for method in Method if method.needs_scene}

@@ -73,6 +73,7 @@ class PictureDesk:
         source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake
         start = shared.given.start
         self.renderer: FrameRenderer = source.picture.renderer
+        self.say = say
         self.color = ColorChoice(start.ocio, say)
         first = shared.preferences.first_view(start.view)
         self.view = PictureView(self.color.with_names(first))
@@ -95,6 +96,22 @@ class PictureDesk:
         return self.sides.a
 
 
+class LensDesk:
+    """The lens, and what turns it or listens to it from outside."""
+
+    def __init__(self, shared: Shared) -> None:
+        source, editing, say = shared.source, shared.editing, shared.say
+        start = shared.given.start
+        self.commands = LensCommands(source, editing, say)
+        self.ring = RingHand(
+            *(start.lens_in, editing, say, shared.preferences),
+            wake=shared.wake,
+        )
+        sent = SentLens(source, editing, shared.given, self.commands, say)
+        ring_out = RingOut(start.lens_out, editing, say, source.timecode_at)
+        self.workers: tuple[Worker, ...] = (sent, self.ring, ring_out)
+
+
 class TimeDesk:
     """What has to do with frames: timeline, keys, marks, recorded pulls, rendered frames."""
 
@@ -102,6 +119,7 @@ class TimeDesk:
         self,
         shared: Shared,
         pictures: PictureDesk,
+        lens: LensDesk,
         scenes: SceneCommands,
         speed: Speed,
         frames_folder: Path | None,
@@ -109,8 +127,10 @@ class TimeDesk:
         source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake
         now, view = shared.preferences.now, pictures.view
         self._source = source
-        self._editing = editing
+        self.editing = editing
         self.speed = speed
+        self.say = say
+        self.scenes = scenes
         self.timeline = timeline = Timeline(source, editing, say)
         timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
         rows = RowChoice(lambda: source.has_camera)
@@ -127,13 +147,18 @@ class TimeDesk:
         self.pull = RenderedPull(
             *(jobs, store, source, editing, timeline, view, shared.preferences),
             lambda: tracks.is_due,
+            lambda: lens.ring.is_turning,
             wake,
         )
         self.player = FramePlayer(timeline, source, editing, self.pull, say)
+        take = RingTake(lens.ring, source, editing)
+        self.recording = PullRecording(editing, timeline, rows, take, say)
         self.scheduler = RenderScheduler(
             source, pictures.sides, visible, self.pull, editing, view, speed, shared.say_error
         )
-        self.workers: tuple[Worker, ...] = (self.marks, tracks, self.player, self.pull)
+        self.workers: tuple[Worker, ...] = (
+            *(self.marks, tracks, self.player, self.recording, self.pull),
+        )
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
         """Return the distances of the marks over the frames.
@@ -142,27 +167,8 @@ class TimeDesk:
         """
         if self._source.has_camera:
             return self.scene_tracks.tracks()
-        timeline, marks = self.timeline, self._editing.shot.marks
+        timeline, marks = self.timeline, self.editing.shot.marks
         return self._plate_tracks.tracks(timeline.cache, timeline.runs(), marks)
-
-
-class LensDesk:
-    """The lens, and what turns it or listens to it from outside."""
-
-    def __init__(self, shared: Shared, time: TimeDesk) -> None:
-        source, editing, say = shared.source, shared.editing, shared.say
-        start = shared.given.start
-        self.commands = LensCommands(source, editing, say)
-        self.ring = RingHand(
-            *(start.lens_in, editing, say, shared.preferences),
-            wake=shared.wake,
-            on_turn=time.pull.touched,  # do not render ahead while it turns
-        )
-        take = RingTake(self.ring, source, editing)
-        self.recording = PullRecording(editing, time.timeline, time.keys.rows, take, say)
-        sent = SentLens(source, editing, shared.given, self.commands, say)
-        ring_out = RingOut(start.lens_out, editing, say, source.timecode_at)
-        self.workers: tuple[Worker, ...] = (sent, self.ring, self.recording, ring_out)
 
 
 class FileDesk:

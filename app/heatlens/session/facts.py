@@ -1,5 +1,6 @@
 """What is true in the session now: the facts that panels and other front ends show."""
 
+from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
@@ -10,7 +11,9 @@ from heatlens.preview.shown import Shown
 from heatlens.session.desks import PictureDesk, TimeDesk
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.reference import Reference
+from heatlens.session.pictures.ruler import Pixel
 from heatlens.session.shot.editing import Editing
+from heatlens.source.stream_source import StreamSource
 
 
 class Facts:
@@ -75,11 +78,6 @@ class Facts:
         return self._pictures.renderer.has_many_views
 
     @property
-    def has_time(self) -> bool:
-        """True if what is open has several frames."""
-        return self._source.plate is not None and self._time.timeline.has_time
-
-    @property
     def histogram(self) -> DepthHistogram | None:
         """The histogram of the plate's distances; None if it has none."""
         return self._source.picture.histogram
@@ -103,3 +101,51 @@ class Facts:
     def is_plain(self) -> bool:
         """True while only the live picture through the lens is shown."""
         return self._pictures.view.is_lens_alone and not self._time.pull.is_alone
+
+    @property
+    def plays_kept(self) -> bool:
+        """True while kept frames play, instead of the plate that is loaded."""
+        return self._time.pull.is_alone
+
+    # What is open
+
+    @property
+    def opening(self) -> str:
+        """The name of what is being opened; "" for nothing."""
+        return self._source.opener.opening or ""
+
+    @property
+    def stream(self) -> StreamSource | None:
+        """The renderer that may send pictures; None if none is listened to."""
+        return self._source.stream
+
+    @property
+    def is_waiting(self) -> bool:
+        """True while nothing is shown and a stream waits for its first picture."""
+        return self._source.is_waiting
+
+    @property
+    def is_black(self) -> bool:
+        """True if the frame at the playhead has no file and is shown black."""
+        return self._source.picture.is_black
+
+    @property
+    def plate_version(self) -> int:
+        """A number that changes with the picture before the blur."""
+        return self._source.picture.version
+
+    def windows(self) -> tuple[Box, Box]:
+        """Return data window and display window of the whole picture."""
+        return self._source.feed.windows(self.shot)
+
+    def frame_px(self, pixel: Pixel) -> Pixel:
+        """Return the pixel of the frame that is seen at a pixel of the picture."""
+        return self._source.frame_px(self.lens, pixel)
+
+    def plate_px(self, pixel: Pixel) -> Pixel:
+        """Return the pixel of the plate for one of the frame; a preview's plate is smaller."""
+        return self._source.feed.plate_px(self.shot, pixel)
+
+    def picture_point(self, point: tuple[float, float]) -> tuple[float, float]:
+        """Return where a point of the frame lies in the picture."""
+        return self._source.picture_point(self.lens, point)

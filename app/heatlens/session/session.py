@@ -63,15 +63,15 @@ class Session:
         self.scenes = SceneCommands(source, self.editing, say)
         self.pictures = pictures = PictureDesk(shared)
         speed = Speed(is_software=is_software)
-        self.time = time = TimeDesk(shared, pictures, self.scenes, speed, frames_folder)
-        self.lens = LensDesk(shared, time)
+        self.lens = lens = LensDesk(shared)
+        self.time = time = TimeDesk(shared, pictures, lens, self.scenes, speed, frames_folder)
         self.files = FileDesk(shared, pictures, time.timeline)
         self.facts = Facts(source, self.editing, pictures, time)
         self._lost_surfaces = LostSurfaces(source, say)
         # Polled in this order in each frame of the window.
         self.workers: tuple[Worker, ...] = (
             ShaderWatch(source.picture, pictures.color, say),
-            *(*pictures.workers, *self.files.workers, *time.workers, *self.lens.workers),
+            *(*pictures.workers, *self.files.workers, *lens.workers, *time.workers),
             *(self.scenes.clips, time.scheduler, self._lost_surfaces, self.messages),
         )
 
@@ -121,7 +121,7 @@ class Session:
         """Begin with a newly opened source; a source that was only read again keeps its shot."""
         editing, files = self.editing, self.files
         self.time.pull.begin()
-        self.lens.recording.keep()
+        self.time.recording.keep()
         self.pictures.sides.restart()
         is_same = editing.shot.source == opened.text
         coming = None if opened.again is None else files.documents.taken(opened)

@@ -1,11 +1,12 @@
 """Define an action: one thing the user can do, for menu, palette, shortcuts and list of keys."""
 
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
-from heatlens.session.loop.messages import Problem
+from heatlens.session.door.command import Command
 
 _K = imgui.Key
 CTRL, SHIFT = int(_K.mod_ctrl), int(_K.mod_shift)
@@ -26,47 +27,20 @@ _TEXT_FIELD_KEYS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Action:
-    """One thing the user can do.
+class Action(Command):
+    """A command in the window: in a menu, in the palette, and perhaps on a key.
 
-    name      unique name, shown in the menu
-    menu      title of its menu
-    run       the function that does it
     chord     key combined with CTRL and SHIFT as ImGui combines them; 0 for no shortcut
     repeats   whether it runs repeatedly while the key is held
-    is_on     returns the state of a switch; None for actions that switch nothing
-    barred    returns the reason why the action is unavailable now, or ""
-    label     returns the text that the menu shows instead of the name
+    is_first  it begins a group of its menu, with a line above it
     is_alone  keys typed behind it wait, since it may open something or change what hears them;
               so it is with Ctrl, and with names that end in "..."
     """
 
-    name: str
-    menu: str
-    run: Callable[[], object]
     chord: int = 0
     repeats: bool = False
-    is_on: Callable[[], bool] | None = None
-    barred: Callable[[], str] | None = None
-    label: Callable[[], str] | None = None
     is_alone: bool = False
-
-    @property
-    def shown(self) -> str:
-        """The text in the menu: `label()` where the action has one, else the name."""
-        return self.name if self.label is None else self.label()
-
-    def why_not(self) -> str:
-        """Return the reason, a sentence, why the action is unavailable now; else ""."""
-        return "" if self.barred is None else self.barred()
-
-    def do(self, say: Callable[[str], None]) -> None:
-        """Run the action, or pass the reason why it is unavailable to `say`."""
-        why = self.why_not()
-        if why:
-            say(Problem(why))
-        else:
-            self.run()
+    is_first: bool = False
 
     @property
     def key(self) -> imgui.Key | None:
@@ -88,6 +62,18 @@ class Action:
         if (name, parts) == ("/", ["Shift"]):
             return "?"
         return "+".join([*parts, name])
+
+
+def chord_of(shortcut: str) -> int:
+    """Return the key of a shortcut as it is written in menus, such as "Ctrl+Shift+S"; 0 for ""."""
+    if shortcut == "?":
+        return int(_K.slash) | SHIFT
+    *mods, name = re.split(r"(?<=[a-z])\+", shortcut)
+    if not name:
+        return 0
+    named = {shown: key for key, shown in _KEY_NAMES.items()}
+    key = named.get(name) or imgui.Key[f"_{name}" if name.isdigit() else name.lower()]
+    return int(key) | (CTRL if "Ctrl" in mods else 0) | (SHIFT if "Shift" in mods else 0)
 
 
 def opens(actions: tuple[Action, ...], key: imgui.Key, mods: int) -> bool:

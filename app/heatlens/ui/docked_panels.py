@@ -46,7 +46,7 @@ class DockedPanels:
     def __init__(self, session: Session, ui: UiState) -> None:
         self._session = session
         self._ui = ui
-        self.stills = LookStills(session.pictures.renderer.ctx)
+        self.stills = LookStills(session.facts, session.pictures)
 
     def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
         """Draw the panels; `hovered` is the pixel of the display window under the pointer.
@@ -106,7 +106,7 @@ class DockedPanels:
             defocus = blur_panel(session.facts.shot.defocus, session.facts.has_many_views)
             session.editing.edit(replace(session.facts.shot, defocus=defocus))
             if session.facts.histogram is not None and session.time.timeline.has_time:
-                lens_dots(session, drawn)
+                lens_dots(session.time, drawn)
         imgui.end()
 
     def _mark_distances(self) -> tuple[tuple[str, float], ...]:
@@ -181,7 +181,8 @@ class DockedPanels:
 
     def _scene(self) -> None:
         if self._begin("Scene", _Window.no_focus_on_appearing):
-            scene_panel(self._session)
+            session = self._session
+            scene_panel(session.scenes, session.editing, session.messages.say)
         imgui.end()
 
     def _export(self) -> None:
@@ -202,13 +203,13 @@ class DockedPanels:
 
     def _marks(self) -> None:
         if self._begin("Marks"):
-            marks_panel(self._session, self._ui)
+            marks_panel(self._session.time, self._session.facts.unit, self._ui)
         imgui.end()
 
     def _looks(self, pictures: Pictures | None) -> None:
-        self.stills.take(self._session, pictures)
+        self.stills.take(pictures)
         if self._begin("Looks"):
-            looks_panel(self._session, self.stills)
+            looks_panel(self._session.facts, self._session.pictures, self.stills)
         imgui.end()
 
     def _guides(self) -> None:
@@ -221,7 +222,7 @@ class DockedPanels:
 
     def _timeline(self) -> None:
         if self._begin("Timeline", _Window.no_scroll_with_mouse):
-            timeline_panel(self._session, self._ui.timeline)
+            timeline_panel(self._session.time, self._ui.timeline, self._session.facts.unit)
         imgui.end()
 
     def _begin(self, name: str, flags: int = 0) -> bool:

@@ -7,11 +7,11 @@ from pathlib import Path
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
-from heatlens.session.session import Session
+from heatlens.session.desks import FileDesk
 from heatlens.session.settings.ui_sizes import scaled_layout
 from heatlens.ui import probe, topmost, widgets
-from heatlens.ui.action_list import GROUPS, MENUS
 from heatlens.ui.actions import Action
+from heatlens.ui.menus import MENUS
 from heatlens.ui.state import UiState
 
 PICTURE = "Picture"
@@ -24,7 +24,7 @@ _LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and length of its folder's text
 
 
-def menu_bar(session: Session, ui: UiState, actions: Sequence[Action]) -> Action | None:
+def menu_bar(files: FileDesk, ui: UiState, actions: Sequence[Action]) -> Action | None:
     """Draw the menus; return the action that was chosen in this frame."""
     picked = None
     if not imgui.begin_main_menu_bar():
@@ -36,7 +36,7 @@ def menu_bar(session: Session, ui: UiState, actions: Sequence[Action]) -> Action
         if imgui.begin_menu(menu):
             ui.menu_to_open = _beside(menu)
             for action in (a for a in actions if a.menu == menu):
-                if action.name in GROUPS:
+                if action.is_first:
                     imgui.separator()
                 is_on = bool(action.is_on is not None and action.is_on())
                 why = action.why_not()
@@ -47,7 +47,7 @@ def menu_bar(session: Session, ui: UiState, actions: Sequence[Action]) -> Action
                 if clicked:
                     picked = action
                 if action.name == "Open...":
-                    picked = _open_recent(session, ui) or picked
+                    picked = _open_recent(files, ui) or picked
             imgui.end_menu()
         probe.note(f"menu {menu}")
     imgui.end_main_menu_bar()
@@ -62,11 +62,11 @@ def _beside(menu: str) -> str:
     return MENUS[(MENUS.index(menu) + (1 if right else -1)) % len(MENUS)]
 
 
-def _open_recent(session: Session, ui: UiState) -> Action | None:
+def _open_recent(files: FileDesk, ui: UiState) -> Action | None:
     """Draw the submenu of recent files that still exist; return an action that opens the chosen."""
     if imgui.is_window_appearing():
-        session.files.recent.look()
-    recent, picked = session.files.recent.found, None
+        files.recent.look()
+    recent, picked = files.recent.found, None
     is_open = imgui.begin_menu("Open recent", bool(recent))
     probe.note("menu Open recent")
     if is_open:
@@ -74,7 +74,7 @@ def _open_recent(session: Session, ui: UiState) -> Action | None:
             ui.menu_to_open = ""  # the arrow key opened this submenu, not the next menu
         for text in recent:
             if _recent_item(Path(text)):
-                picked = Action(text, "File", partial(session.files.commands.open, text))
+                picked = Action(text, "File", partial(files.commands.open, text))
         imgui.end_menu()
     return picked
 

@@ -9,10 +9,13 @@ from heatlens.model.coc import sharp_px
 from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes, inner_rect
 from heatlens.model.view import Compare
 from heatlens.model.view_geometry import PictureShape, geometry
+from heatlens.session.desks import PictureDesk
+from heatlens.session.door.door import Door
+from heatlens.session.door.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
+from heatlens.session.facts import Facts
 from heatlens.session.marks.lessons import Lessons
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.kept_screen import KeptScreen
-from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.ui.panels.marks_panel import draw_point_marks
@@ -57,16 +60,25 @@ class PictureWindow:
     """Draws the picture, or the start screen or a notice while there is none."""
 
     def __init__(
-        self, session: Session, ui: UiState, screen: ScreenPictures, kept: KeptScreen
+        self,
+        facts: Facts,
+        door: Door,
+        desk: PictureDesk,
+        lessons: Lessons,
+        ui: UiState,
+        screen: ScreenPictures,
+        kept: KeptScreen,
     ) -> None:
-        self._session = session
+        self._facts = facts
+        self._door = door
+        self._desk = desk
         self._ui = ui
-        self._seen = SeenPictures(session, screen, kept)
-        ctx = session.pictures.renderer.ctx
+        self._seen = SeenPictures(facts, desk, screen, kept)
+        ctx = desk.renderer.ctx
         self._start = StartScreen(ctx)
         self._notice = StreamNotice()
-        self._lessons = Lessons(session.editing, session.time.marks)
-        self.viewport = ViewportPanel(ctx, session.pictures.view)
+        self._lessons = lessons
+        self.viewport = ViewportPanel(ctx, desk.view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window under the pointer
         self.alt = AltHeld()
         self.pictures: Pictures | None = None  # the pictures shown in this frame
@@ -80,11 +92,11 @@ class PictureWindow:
         self._begin()
         imgui.pop_style_var()
         is_held_off = self.alt.is_over(self.hovered is not None)
-        self._session.pictures.view.is_lens_held_off = is_held_off
-        is_there = self._session.source.plate is not None and self._session.facts.seen is not None
+        self._desk.view.is_lens_held_off = is_held_off
+        is_there = self._facts.plate is not None and self._facts.seen is not None
         if is_seen or not is_there:
             self.pictures = self._seen.now()
-        if self._session.files.start_choices.is_wanted:
+        if self._ui.files.start_choices.is_wanted:
             self.hovered = None
             self._choose(hears_keys)
         else:
@@ -95,34 +107,32 @@ class PictureWindow:
 
     def _draw_picture(self, pictures: Pictures | None) -> None:
         """Draw the picture and everything over it, or the reason why there is none."""
-        if self._session.source.picture.is_black and not self._session.time.pull.is_alone:
-            imgui.text_disabled(f"  Frame {self._session.editing.frame} has no file.")
-        elif self._session.source.is_waiting and self._session.source.stream is not None:
-            draw_waiting(self._session.source.stream)
+        if self._facts.is_black and not self._facts.plays_kept:
+            imgui.text_disabled(f"  Frame {self._facts.frame} has no file.")
+        elif self._facts.is_waiting and self._facts.stream is not None:
+            draw_waiting(self._facts.stream)
         elif pictures is None:
-            is_coming = (
-                self._session.source.plate is not None or self._session.source.opener.opening
-            )
+            is_coming = self._facts.plate is not None or self._facts.opening
             words = "Opening ..." if is_coming else "Nothing is open: Ctrl+O, or drop a file here."
             imgui.text_disabled(f"  {words}")
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
-            self._apply(self.viewport.draw(pictures, self._session.facts.view, scale))
+            self._apply(self.viewport.draw(pictures, self._facts.view, scale))
             self._draw_over(pictures)
             if not (self._ui.is_bare or pictures.tiles):
-                draw_lessons(self._lessons, self._session.pictures.view.viewport)
-            if self._session.source.stream is not None and self._session.source.stream.is_shown:
-                self._notice.draw(self._session.source.stream, self._session.pictures.view.viewport)
+                draw_lessons(self._lessons, self._desk.view.viewport)
+            if self._facts.stream is not None and self._facts.stream.is_shown:
+                self._notice.draw(self._facts.stream, self._desk.view.viewport)
 
     def _draw_over(self, pictures: Pictures) -> None:
         """Draw guides, marks and the legend over the picture; in a grid, guides in each cell."""
-        view, place = self._session.facts.view, self.viewport.place
+        view, place = self._facts.view, self.viewport.place
         for cell in self.viewport.cells:
             here = geometry(view, cell, pictures.shape)
             draw_guides(view.guides, pictures.shape, replace(place, viewport=cell, geometry=here))
         if not pictures.tiles:
-            draw_point_marks(self._session)
-            draw_ruler(self._session, self.hovered)
+            draw_point_marks(self._facts, self._desk.view)
+            draw_ruler(self._desk.commands.ruler, self._desk.view, self._facts, self.hovered)
             self._legend()
 
     def _begin(self) -> None:
@@ -139,7 +149,7 @@ class PictureWindow:
 
     def _choose(self, hears_keys: bool) -> None:
         """Draw the start screen and act on the user's choice."""
-        choices, opening = self._session.files.start_choices, self._session.source.opener.opening
+        choices, opening = self._ui.files.start_choices, self._facts.opening
         answer = self._start.draw(choices.cards(), opening, hears_keys, choices.most_recent)
         if answer.taken is not None and not choices.take(answer.taken):
             self._ui.dialogs.ask("open")
@@ -147,42 +157,43 @@ class PictureWindow:
             choices.leave()
 
     def _legend(self) -> None:
-        session = self._session
-        if not session.facts.view.has_overlay or session.facts.view.compare is Compare.FLIP:
+        facts, view = self._facts, self._facts.view
+        if not view.has_overlay or view.compare is Compare.FLIP or not facts.has_lens:
             return
-        if not session.editing.has_lens:
-            return
-        plate = session.pictures.renderer.loaded.plate
-        optics = session.pictures.renderer.optics(session.editing.seen_shot, session.editing.frame)
-        sharp = sharp_px(session.facts.lens, plate.display_window.width)
-        limits = layer_limits_px(optics, session.editing.seen_shot)
-        facts = LegendFacts(optics, sharp, limits, plate.depth, session.facts.view.unit)
-        peaking = session.facts.view.peaking if session.facts.view.is_peaking else None
-        legend = entries(session.facts.view.overlay, facts, peaking)
+        plate = self._desk.renderer.loaded.plate
+        optics = self._desk.renderer.optics(facts.seen_shot, facts.frame)
+        sharp = sharp_px(facts.lens, plate.display_window.width)
+        limits = layer_limits_px(optics, facts.seen_shot)
+        shown = LegendFacts(optics, sharp, limits, plate.depth, view.unit)
+        legend = entries(view.overlay, shown, view.peaking if view.is_peaking else None)
         is_right = bool(self._lessons.left)  # the lessons are at the left
-        draw_legend(legend, session.pictures.view.viewport, is_right)
+        draw_legend(legend, self._desk.view.viewport, is_right)
 
     def _apply(self, result: ViewportResult) -> None:
-        self._session.pictures.view.state, self.hovered = result.view, result.hovered_px
+        door, self.hovered = self._door, result.hovered_px
+        door.change(result.view)
         if result.camera is not None:
-            self._session.scenes.move(result.camera)
+            door.do(MoveCamera(result.camera.kind, result.camera.right, result.camera.down))
         if result.focus_notches:
-            self._session.lens.commands.nudge_focus(result.focus_notches)
+            door.do(NudgeFocus(result.focus_notches))
         if result.tile is not None:
             self._choose_tile(result.tile)
         if result.focus_px is None:
             return
-        io, ruler = imgui.get_io(), self._session.pictures.commands.ruler
+        io, ruler = imgui.get_io(), self._desk.commands.ruler
         is_clicked = imgui.is_mouse_clicked(imgui.MouseButton_.left)
         if ruler.is_on:
             (ruler.press if is_clicked else ruler.drag)(result.focus_px)
         elif not (io.key_ctrl and io.key_shift):
-            self._session.lens.commands.focus_at(result.focus_px)
+            door.do(FocusAt(*result.focus_px))
         elif is_clicked:
-            self._session.time.marks.set_point(result.focus_px)
+            door.do(MarkAt(*result.focus_px))
 
     def _choose_tile(self, index: int) -> None:
         """Use the lens of the look that was clicked in the grid, and leave the grid."""
         assert self.pictures is not None
-        self._session.pictures.looks.go_to(self.pictures.tiles[index].name)
-        self._session.pictures.commands.change(compare=Compare.OFF)
+        name = self.pictures.tiles[index].name
+        if name:
+            self._door.do(TakeLook(name))
+        else:
+            self._door.change(replace(self._facts.view, compare=Compare.OFF))

@@ -7,7 +7,9 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
 from heatlens.display.screen_pictures import ScreenPictures
+from heatlens.session.door.door import Door
 from heatlens.session.live.pull_recording import RecordingState
+from heatlens.session.marks.lessons import Lessons
 from heatlens.session.playing.kept_screen import KeptScreen
 from heatlens.session.session import Session
 from heatlens.ui import topmost
@@ -39,25 +41,20 @@ class Screen:
     def __init__(self, session: Session, wake: Callable[[], None] = lambda: None) -> None:
         """Create the screen; threads call `wake` to have the window drawn again."""
         self._session = session
-        self.ui = UiState(session, wake)
-        self.actions = actions(session, self.ui)
+        self._door = door = Door(session)
+        files, time, pictures = session.files, session.time, session.pictures
+        say, facts = session.messages.say, session.facts
+        self.ui = UiState(session.editing, time, files, session.preferences, say, wake)
+        self.actions = actions(door.commands, self.ui)
         self.typed: Sequence[imgui.Key] = ()  # keys that went down in this frame, in their order
-        ctx = session.pictures.renderer.ctx
-        self._pictures = ScreenPictures(ctx)
-        kept = KeptScreen(
-            session.time.pull,
-            session.source,
-            session.editing,
-            session.pictures.view,
-            self._pictures,
-        )
-        session.time.pull.screen = kept
-        self.picture = PictureWindow(session, self.ui, self._pictures, kept)
-        self.status = StatusBar(session, self.ui, kept)
+        self._pictures = ScreenPictures(pictures.renderer.ctx)
+        kept = KeptScreen(time.pull, session.source, session.editing, pictures.view, self._pictures)
+        time.pull.screen = kept
+        lessons = Lessons(session.editing, time.marks)
+        self.picture = PictureWindow(facts, door, pictures, lessons, self.ui, self._pictures, kept)
+        self.status = StatusBar(facts, pictures, session.messages, self.ui, kept)
         self._panels = DockedPanels(session, self.ui)
-        session.pictures.looks.still_now = lambda: self._panels.stills.now(
-            session, self.picture.pictures
-        )
+        pictures.looks.still_now = lambda: self._panels.stills.now(self.picture.pictures)
 
     def opens(self, key: imgui.Key, mods: int) -> bool:
         """Return True if keys typed behind this one have to wait for what it does."""
@@ -114,13 +111,13 @@ class Screen:
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui
         if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
-            if session.lens.recording.state is not RecordingState.OFF:
+            if session.time.recording.state is not RecordingState.OFF:
                 if not imgui.get_io().want_text_input:
-                    session.lens.recording.drop()
+                    session.time.recording.drop()
             elif not session.pictures.commands.leave():
                 ui.leave_bare()
         is_covered = topmost.is_any_open() or session.files.documents.offer is not None
-        chosen = None if ui.is_bare else menu_bar(session, ui, self.actions)
+        chosen = None if ui.is_bare else menu_bar(session.files, ui, self.actions)
         keyed = in_order(
             (a for a in pressed(self.actions) if not (is_covered or self._is_asleep(a))), self.typed
         )
@@ -129,8 +126,8 @@ class Screen:
                 action.do(session.messages.say)
         if ui.shows_keys:
             ui.shows_keys = keys_window(self.actions, session.facts.has_camera)
-        pull_popup(session, ui)
-        rendered_popup(session, ui.timeline)
+        pull_popup(session.time, ui)
+        rendered_popup(session.time, ui.timeline)
         shot_question(session.files.documents)
         export = session.files.exports.run.state
         quit_question(ui, export_words(export), "" if export is None else export.when_stopped)
@@ -138,11 +135,16 @@ class Screen:
 
     def _palette(self) -> Action | None:
         """Draw the palette, which also lists settings if a picture is open."""
-        palette, has_shot = self.ui.palette, self._session.source.plate is not None
-        found: tuple[Action, ...] = ()
-        if palette.is_open and has_shot:
-            found = (*setting_places(self._session, self.ui), *settings(self._session, self.ui))
-        return palette.draw((*self.actions, *found))
+        palette = self.ui.palette
+        has_more = palette.is_open and self._session.source.plate is not None
+        return palette.draw((*self.actions, *(self.settings() if has_more else ())))
+
+    def settings(self) -> tuple[Action, ...]:
+        """Return an action for each setting of the panels, and for each value that it can have."""
+        session, facts = self._session, self._session.facts
+        views = session.pictures.color.views(facts.view.display)
+        places = setting_places(facts, session.time.timeline, self.ui)
+        return (*places, *settings(self._door, facts, views, self.ui))
 
     def _is_asleep(self, action: Action) -> bool:
         """Return True if the start screen is shown and may use the action's key itself."""

@@ -8,7 +8,8 @@ from functools import partial
 from heatlens.export.options import ExportOptions
 from heatlens.model.aperture import Aperture
 from heatlens.model.option import options_of
-from heatlens.session.session import Session
+from heatlens.session.facts import Facts
+from heatlens.session.time.timeline import Timeline
 from heatlens.ui.actions import Action
 from heatlens.ui.seek import seek
 from heatlens.ui.state import UiState
@@ -46,24 +47,24 @@ SETTINGS: dict[str, tuple[str, ...]] = {
 }
 
 
-def setting_places(session: Session, ui: UiState) -> tuple[Action, ...]:
+def setting_places(facts: Facts, timeline: Timeline, ui: UiState) -> tuple[Action, ...]:
     """Return an action for each setting, which shows the setting in its panel."""
     return tuple(
         Action(
             words,
             f"{panel} tab",
             partial(_show, ui, panel, words),
-            barred=partial(_why_not, session, panel),
+            barred=partial(_why_not, facts, timeline, panel),
         )
         for panel, settings in SETTINGS.items()
         for words in settings
     )
 
 
-def _why_not(session: Session, panel: str) -> str:
-    if panel == "Scene" and not session.facts.has_camera:
+def _why_not(facts: Facts, timeline: Timeline, panel: str) -> str:
+    if panel == "Scene" and not facts.has_camera:
         return "Only a scene has these settings, and none is open."
-    if panel == "Timeline" and not session.time.timeline.has_time:
+    if panel == "Timeline" and not timeline.has_time:
         return "Only what has several frames has a timeline."
     return ""
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 
+from heatlens.session.desks import FileDesk, TimeDesk
 from heatlens.session.keys.key_drag import KeyDrag
 from heatlens.session.keys.key_stretch import KeyStretch
-from heatlens.session.session import Session
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shot.editing import Editing
 from heatlens.ui.appearance import ThemeChoice, UiScale
 from heatlens.ui.files.file_browser import FileDialogs
 from heatlens.ui.palette import Palette
@@ -29,14 +31,25 @@ _BEHIND_S = 0.25  # longest delay before the timeline shows newly read frames
 class UiState:
     """The state of the interface itself; the session has the state of the work."""
 
-    def __init__(self, session: Session, wake: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        editing: Editing,
+        time: TimeDesk,
+        files: FileDesk,
+        preferences: Preferences,
+        say: Callable[[str], None],
+        wake: Callable[[], None] = lambda: None,
+    ) -> None:
         """Create the state; threads call `wake` to have the window drawn again."""
-        self._session = session
-        hidden = session.preferences.now.hidden_panels
+        self.files = files
+        self.say = say
+        self._timeline = time.timeline
+        self._preferences = preferences
+        hidden = preferences.now.hidden_panels
         self.panels = {name: name not in hidden for name in PANELS}
         self.wants_layout = True  # reset the arrangement of panels in the next frame
-        self.scale = UiScale(session.preferences)
-        self.theme = ThemeChoice(session.preferences)
+        self.scale = UiScale(preferences)
+        self.theme = ThemeChoice(preferences)
         self.shows_keys = False
         self.is_bare = False  # the picture fills the window and everything else is hidden
         self.is_full_screen = False
@@ -47,8 +60,8 @@ class UiState:
         self.asks_to_quit = False  # show the question whether to stop the running export
         self.shows_export_end = True  # the result of the latest export, until it is dismissed
         self.palette = Palette()
-        self.dialogs = FileDialogs(session.files.commands, session.messages.say, wake)
-        held_by = session.editing, session.time.keys, session.messages.say
+        self.dialogs = FileDialogs(files.commands, say, wake)
+        held_by = editing, time.keys, say
         self.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))
 
     @property
@@ -59,9 +72,7 @@ class UiState:
     @property
     def is_timeline_shown(self) -> bool:
         """True if the timeline panel is open and the source has several frames."""
-        session = self._session
-        has_time = session.source.plate is not None and session.time.timeline.has_time
-        return self.panels["Timeline"] and has_time
+        return self.panels["Timeline"] and self._timeline.is_shown
 
     def toggle_panel(self, name: str) -> None:
         """Open the panel if it is closed, and close it if it is open."""
@@ -82,11 +93,11 @@ class UiState:
     @property
     def has_feed_labels(self) -> bool:
         """True if the second window writes the names of looks into the grid."""
-        return self._session.preferences.now.feed_labels
+        return self._preferences.now.feed_labels
 
     def toggle_feed_labels(self) -> None:
         """Switch the names of looks in the second window on or off."""
-        self._session.preferences.change(feed_labels=not self.has_feed_labels)
+        self._preferences.change(feed_labels=not self.has_feed_labels)
 
     def leave_bare(self) -> None:
         """Leave the mode that shows only the picture, and full screen."""
@@ -111,12 +122,9 @@ class UiState:
 
     def quit(self) -> None:
         """End the program after this frame; ask first if an export is running."""
-        self.asks_to_quit = self._session.files.exports.run.is_busy
+        self.asks_to_quit = self.files.exports.run.is_busy
         self.is_over = not self.asks_to_quit
 
     def seconds_until_needed(self) -> float | None:
-        """Return how many seconds the loop may sleep; None to sleep until an event."""
-        wait_s = self._session.seconds_until_needed()
-        if not (self.is_timeline_shown and self._session.time.timeline.is_behind):
-            return wait_s
-        return _BEHIND_S if wait_s is None else min(wait_s, _BEHIND_S)
+        """Return the seconds until the timeline shows newly read frames; None without any."""
+        return _BEHIND_S if self.is_timeline_shown and self._timeline.is_behind else None

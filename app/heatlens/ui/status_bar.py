@@ -8,8 +8,10 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.printable import printable
 from heatlens.display.probe import PictureReader, probe_at, probe_text
 from heatlens.model.view import Compare
+from heatlens.session.desks import PictureDesk
+from heatlens.session.facts import Facts
+from heatlens.session.loop.messages import Messages
 from heatlens.session.playing.kept_screen import KeptFrame, KeptScreen
-from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.export_bar import GAP_EM, export_bar, export_bar_width
 from heatlens.ui.side_words import draw_sides, mouse_words, words
@@ -22,23 +24,32 @@ _MESSAGE_PART = 0.65  # the largest part of the room that a message takes from t
 class StatusBar:
     """Draws the status bar."""
 
-    def __init__(self, session: Session, ui: UiState, kept: KeptScreen) -> None:
-        self._session = session
+    def __init__(
+        self,
+        facts: Facts,
+        desk: PictureDesk,
+        messages: Messages,
+        ui: UiState,
+        kept: KeptScreen,
+    ) -> None:
+        self._facts = facts
+        self._desk = desk
+        self._messages = messages
         self._ui = ui
         self._kept = kept
-        self._reader = PictureReader(session.pictures.renderer.ctx)
+        self._reader = PictureReader(desk.renderer.ctx)
 
     def draw(self, hovered: tuple[int, int] | None) -> None:
         """Draw the bar; `hovered` is the pixel of the display window under the pointer.
 
         The readout is at the left with the message beside it; export and sides are at the right.
         """
-        session, em = self._session, imgui.get_font_size()
-        reference = None if session.facts.reference is None else session.facts.reference.path.name
-        sides = words(session.facts.view, session.pictures.sides, reference, session.facts.seen)
-        if sides and session.pictures.view.is_drawn:
-            sides = f"{sides}    {zoom_words(session.pictures.view.zoom)}"
-        run = session.files.exports.run
+        facts, desk, em = self._facts, self._desk, imgui.get_font_size()
+        reference = None if facts.reference is None else facts.reference.path.name
+        sides = words(facts.view, desk.sides, reference, facts.seen)
+        if sides and desk.view.is_drawn:
+            sides = f"{sides}    {zoom_words(desk.view.zoom)}"
+        run = self._ui.files.exports.run
         end = imgui.get_window_width() - _EDGE_EM * em
         export_width = export_bar_width(run, self._ui)
         room_end = end - export_width - (imgui.calc_text_size(sides).x + em if sides else 0.0)
@@ -55,11 +66,11 @@ class StatusBar:
 
     def _draw_left(self, hovered: tuple[int, int] | None, end: float) -> None:
         """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
-        session, message = self._session, self._session.messages
-        if session.source.opener.opening:
-            first = f"Reading {printable(session.source.opener.opening)} ..."
-        elif session.source.is_waiting and session.source.stream is not None:
-            first = f"Listening on {session.source.stream.address} ..."
+        facts, message = self._facts, self._messages
+        if facts.opening:
+            first = f"Reading {printable(facts.opening)} ..."
+        elif facts.is_waiting and facts.stream is not None:
+            first = f"Listening on {facts.stream.address} ..."
         else:
             first = self.words(hovered)
             first = "" if hovered is None and message.text else first
@@ -77,7 +88,7 @@ class StatusBar:
 
     def _draw_message(self, width: float) -> None:
         """Draw the message, cut to `width`; a tooltip shows all of it."""
-        message = self._session.messages
+        message = self._messages
         shown = fitting(message.text, width, _width_of)
         imgui.text_colored(
             theme.colors.bad if message.is_problem else theme.colors.accent_text, shown
@@ -92,31 +103,29 @@ class StatusBar:
 
     def _hint(self) -> str:
         """Return what mouse and keys do."""
-        session = self._session
-        is_start = session.files.start_choices.is_wanted
+        is_start = self._ui.files.start_choices.is_wanted
         hint = "Arrows and Enter, a digit or a click" if is_start else ""
-        return f"{hint or mouse_words(session.facts.has_camera)}.  ? shows the keys."
+        return f"{hint or mouse_words(self._facts.has_camera)}.  ? shows the keys."
 
     def _words_at(self, hovered: tuple[int, int] | None) -> str:
         """Return the values under the pointer; "" beside the picture, as on its margin."""
-        session, plate, shown = self._session, self._session.source.plate, self._session.facts.seen
-        is_other = session.time.pull.is_alone  # kept frames are playing, not the loaded plate
-        if plate is None or shown is None or hovered is None or is_other:
+        facts, plate, shown = self._facts, self._facts.plate, self._facts.seen
+        if plate is None or shown is None or hovered is None or facts.plays_kept:
             return ""
-        if session.facts.view.compare is Compare.GRID:
+        if facts.view.compare is Compare.GRID:
             return "Click a picture to take its look.  Escape leaves the grid."
         self._kept.uploaded(shown)
-        pixel = session.source.feed.plate_px(session.facts.shot, hovered)
+        pixel = facts.plate_px(hovered)
         version = shown.key if isinstance(shown, KeptFrame) else shown
-        frame_px = session.source.frame_px(session.facts.lens, pixel)
-        read = probe_at(pixel, plate, session.facts.lens, shown, version, self._reader, frame_px)
+        frame_px = facts.frame_px(pixel)
+        read = probe_at(pixel, plate, facts.lens, shown, version, self._reader, frame_px)
         if read is None:
             return ""
-        if session.facts.has_camera:  # whose preview may be smaller than the whole picture
-            _, whole = session.source.feed.windows(session.facts.shot)
+        if facts.has_camera:  # whose preview may be smaller than the whole picture
+            _, whole = facts.windows()
             coc_px = read.coc_px * whole.width / plate.display_window.width
             read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)
-        return probe_text(read, session.facts.view.unit, session.facts.lens)
+        return probe_text(read, facts.unit, facts.lens)
 
 
 def _width_of(text: str) -> float:

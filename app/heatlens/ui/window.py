@@ -230,6 +230,7 @@ class Loop:
         if self._frames_due > 0:
             return 0.0
         waits = [
+            self._session.seconds_until_needed(),
             self._ui.seconds_until_needed(),
             self._screen.picture.alt.seconds_until_needed(),
         ]

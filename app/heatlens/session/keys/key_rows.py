@@ -40,6 +40,11 @@ class RowChoice:
         self.curve_of = LensParameter.FOCUS_DISTANCE
         self._is_on_camera = False
 
+    @property
+    def has_camera(self) -> bool:
+        """True if there is a row of the camera."""
+        return self._has_camera()
+
     def toggle_curve(self) -> None:
         """Switch between the curve of the selected row and the keys of all rows."""
         self.shows_curve = not self.shows_curve
@@ -47,7 +52,7 @@ class RowChoice:
     @property
     def chosen(self) -> Row:
         """The camera's row if it was selected last and is shown, else the parameter's row."""
-        is_seen = self._has_camera() and not self.shows_curve
+        is_seen = self.has_camera and not self.shows_curve
         return CAMERA if self._is_on_camera and is_seen else self.curve_of
 
     def choose(self, row: Row) -> None:

@@ -72,15 +72,12 @@ class RingHand(Worker):
         preferences: Preferences | None = None,
         clock: Callable[[], float] = time.monotonic,
         wake: Callable[[], None] = lambda: None,
-        on_turn: Callable[[], None] = lambda: None,
     ) -> None:
         """Follow `receiver`, or nothing if None. Channel maps are kept in `preferences`.
 
-        `wake` is called on the receiver's thread to have the window drawn, `on_turn` when the ring
-        has turned the lens.
+        `wake` is called on the receiver's thread to have the window drawn.
         """
         self.news = RingNews(wake)
-        self._on_turn = on_turn
         self._clock = clock
         self._turned_s = -math.inf  # time at which the ring last changed the lens
         self._heard_s: float | None = None  # time of a change not shown yet
@@ -193,7 +190,6 @@ class RingHand(Worker):
             if self._heard_s is None:
                 self._heard_s = self._turned_s - heard.age_s
             self._turn(changed)
-            self._on_turn()
 
     def seen(self, lens: Lens | None) -> None:
         """Note the lens of the picture that is on the screen from now on."""

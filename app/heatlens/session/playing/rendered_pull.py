@@ -86,10 +86,14 @@ class RenderedPull(Worker):
         view: PictureView,
         preferences: Preferences,
         is_busy: Callable[[], bool] = lambda: False,
+        is_turning: Callable[[], bool] = lambda: False,
         wake: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        """Create it; `is_busy` returns True while more urgent work is waiting."""
+        """Create it; `is_busy` returns True while more urgent work is waiting.
+
+        `is_turning` returns True while a lens ring is being turned, which counts as user input.
+        """
         self.jobs = jobs
         self.store = store
         self._source = source
@@ -98,6 +102,7 @@ class RenderedPull(Worker):
         self._view = view
         self._preferences = preferences
         self._is_busy = is_busy
+        self._is_turning = is_turning
         self._wake = wake
         self._clock = clock
         self.screen: ScreenWork = NoScreen()  # set by the interface
@@ -163,6 +168,8 @@ class RenderedPull(Worker):
 
     def poll(self) -> None:
         """Update after changes and read frames that are needed next; call this once a frame."""
+        if self._is_turning():
+            self.touched()
         if not self.is_on:
             self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
             self._ordered, self.counted, self.is_counting = (), None, False
@@ -299,12 +306,18 @@ class RenderedPull(Worker):
         self._made.clear()
         self._refused.clear()
 
+    @property
+    def kept(self) -> Remembered:
+        """The preferences, which have the limits of kept frames."""
+        return self._preferences.now
+
     def switch(self) -> None:
         """Switch rendering ahead on or off."""
         self._preferences.change(keep_frames=not self._preferences.now.keep_frames)
 
     def resize(self, memory_mb: int, disk_mb: int) -> None:
         """Set the limits for kept frames in MB."""
+        self._preferences.change(memory_mb=memory_mb, disk_mb=disk_mb)
         self.store.resize(memory_bytes_of(memory_mb), disk_mb * MEGABYTE)
 
     def close(self) -> None:

@@ -194,6 +194,13 @@ class SceneCommands:
         )
         self._editing.do(replace(self._editing.shot, framing=framing))
 
+    def toggle_key(self) -> None:
+        """Set a key of the camera at this frame, or delete the one that is there."""
+        if self._editing.frame in self.key_frames:
+            self.delete_key()
+        else:
+            self.set_key()
+
     def delete_key(self) -> None:
         """Delete the camera's key at this frame."""
         track = self.framing.track

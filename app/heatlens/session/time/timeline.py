@@ -10,6 +10,7 @@ from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
+from heatlens.model.timecode import parse_timecode
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.loop.messages import Problem
 from heatlens.session.opened.open_source import OpenSource
@@ -58,6 +59,11 @@ class Timeline:
         return self._editing.has_time
 
     @property
+    def is_shown(self) -> bool:
+        """True if something is open that has several frames, or keys."""
+        return self._source.plate is not None and self.has_time
+
+    @property
     def _keyed(self) -> tuple[float, ...]:
         """The frames at which the lens or the camera has a key, in order."""
         shot = self._editing.shot
@@ -103,6 +109,23 @@ class Timeline:
     def _news(self) -> object:
         opened = self._source.opened
         return (opened.news if opened else 0, self._source.feed.wanted)
+
+    @property
+    def timecode(self) -> str:
+        """The timecode of the frame at the playhead; "" if it has none."""
+        found = self._source.timecode_at(self.timed_shot, self._editing.frame)
+        return "" if found is None else str(found[1])
+
+    def start_timecode(self, text: str) -> str:
+        """Return the timecode of the first frame, given that of this one; "" for an empty text."""
+        if not text.strip():
+            return ""
+        shot, frame, timecode = self.timed_shot, self._editing.frame, parse_timecode(text)
+        why = timecode.why_not(shot.frames_per_second)
+        if why:
+            raise InputError(why)
+        first = frame if shot.span is None else shot.span.first
+        return str(timecode.later(first - frame, shot.frames_per_second))
 
     # Commands
 

@@ -24,6 +24,7 @@ from heatlens.model.settings import (
     DefocusSettings,
     Method,
     Quality,
+    barred_methods,
 )
 from heatlens.model.shot import LensParameter
 from heatlens.model.units import format_distance
@@ -258,12 +259,6 @@ def _film_back(lens: Lens, say: Say) -> Lens:
         lens = replace(lens, sensor_width_mm=width_mm)
     width_mm = widgets.drag("sensor width", lens.sensor_width_mm, 0.05, 1.0, 100.0, "%.2f mm", say)
     return lens if width_mm == lens.sensor_width_mm else replace(lens, sensor_width_mm=width_mm)
-
-
-def barred_methods(has_many_views: bool) -> dict[str, str]:
-    """Return the methods that are unavailable for what is open, with the reason."""
-    why = "Looks into a 3D scene from many points of the lens; a plate is a picture from one."
-    return {} if has_many_views else {str(method): why for method in Method if method.needs_scene}
 
 
 def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettings:

@@ -5,11 +5,10 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from heatlens.model.settings import Method
+from heatlens.model.settings import Method, barred_methods
 from heatlens.model.view import Against, Compare, Overlay, ViewState
 from heatlens.session.pictures.color_choice import ColorChoice
 from heatlens.ui import probe, widgets
-from heatlens.ui.panels.lens_panel import barred_methods
 
 _OVERLAYS = {
     Overlay.NONE: "off",

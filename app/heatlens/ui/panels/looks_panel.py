@@ -11,9 +11,10 @@ from heatlens.base.printable import printable
 from heatlens.model.look import Look
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.view import GRID_MOST, Compare
+from heatlens.session.desks import PictureDesk
+from heatlens.session.facts import Facts
 from heatlens.session.pictures.compare_sides import grid_names, is_look_b
 from heatlens.session.pictures.look_commands import pixels_of_still, still_of
-from heatlens.session.session import Session
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.picture.picture_alone import PictureAlone
 from heatlens.ui.picture.pictures import Pictures
@@ -27,53 +28,55 @@ _STILLS_MOST = 64
 class LookStills:
     """Thumbnails of looks: those stored in the looks, or taken when a look is shown in full."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
-        self._alone = PictureAlone(ctx)
+    def __init__(self, facts: Facts, desk: PictureDesk) -> None:
+        self._facts = facts
+        self._desk = desk
+        self._ctx = desk.renderer.ctx
+        self._alone = PictureAlone(self._ctx)
         self._taken: dict[tuple[object, ...], moderngl.Texture | None] = {}
 
-    def of(self, session: Session, look: Look) -> moderngl.Texture | None:
+    def of(self, look: Look) -> moderngl.Texture | None:
         """Return the thumbnail of a look; None if there is none yet."""
         if look.still is None:
-            return self._taken.get((session.facts.shot.source, look.lens, look.frame))
+            return self._taken.get((self._facts.shot.source, look.lens, look.frame))
         key = (look.still,)
         if key not in self._taken:
             pixels = pixels_of_still(look.still)
             self._add(key, None if pixels is None else self._texture(pixels))
         return self._taken[key]
 
-    def now(self, session: Session, pictures: Pictures | None) -> str | None:
+    def now(self, pictures: Pictures | None) -> str | None:
         """Return the present picture as a still for a look; None if another picture shows."""
-        is_other = session.facts.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
+        is_other = self._facts.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
         if (
             pictures is None
             or is_other
-            or session.facts.view.a_look
-            or not session.facts.view.depth_of_field
+            or self._facts.view.a_look
+            or not self._facts.view.depth_of_field
         ):
             return None
-        self._draw(session, pictures)
+        self._draw(pictures)
         texture = self._alone.texture
         assert texture is not None
         pixels = np.frombuffer(texture.read(), np.uint8)
         return still_of(pixels.reshape(texture.height, texture.width, 4)[::-1, :, :3])
 
-    def take(self, session: Session, pictures: Pictures | None) -> None:
+    def take(self, pictures: Pictures | None) -> None:
         """Take a thumbnail if the picture shows a look without one; call this once a frame."""
-        seen = session.pictures.live.shown
-        if pictures is None or seen is None or not (seen.is_whole and session.facts.is_plain):
+        seen = self._desk.live.shown
+        if pictures is None or seen is None or not (seen.is_whole and self._facts.is_plain):
             return
-        for look in session.facts.shot.looks:
-            is_it = (look.lens, look.frame) == (session.facts.lens, session.facts.frame)
-            is_seen = seen.frame == look.frame and seen.shot == session.editing.seen_shot
-            if is_it and is_seen and self.of(session, look) is None:
-                self._draw(session, pictures)
-                key = (session.facts.shot.source, look.lens, look.frame)
+        for look in self._facts.shot.looks:
+            is_it = (look.lens, look.frame) == (self._facts.lens, self._facts.frame)
+            is_seen = seen.frame == look.frame and seen.shot == self._facts.seen_shot
+            if is_it and is_seen and self.of(look) is None:
+                self._draw(pictures)
+                key = (self._facts.shot.source, look.lens, look.frame)
                 self._add(key, self._alone.hand_over())
 
-    def _draw(self, session: Session, pictures: Pictures) -> None:
+    def _draw(self, pictures: Pictures) -> None:
         """Draw the picture through the lens, without comparison, as a thumbnail."""
-        plain = replace(session.facts.view, compare=Compare.OFF)
+        plain = replace(self._facts.view, compare=Compare.OFF)
         self._alone.draw(replace(pictures, tiles=()), plain, _STILL_PX)
 
     def _add(self, key: tuple[object, ...], texture: moderngl.Texture | None) -> None:
@@ -89,50 +92,48 @@ class LookStills:
         return self._ctx.texture((width, height), 4, np.ascontiguousarray(rgba[::-1]).data)
 
 
-def looks_panel(session: Session, stills: LookStills) -> None:
+def looks_panel(facts: Facts, desk: PictureDesk, stills: LookStills) -> None:
     """Draw the panel in the current window."""
     if imgui.button("Keep this look"):
-        session.pictures.looks.keep()
+        desk.looks.keep()
     probe.note("keep look")
     _tip("Keeps length, stop, focus and film back under a letter (Shift+L).")
-    view, looks = session.facts.view, session.facts.shot.looks
+    view, looks = facts.view, facts.shot.looks
     is_grid = view.compare is Compare.GRID
     imgui.same_line()
     with widgets.disabled(not looks):
         if imgui.button("Leave grid" if is_grid else "Grid"):
-            session.pictures.looks.toggle_grid()
+            desk.looks.toggle_grid()
         probe.note("look grid")
         _tip("Up to four looks beside each other (Shift+W); a click takes one.")
     imgui.same_line()
     with widgets.disabled(not is_look_b(view)):
         if imgui.button("Wipe off"):
-            session.pictures.commands.change(compare=Compare.OFF)
+            desk.commands.change(compare=Compare.OFF)
         probe.note("look wipe off")
     if not looks:
         imgui.text_wrapped("No looks yet. Set up the lens, then Shift+L keeps it as look A.")
     for index, look in enumerate(looks):
-        _row(session, stills, index, look)
+        _row(facts, desk, stills, index, look)
 
 
-def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
+def _row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, look: Look) -> None:
     em = imgui.get_font_size()
     imgui.push_id(look.name)
     imgui.separator()
     corner = imgui.get_cursor_screen_pos()
-    if _still(stills.of(session, look)):
-        session.pictures.looks.go(index)
+    if _still(stills.of(look)):
+        desk.looks.go(index)
     probe.note(f"look {look.name}")
     _tip(f"Take this lens again (Ctrl+{index + 1})" if index < 9 else "Take this lens again")
-    if session.facts.lens == look.lens:
+    if facts.lens == look.lens:
         size = imgui.get_item_rect_size()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
         imgui.get_window_draw_list().add_rect(corner, end, theme.colors.accent, 2.0, 2.0)
     imgui.same_line()
     imgui.begin_group()
     imgui.set_next_item_width(_NAME_EM * em)
-    name = widgets.text_field(
-        f"look name {look.name}", look.name, look.name, str.strip, session.messages.say
-    )
+    name = widgets.text_field(f"look name {look.name}", look.name, look.name, str.strip, desk.say)
     lens = look.lens
     words = printable(f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}")
     imgui.same_line()
@@ -140,33 +141,33 @@ def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
         imgui.new_line()
     imgui.text_disabled(words)
     probe.note(f"lens of look {look.name}")
-    imgui.text_disabled(f"at {measured_text(lens, lens.focus_distance_m, session.facts.view.unit)}")
-    _buttons(session, look)
+    imgui.text_disabled(f"at {measured_text(lens, lens.focus_distance_m, facts.view.unit)}")
+    _buttons(facts, desk, look)
     imgui.end_group()
     imgui.pop_id()
     if name != look.name:
-        session.pictures.looks.rename(look, name)
+        desk.looks.rename(look, name)
 
 
-def _buttons(session: Session, look: Look) -> None:
+def _buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
     """Draw buttons for the sides of the wipe, the grid, and to delete the look."""
-    view = session.facts.view
+    view = facts.view
     is_compared = is_look_b(view)
     tip = "The frame through this look at the left of the wipe"
     if _toggle("left", f"left {look.name}", is_compared and view.a_look == look.name, tip):
-        session.pictures.looks.compare_as_a(look)
+        desk.looks.compare_as_a(look)
     imgui.same_line(0.0, 4.0)
     tip = "The frame through this look at the right of the wipe"
     if _toggle("right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip):
-        session.pictures.looks.compare(look)
-    if len(session.facts.shot.looks) > GRID_MOST:
+        desk.looks.compare(look)
+    if len(facts.shot.looks) > GRID_MOST:
         imgui.same_line(0.0, 4.0)
-        is_in = look.name in grid_names(view, session.facts.shot)
+        is_in = look.name in grid_names(view, facts.shot)
         if _toggle("grid", f"in grid {look.name}", is_in, "Whether the grid shows this look"):
-            session.pictures.looks.toggle_in_grid(look)
+            desk.looks.toggle_in_grid(look)
     imgui.same_line(0.0, 4.0)
     if imgui.button("x"):
-        session.pictures.looks.delete(look)
+        desk.looks.delete(look)
     probe.note(f"delete look {look.name}")
     _tip("Forget this look")
 

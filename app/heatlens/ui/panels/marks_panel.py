@@ -12,8 +12,10 @@ from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
+from heatlens.session.desks import TimeDesk
+from heatlens.session.facts import Facts
 from heatlens.session.loop.messages import Problem
-from heatlens.session.session import Session
+from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import probe, theme, topmost, widgets
 from heatlens.ui.state import UiState
 
@@ -25,54 +27,51 @@ _RADIUS_EM = 0.33  # of the ring around a point
 _PULL_MOST = 100_000  # frames
 
 
-def marks_panel(session: Session, ui: UiState) -> None:
+def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
     """Draw the panel in the current window."""
     if imgui.button("Set mark here"):
-        session.time.marks.set_here()
+        desk.marks.set_here()
     probe.note("set mark")
     _tip("At the distance in focus (M). Ctrl+Shift+click in the picture marks what is there.")
     imgui.same_line()
-    with widgets.disabled(not session.facts.shot.marks):
+    with widgets.disabled(not desk.editing.shot.marks):
         if imgui.button("Pull focus..."):
             ui.open_pull()
         probe.note("open pull")
     em = imgui.get_font_size()
     room_em = imgui.get_content_region_avail().x / em - _ROW_EM
     name_em = min(max(room_em, _NAME_LEAST_EM), _NAME_EM)
-    if not session.facts.shot.marks:
+    if not desk.editing.shot.marks:
         imgui.text_wrapped("No marks yet. Ctrl+Shift+click on an actor, or press M.")
     elif imgui.begin_table("marks", 3, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", 0, name_em * em)
         imgui.table_setup_column("distance", 0, _DISTANCE_EM * em)
-        for mark in session.facts.shot.marks:
-            _row(session, mark)
+        for mark in desk.editing.shot.marks:
+            _row(desk, unit, mark)
         imgui.end_table()
-    _close_focus(session)
+    _close_focus(desk, unit)
 
 
-def _row(session: Session, mark: Mark) -> None:
-    commands = session.time.marks
+def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
+    commands = desk.marks
     imgui.table_next_row()
     imgui.table_next_column()
     imgui.set_next_item_width(-1)
-    name = widgets.text_field(
-        f"mark {mark.name}", mark.name, mark.name, str.strip, session.messages.say
-    )
+    name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, desk.say)
     if name != mark.name:
         try:
             commands.change(mark, replace(mark, name=name))
         except HeatlensError as error:
-            session.messages.say(Problem(error))
+            desk.say(Problem(error))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
-    unit = session.facts.view.unit
     imgui.text(
-        "outside" if distance_m is None else measured_text(session.facts.lens, distance_m, unit)
+        "outside" if distance_m is None else measured_text(desk.editing.lens, distance_m, unit)
     )
     _tip(_meaning(mark))
     imgui.table_next_column()
-    _row_buttons(session, mark)
+    _row_buttons(desk, mark)
 
 
 def _meaning(mark: Mark) -> str:
@@ -83,8 +82,8 @@ def _meaning(mark: Mark) -> str:
     return "What is seen at its point, at this frame" if is_point else "At every frame"
 
 
-def _row_buttons(session: Session, mark: Mark) -> None:
-    commands = session.time.marks
+def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
+    commands = desk.marks
     if imgui.button(f"focus##{mark.name}"):
         commands.go(mark)
     probe.note(f"go {mark.name}")
@@ -101,38 +100,38 @@ def _row_buttons(session: Session, mark: Mark) -> None:
     probe.note(f"delete {mark.name}")
 
 
-def _close_focus(session: Session) -> None:
+def _close_focus(desk: TimeDesk, unit: str) -> None:
     imgui.separator_text("Barrel")
     widgets.label("close focus", "The nearest distance of the lens; frames focused nearer are red.")
-    limit_m = session.facts.lens.close_focus_m
-    lens = session.facts.lens
-    shown = "" if limit_m is None else measured_text(lens, limit_m, session.facts.view.unit)
+    limit_m = desk.editing.lens.close_focus_m
+    lens = desk.editing.lens
+    shown = "" if limit_m is None else measured_text(lens, limit_m, unit)
     typed_m = widgets.text_field(
         "close focus",
         shown,
         limit_m,
         partial(_parse_limit_m, lens),
-        session.messages.say,
+        desk.say,
         "unknown",
     )
     if typed_m != limit_m:
         try:
-            session.editing.edit_lens(replace(session.facts.lens, close_focus_m=typed_m))
+            desk.editing.edit_lens(replace(desk.editing.lens, close_focus_m=typed_m))
         except HeatlensError as error:
-            session.messages.say(Problem(error))
+            desk.say(Problem(error))
 
 
 def _parse_limit_m(lens: Lens, text: str) -> float | None:
     return parse_measured_m(lens, text) if text.strip() else None
 
 
-def pull_popup(session: Session, ui: UiState) -> None:
+def pull_popup(desk: TimeDesk, ui: UiState) -> None:
     """Draw the popup that sets up a focus pull; Enter or its button makes the keys."""
-    commands = session.time.marks
+    commands = desk.marks
     if ui.opens_pull:
         ui.opens_pull = False
-        if not session.facts.shot.marks:
-            session.messages.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
+        if not desk.editing.shot.marks:
+            desk.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
             return
         commands.begin_pull()
         imgui.open_popup(_PULL)
@@ -141,13 +140,13 @@ def pull_popup(session: Session, ui: UiState) -> None:
     imgui.set_next_window_size(ImVec2(22 * imgui.get_font_size(), 0))
     if imgui.begin_popup(_PULL):
         topmost.answers_keys_itself()
-        imgui.text(f"Pull the focus from frame {session.editing.frame}")
-        _pull_fields(session)
+        imgui.text(f"Pull the focus from frame {desk.editing.frame}")
+        _pull_fields(desk)
         if _pull_button():
             commands.pull()
-            start = session.editing.frame  # select its keys, which shows the grips to stretch it
+            start = desk.editing.frame  # select its keys, which shows the grips to stretch it
             end = start + commands.pull_frames
-            session.time.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
+            desk.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
             imgui.close_current_popup()
         imgui.same_line()
         if imgui.button("Cancel"):
@@ -156,9 +155,9 @@ def pull_popup(session: Session, ui: UiState) -> None:
         imgui.end_popup()
 
 
-def _pull_fields(session: Session) -> None:
-    commands = session.time.marks
-    names = [mark.name for mark in session.facts.shot.marks]
+def _pull_fields(desk: TimeDesk) -> None:
+    commands = desk.marks
+    names = [mark.name for mark in desk.editing.shot.marks]
     chosen = widgets.choice("from", commands.pull_from or _HERE, [_HERE, *names])
     commands.pull_from = None if chosen == _HERE else chosen
     commands.pull_to = widgets.choice("to mark", commands.pull_to, names)
@@ -188,15 +187,15 @@ def _pull_button() -> bool:
     return bool(pressed or (entered and not is_typing))
 
 
-def draw_point_marks(session: Session) -> None:
+def draw_point_marks(facts: Facts, view: PictureView) -> None:
     """Draw the point marks as rings with names on the picture, in the current window."""
     draw = imgui.get_window_draw_list()
-    for mark in session.facts.shot.marks:
+    for mark in facts.shot.marks:
         if not isinstance(mark, PointMark):
             continue
         middle = mark.x_px + 0.5, mark.y_px + 0.5
-        at_px = session.source.picture_point(session.facts.lens, middle)
-        x, y = session.pictures.view.geometry.window_at_picture(at_px)
+        at_px = facts.picture_point(middle)
+        x, y = view.geometry.window_at_picture(at_px)
         probe.note_at(f"point {mark.name}", (x, y, x, y))
         em = imgui.get_font_size()
         radius = _RADIUS_EM * em

@@ -11,7 +11,8 @@ from heatlens.model.framing import WorldAxis
 from heatlens.scene.placing import lacks_placing
 from heatlens.scene.scene_bounds import object_names
 from heatlens.session.loop.messages import Problem
-from heatlens.session.session import Session
+from heatlens.session.scenes.scene_commands import SceneCommands
+from heatlens.session.shot.editing import Editing
 from heatlens.ui import probe, widgets
 from heatlens.ui.status_bar import fitting
 
@@ -31,36 +32,36 @@ _UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 _SIZES = {"640x360": (640, 360), "1280x720": (1280, 720), "1920x1080": (1920, 1080)}
 
 
-def scene_panel(session: Session) -> None:
+def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], None]) -> None:
     """Draw the panel in the current window; a scene must be open."""
-    scene = session.scenes.scene
+    scene = scenes.scene
     assert scene is not None
-    _camera(session)
-    _clip(session)
-    _keys(session)
-    _size(session)
+    _camera(scenes)
+    _clip(scenes)
+    _keys(scenes, editing)
+    _size(scenes, editing)
     if lacks_placing(scene):
-        _placing(session)
+        _placing(scenes)
     imgui.separator_text("Objects")
     names = object_names(scene)
     if imgui.begin_list_box("##objects", ImVec2(-1, _list_height(len(names)))):
         for index, name in enumerate(names):
-            clicked = _object(printable(name), index, name == session.scenes.selected)
+            clicked = _object(printable(name), index, name == scenes.selected)
             probe.note(f"object {name}")
             if clicked:
-                session.scenes.selected = name
+                scenes.selected = name
         imgui.end_list_box()
-    with widgets.disabled(session.scenes.selected is None):
+    with widgets.disabled(scenes.selected is None):
         if imgui.button("Frame it"):
-            session.scenes.frame_selected()
+            scenes.frame_selected()
         probe.note("frame object")
         imgui.same_line()
-        if imgui.button("Focus on it") and session.scenes.selected is not None:
-            _try(session, lambda: session.scenes.focus_on(session.scenes.selected or ""))
+        if imgui.button("Focus on it") and scenes.selected is not None:
+            _try(say, lambda: scenes.focus_on(scenes.selected or ""))
         probe.note("focus on object")
         imgui.same_line()
-        if imgui.button("Mark it") and session.scenes.selected is not None:
-            _try(session, lambda: session.scenes.mark(session.scenes.selected or ""))
+        if imgui.button("Mark it") and scenes.selected is not None:
+            _try(say, lambda: scenes.mark(scenes.selected or ""))
         probe.note("mark object")
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
 
@@ -84,20 +85,20 @@ def _object(name: str, index: int, is_selected: bool) -> bool:
     return bool(clicked)
 
 
-def _camera(session: Session) -> None:
-    scene, framing = session.scenes.scene, session.scenes.framing
+def _camera(scenes: SceneCommands) -> None:
+    scene, framing = scenes.scene, scenes.framing
     assert scene is not None
     names = [camera.name for camera in scene.cameras]
     own = [_OWN] if framing.track is not None or not names else []
     now = _OWN if own else framing.camera or names[0]
     chosen = widgets.choice("camera", now, [*own, *names], _CAMERA_TIP)
     if chosen not in (now, _OWN):
-        session.scenes.look_through(chosen)
+        scenes.look_through(chosen)
 
 
-def _clip(session: Session) -> None:
+def _clip(scenes: SceneCommands) -> None:
     """Draw the choice of an animation clip, if the file has several."""
-    clips = session.scenes.clips
+    clips = scenes.clips
     if not clips.names:
         return
     chosen = widgets.choice("clip", clips.now, list(clips.names), _CLIP_TIP)
@@ -105,15 +106,15 @@ def _clip(session: Session) -> None:
         clips.choose(chosen)
 
 
-def _keys(session: Session) -> None:
-    keys = session.scenes.key_frames
+def _keys(scenes: SceneCommands, editing: Editing) -> None:
+    keys = scenes.key_frames
     if imgui.button("Set camera key"):
-        session.scenes.set_key()
+        scenes.set_key()
     probe.note("set camera key")
     imgui.same_line()
-    with widgets.disabled(session.editing.frame not in keys or len(keys) < 2):
+    with widgets.disabled(editing.frame not in keys or len(keys) < 2):
         if imgui.button("Delete key"):
-            session.scenes.delete_key()
+            scenes.delete_key()
         probe.note("delete camera key")
     if len(keys) > 1:
         imgui.push_style_color(
@@ -123,30 +124,30 @@ def _keys(session: Session) -> None:
         imgui.pop_style_color()
 
 
-def _size(session: Session) -> None:
-    framing = session.scenes.framing
+def _size(scenes: SceneCommands, editing: Editing) -> None:
+    framing = scenes.framing
     now = f"{framing.width_px}x{framing.height_px}"
     sizes = _SIZES | {now: framing.size}
     chosen = widgets.choice("size", now, list(sizes), "Pixels of the picture")
     if chosen != now:
         width, height = sizes[chosen]
         changed = replace(framing, width_px=width, height_px=height)
-        session.editing.do(replace(session.facts.shot, framing=changed))
+        editing.do(replace(editing.shot, framing=changed))
 
 
-def _placing(session: Session) -> None:
+def _placing(scenes: SceneCommands) -> None:
     """Draw the choice of up axis and unit, for files that do not say them."""
-    framing = session.scenes.framing
+    framing = scenes.framing
     up = widgets.choice("up axis", str(framing.up_axis), list(map(str, WorldAxis)), _UP_TIP)
     now = next((name for name, m in _UNITS_M.items() if m == framing.meters_per_unit), "")
     shown = now or f"{framing.meters_per_unit:g} m"
     units_m = _UNITS_M if now else _UNITS_M | {shown: framing.meters_per_unit}
     chosen = widgets.choice("unit", shown, list(units_m), _UNIT_TIP)
-    session.scenes.place(WorldAxis(up), units_m[chosen])
+    scenes.place(WorldAxis(up), units_m[chosen])
 
 
-def _try(session: Session, act: Callable[[], None]) -> None:
+def _try(say: Callable[[str], None], act: Callable[[], None]) -> None:
     try:
         act()
     except HeatlensError as error:
-        session.messages.say(Problem(error))
+        say(Problem(error))

@@ -6,25 +6,22 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.units import format_distance
+from heatlens.session.facts import Facts
+from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.pictures.ruler import Pixel, Ruler
-from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 
 _END_EM, _LINE_EM = 0.3, 0.13
 _HINT = "Ruler: click two points, or drag from one to the other. Escape ends it."
 
 
-def draw_ruler(session: Session, hovered: Pixel | None) -> None:
+def draw_ruler(ruler: Ruler, view: PictureView, facts: Facts, hovered: Pixel | None) -> None:
     """Draw the ruler in the current window; with one end set it follows the pointer."""
-    ruler = session.pictures.commands.ruler
     if not ruler.is_on:
         return
-    _draw_hint(session)
+    _draw_hint(view)
     ends = _ends(ruler, hovered)
-    at = [
-        ImVec2(*session.pictures.view.geometry.window_at_picture((x + 0.5, y + 0.5)))
-        for x, y in ends
-    ]
+    at = [ImVec2(*view.geometry.window_at_picture((x + 0.5, y + 0.5))) for x, y in ends]
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     if len(at) == 2:
         draw.add_line(at[0], at[1], theme.OVER_PICTURE.shadow, 2.0 * _LINE_EM * em)
@@ -35,13 +32,13 @@ def draw_ruler(session: Session, hovered: Pixel | None) -> None:
     measured = ruler.measured(hovered) if len(at) == 2 else None
     if measured is None:
         return
-    unit = session.facts.view.unit
+    unit = facts.unit
     is_far = math.isinf(measured.distance_m) or math.isnan(measured.distance_m)
     words = "infinitely far" if is_far else format_distance(measured.distance_m, unit)
     for end, depth_m in zip(at, measured.depths_m, strict=True):
         _draw_label(
             end,
-            f"at {measured_text(session.facts.lens, depth_m, unit)}",
+            f"at {measured_text(facts.lens, depth_m, unit)}",
             theme.OVER_PICTURE.handle,
             1.2,
         )
@@ -54,10 +51,10 @@ def draw_ruler(session: Session, hovered: Pixel | None) -> None:
     probe.note_at(f"ruler {words}", (at[0].x, at[0].y, at[1].x, at[1].y))
 
 
-def _draw_hint(session: Session) -> None:
+def _draw_hint(place: PictureView) -> None:
     """Draw at the upper edge of the viewport what the mouse does now."""
-    place, em = session.pictures.view.viewport, imgui.get_font_size()
-    (x, y), (width, _) = place.corner, place.size
+    viewport, em = place.viewport, imgui.get_font_size()
+    (x, y), (width, _) = viewport.corner, viewport.size
     _draw_label(ImVec2(x + width / 2, y + em), _HINT, theme.OVER_PICTURE.handle, 0.3)
 
 

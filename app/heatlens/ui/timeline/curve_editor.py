@@ -13,10 +13,10 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.printable import printable
 from heatlens.model.marks import DistanceMark
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import Chosen, KeyId, moved
 from heatlens.session.keys.key_drag import Places
 from heatlens.session.live.pull_recording import RecordingState
-from heatlens.session.session import Session
 from heatlens.session.time.focus_track import Sample
 from heatlens.ui import probe, theme
 from heatlens.ui.probe import Rect
@@ -35,28 +35,33 @@ Line = Sequence[tuple[float, float]]  # (frame, place on the axis)
 
 
 def curve_editor(
-    session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
+    desk: TimeDesk,
+    view: TimelineView,
+    unit: str,
+    scale: TimeScale,
+    corner: ImVec2,
+    height: float,
 ) -> None:
     """Draw the editor at `corner`, its labels left of `scale`, and apply the mouse."""
-    axis = AXES[session.time.keys.rows.curve_of]
+    axis = AXES[desk.keys.rows.curve_of]
     count = max(int(scale.width / _SAMPLE_PX), 2)
-    line = view.line.points(session.facts.shot, axis, scale.first, scale.last, count)
-    sharp = _sharp(session, view, scale, count)
-    is_recording = session.lens.recording.state is RecordingState.RECORDING
+    line = view.line.points(desk.editing.shot, axis, scale.first, scale.last, count)
+    sharp = _sharp(desk, view, scale, count)
+    is_recording = desk.recording.state is RecordingState.RECORDING
     if (
         view.heights is None or is_recording or not imgui.is_any_item_active()
     ):  # during a drag the range stays, or the key would move away from the pointer
-        view.heights = _ends(session, axis, line, sharp)
+        view.heights = _ends(desk, axis, line, sharp)
     heights = Heights(*view.heights, corner.y, height)
-    _draw_ground(session, axis, scale, heights)
+    _draw_ground(unit, axis, scale, heights)
     _draw_sharp(scale, heights, sharp)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
-        draw_recorded(session.lens.recording, scale, heights)
+        draw_recorded(desk.recording, scale, heights)
     _draw_line(scale, heights, line, theme.colors.accent, 1.8)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
-        _draw_marks(session, scale, heights)
-    curve_handles(session, axis, scale, heights)
-    places = _places(session.facts.shot, axis, scale, heights)
+        _draw_marks(desk, scale, heights)
+    curve_handles(desk, axis, scale, heights)
+    places = _places(desk.editing.shot, axis, scale, heights)
 
     def move(shot: Shot, chosen: Chosen, frames: int, up: float) -> tuple[Shot, Chosen]:
         higher = up / heights.per_place if abs(up) > _STILL_PX else 0.0
@@ -64,27 +69,23 @@ def curve_editor(
 
     stretch_grips(view.stretch, scale, corner.y, height)
     hold_keys(view.drag, scale, corner.y, height, places, move)
-    draw_keys(session, view.drag, scale, places, corner.y, height)
+    draw_keys(desk, view.drag, scale, places, corner.y, height)
 
 
-def _sharp(
-    session: Session, view: TimelineView, scale: TimeScale, count: int
-) -> tuple[Sample, ...]:
+def _sharp(desk: TimeDesk, view: TimelineView, scale: TimeScale, count: int) -> tuple[Sample, ...]:
     """Return the depth of field at `count` times; nothing if another parameter is shown."""
-    if session.time.keys.rows.curve_of is not LensParameter.FOCUS_DISTANCE:
+    if desk.keys.rows.curve_of is not LensParameter.FOCUS_DISTANCE:
         return ()
-    return view.track.samples(session.facts.shot, scale.first, scale.last, count)
+    return view.track.samples(desk.editing.shot, scale.first, scale.last, count)
 
 
 def _ends(
-    session: Session, axis: CurveAxis, line: Line, sharp: tuple[Sample, ...]
+    desk: TimeDesk, axis: CurveAxis, line: Line, sharp: tuple[Sample, ...]
 ) -> tuple[float, float]:
     """Return the visible range of places: curve, marks, and the depth of field near them."""
     places = [place for _, place in line]
-    places += [
-        axis.place_of(key.value) for key in session.facts.shot.curves.of(axis.parameter).keys
-    ]
-    places += [*_mark_places(session), *recorded_places(session.lens.recording)] if sharp else []
+    places += [axis.place_of(key.value) for key in desk.editing.shot.curves.of(axis.parameter).keys]
+    places += [*_mark_places(desk), *recorded_places(desk.recording)] if sharp else []
     low, high = min(places), max(places)
     band = max((sample.near - sample.focus for sample in sharp), default=0.0)
     span = high - low + 2 * min(band, high - low + axis.span_least)
@@ -94,9 +95,9 @@ def _ends(
     return low, max(middle + span * (0.5 + _ROOM), low + axis.span_least)
 
 
-def _mark_places(session: Session) -> list[float]:
-    places = [1.0 / m.distance_m for m in session.facts.shot.marks if isinstance(m, DistanceMark)]
-    lines = [line for track in session.time.mark_tracks() for line in track.lines]
+def _mark_places(desk: TimeDesk) -> list[float]:
+    places = [1.0 / m.distance_m for m in desk.editing.shot.marks if isinstance(m, DistanceMark)]
+    lines = [line for track in desk.mark_tracks() for line in track.lines]
     return places + [place for line in lines for _, place in line]
 
 
@@ -110,7 +111,7 @@ def _places(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> 
     }
 
 
-def _draw_ground(session: Session, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
+def _draw_ground(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
     """Draw the background with a line for each labelled value."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
@@ -121,7 +122,7 @@ def _draw_ground(session: Session, axis: CurveAxis, scale: TimeScale, heights: H
         y = heights.y_at(place)
         inside = heights.low <= place <= heights.high
         if inside and last_y - y >= 1.1 * em and y <= end.y - 0.5 * em:
-            text = axis.words(value, session.facts.view.unit)
+            text = axis.words(value, unit)
             left = scale.x - 0.5 * em - imgui.calc_text_size(text).x
             draw.add_text(ImVec2(left, max(y - 0.5 * em, corner.y)), theme.colors.text_dim, text)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.colors.played)
@@ -164,18 +165,18 @@ def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, width
     draw.pop_clip_rect()
 
 
-def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
+def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
     """Draw the distances of the marks: fixed ones as lines, others at the frames they are known."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
     names = _Names(corner.y)
     draw.push_clip_rect(corner, end, True)
-    for mark in session.facts.shot.marks:
+    for mark in desk.editing.shot.marks:
         if isinstance(mark, DistanceMark):
             y = heights.y_at(1.0 / mark.distance_m)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.colors.queued, 1.0)
             names.draw(mark.name, scale.x + _GRIP_EM * em, y, theme.colors.text_dim)
-    for track in session.time.mark_tracks():
+    for track in desk.mark_tracks():
         for line in track.lines:
             draw.add_polyline(_points(scale, heights, line), theme.colors.mark, 1.5, 0)
             x, y = scale.x_at(line[0][0]), heights.y_at(line[0][1])

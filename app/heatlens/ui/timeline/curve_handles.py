@@ -8,9 +8,9 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.errors import HeatlensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Ease, Interpolation, Scale
+from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import checked, frames_of
 from heatlens.session.loop.messages import Problem
-from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_axis import CurveAxis
 from heatlens.ui.timeline.scale import TimeScale
@@ -88,41 +88,41 @@ def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
     return handles
 
 
-def curve_handles(session: Session, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
+def curve_handles(desk: TimeDesk, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
     """Draw the handles of the chosen keys; a dragged tip follows the pointer."""
-    frames = frames_of(session.time.keys.chosen, axis.parameter)
-    for handle in handles_of(session.facts.shot.curves.of(axis.parameter), frames):
-        _handle(session, axis, handle, scale, heights)
+    frames = frames_of(desk.keys.chosen, axis.parameter)
+    for handle in handles_of(desk.editing.shot.curves.of(axis.parameter), frames):
+        _handle(desk, axis, handle, scale, heights)
 
 
 def _handle(
-    session: Session, axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
+    desk: TimeDesk, axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
 ) -> None:
     draw, side = imgui.get_window_draw_list(), _TIP_EM * imgui.get_font_size()
-    curve_scale = session.facts.shot.curves.of(axis.parameter).scale
+    curve_scale = desk.editing.shot.curves.of(axis.parameter).scale
     frame, place = handle.tip(curve_scale)
     tip = ImVec2(scale.x_at(frame), heights.y_at(axis.from_scale(place, curve_scale)))
     imgui.set_cursor_screen_pos(ImVec2(tip.x - 2 * side, tip.y - 2 * side))
     imgui.invisible_button(handle.name, ImVec2(4 * side, 4 * side))
     probe.note(handle.name)
     if imgui.is_item_activated():
-        session.editing.settle()
+        desk.editing.settle()
     is_held = imgui.is_item_active()
     if is_held and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
         mouse = imgui.get_mouse_pos()
-        _pull(session, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
+        _pull(desk, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
     color = theme.colors.accent if is_held or imgui.is_item_hovered() else theme.colors.key
     y = heights.y_at(axis.place_of(handle.key.value))
     draw.add_line(ImVec2(scale.x_at(handle.key.frame), y), tip, theme.colors.queued, 1.0)
     draw.add_circle_filled(tip, side, color)
 
 
-def _pull(session: Session, axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:
-    curve = session.facts.shot.curves.of(axis.parameter)
+def _pull(desk: TimeDesk, axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:
+    curve = desk.editing.shot.curves.of(axis.parameter)
     pulled = handle.pulled_to(frame, axis.to_scale(place, curve.scale), curve.scale)
     try:
-        session.editing.edit(
-            checked(session.facts.shot.with_curve(axis.parameter, curve.with_key(pulled)))
+        desk.editing.edit(
+            checked(desk.editing.shot.with_curve(axis.parameter, curve.with_key(pulled)))
         )
     except HeatlensError as error:
-        session.messages.say(Problem(error))
+        desk.say(Problem(error))

@@ -6,10 +6,10 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.session.keys.key_drag import KeyDrag, Move, Places
 from heatlens.session.keys.key_rows import CAMERA, ROWS, Row, key_frames
-from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.scale import TimeScale
@@ -17,33 +17,31 @@ from heatlens.ui.timeline.stretch_grips import GRIPS_EM, stretch_grips
 from heatlens.ui.timeline.view import TimelineView
 
 
-def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -> None:
+def camera_row(desk: TimeDesk, scale: TimeScale, corner: ImVec2, row: float) -> None:
     """Draw the row at `corner`, its name left of `scale`; its keys are drawn with all others."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    _dot(session, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
-    row_name(
-        session, CAMERA, corner, scale.x, row, "Click to select the camera: K then sets its key"
-    )
-    color = theme.colors.handle if session.facts.shot.camera_key_frames else theme.colors.text_dim
+    _dot(desk, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
+    row_name(desk, CAMERA, corner, scale.x, row, "Click to select the camera: K then sets its key")
+    color = theme.colors.handle if desk.editing.shot.camera_key_frames else theme.colors.text_dim
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (row - em) / 2), color, CAMERA.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
 
 
-def _dot(session: Session, middle: ImVec2) -> None:
+def _dot(desk: TimeDesk, middle: ImVec2) -> None:
     """Draw the dot of the camera; a click sets or removes its key at the playhead."""
     side = 0.5 * imgui.get_font_size()
-    is_here = session.editing.frame in session.facts.shot.camera_key_frames
+    is_here = desk.editing.frame in desk.editing.shot.camera_key_frames
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
     if imgui.invisible_button("dot camera", ImVec2(2 * side, 2 * side)):
         if is_here:
-            session.scenes.delete_key()
+            desk.scenes.delete_key()
         else:
-            session.scenes.set_key()
+            desk.scenes.set_key()
     probe.note("dot camera")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Key of the camera at this frame")
-    color = theme.colors.accent if session.facts.shot.camera_key_frames else theme.colors.queued
+    color = theme.colors.accent if desk.editing.shot.camera_key_frames else theme.colors.queued
     draw = imgui.get_window_draw_list()
     if is_here:
         draw.add_quad_filled(*diamond(middle, 0.6 * side), color)
@@ -55,7 +53,7 @@ _LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot left of the name, and for a g
 
 
 def row_name(
-    session: Session, row: Row, corner: ImVec2, keys_x: float, height: float, tip: str
+    desk: TimeDesk, row: Row, corner: ImVec2, keys_x: float, height: float, tip: str
 ) -> None:
     """Draw the background of a row's name, from `corner` to `keys_x`.
 
@@ -67,11 +65,11 @@ def row_name(
     size = ImVec2(max(keys_x - _RIGHT_EM * em - first.x, 1.0), height - 2)
     imgui.set_cursor_screen_pos(first)
     if imgui.invisible_button(f"row {row}", size):
-        session.time.keys.rows.choose(row)
+        desk.keys.rows.choose(row)
     probe.note(f"row {row}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
-    if session.time.keys.rows.chosen is row:
+    if desk.keys.rows.chosen is row:
         end = ImVec2(first.x + size.x, first.y + size.y)
         imgui.get_window_draw_list().add_rect_filled(first, end, theme.colors.played, 3.0)
 
@@ -99,22 +97,22 @@ _KEY_EM, _REACH_EM = 0.42, 0.55
 
 
 def dope_sheet(
-    session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
+    desk: TimeDesk, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
     """Draw the rows at `corner`, their names left of `scale`, and apply drags of keys."""
-    rows: tuple[Row, ...] = tuple(LensParameter) if not session.facts.has_camera else ROWS
+    rows: tuple[Row, ...] = tuple(LensParameter) if not desk.keys.rows.has_camera else ROWS
     strip = GRIPS_EM * imgui.get_font_size()  # below the rows, so that no key lies under a grip
     row = _row_height(height - strip, len(rows))
     height = max(height, len(rows) * row + strip)
     for index, parameter in enumerate(LensParameter):
-        _draw_row(session, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
-    if session.facts.has_camera:
+        _draw_row(desk, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
+    if desk.keys.rows.has_camera:
         below = corner.y + len(LensParameter) * row
-        camera_row(session, scale, ImVec2(corner.x, below), row)
-    places = _places(session.facts.shot, rows, scale, corner.y, row)
+        camera_row(desk, scale, ImVec2(corner.x, below), row)
+    places = _places(desk.editing.shot, rows, scale, corner.y, row)
     stretch_grips(view.stretch, scale, corner.y, height)
     hold_keys(view.drag, scale, corner.y, height, places, _move)
-    draw_keys(session, view.drag, scale, places, corner.y, height)
+    draw_keys(desk, view.drag, scale, places, corner.y, height)
 
 
 def _row_height(height: float, count: int) -> float:
@@ -157,20 +155,20 @@ def _places(
 
 
 def _draw_row(
-    session: Session, scale: TimeScale, parameter: LensParameter, corner: ImVec2, row: float
+    desk: TimeDesk, scale: TimeScale, parameter: LensParameter, corner: ImVec2, row: float
 ) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    is_keyed = bool(session.facts.shot.curves.of(parameter).keys)
-    key_dot(session, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
+    is_keyed = bool(desk.editing.shot.curves.of(parameter).keys)
+    key_dot(desk, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
     tip = f"Click to select: Shift+C then shows the curve of the {parameter.words}"
-    row_name(session, parameter, corner, scale.x, row, tip)
+    row_name(desk, parameter, corner, scale.x, row, tip)
     color = theme.colors.handle if is_keyed else theme.colors.text_dim
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (row - em) / 2), color, parameter.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
 
 
-def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: str) -> None:
+def key_dot(desk: TimeDesk, parameter: LensParameter, middle: ImVec2, name: str) -> None:
     """Draw the dot of a parameter; a click sets or removes its key at the playhead.
 
     It is filled if there is a key at the playhead, and hollow if there are keys elsewhere.
@@ -178,12 +176,12 @@ def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: st
     side = 0.5 * imgui.get_font_size()
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
     if imgui.invisible_button(name, ImVec2(2 * side, 2 * side)):
-        session.time.keys.toggle_here(parameter)
+        desk.keys.toggle_here(parameter)
     probe.note(name)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(f"Key of the {parameter.words} at this frame")
-    curve = session.facts.shot.curves.of(parameter)
-    is_here = curve.key_at(session.editing.frame) is not None
+    curve = desk.editing.shot.curves.of(parameter)
+    is_here = curve.key_at(desk.editing.frame) is not None
     draw = imgui.get_window_draw_list()
     color = theme.colors.accent if curve.keys else theme.colors.queued
     corners = diamond(middle, 0.6 * side)
@@ -194,16 +192,16 @@ def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: st
 
 
 def draw_keys(
-    session: Session, drag: KeyDrag, scale: TimeScale, places: Places, y: float, height: float
+    desk: TimeDesk, drag: KeyDrag, scale: TimeScale, places: Places, y: float, height: float
 ) -> None:
     """Draw keys as diamonds (squares for hold interpolation) and the selection box."""
-    draw, chosen, io = imgui.get_window_draw_list(), session.time.keys.chosen, imgui.get_io()
+    draw, chosen, io = imgui.get_window_draw_list(), desk.keys.chosen, imgui.get_io()
     reach = _KEY_EM * imgui.get_font_size()
     edge = ImVec2(scale.x - reach, y)
     draw.push_clip_rect(edge, ImVec2(scale.x + scale.width + reach, y + height), True)
     for key, place in places.items():
         color = theme.colors.accent if key in chosen else theme.colors.key
-        _draw_key(session.facts.shot, key, ImVec2(*place), reach, color)
+        _draw_key(desk.editing.shot, key, ImVec2(*place), reach, color)
     begin = drag.box_from
     if begin is not None:
         draw.add_rect_filled(ImVec2(*begin), io.mouse_pos, theme.colors.box)
@@ -222,10 +220,10 @@ def _draw_key(shot: Shot, key: KeyId, middle: ImVec2, reach: float, color: int) 
         draw.add_quad(*diamond(middle, reach), theme.colors.shadow, 1.0)
 
 
-def lens_dots(session: Session, drawn: Mapping[str, Rect]) -> None:
+def lens_dots(desk: TimeDesk, drawn: Mapping[str, Rect]) -> None:
     """Draw the key dots beside the controls of the Lens panel, whose rectangles are `drawn`."""
     for parameter, control in _CONTROLS.items():
         at = drawn.get(control)
         if at is not None:
             x = at[0] - 0.65 * imgui.get_font_size()
-            key_dot(session, parameter, ImVec2(x, (at[1] + at[3]) / 2), f"lens dot {parameter}")
+            key_dot(desk, parameter, ImVec2(x, (at[1] + at[3]) / 2), f"lens dot {parameter}")

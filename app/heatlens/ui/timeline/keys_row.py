@@ -8,9 +8,9 @@ from imgui_bundle import imgui
 from heatlens.model.curve import Key
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter
+from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import key_of
 from heatlens.session.keys.key_rows import CAMERA
-from heatlens.session.session import Session
 from heatlens.ui import probe, widgets
 from heatlens.ui.timeline.tool_row import Tool, button_width, checkbox_width, tool_row
 from heatlens.ui.timeline.transport import combo
@@ -24,50 +24,48 @@ _SET_TIPS = {
 _EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 8.4
 
 
-def keys_row(session: Session, view: TimelineView) -> None:
+def keys_row(desk: TimeDesk, view: TimelineView) -> None:
     """Draw the row; controls of chosen keys are disabled while there are none."""
-    em, rows = imgui.get_font_size(), session.time.keys.rows
-    found = [
-        k for one in session.time.keys.meant if (k := key_of(session.facts.shot, one)) is not None
-    ]
-    note = _selection_note(session)
+    em, rows = imgui.get_font_size(), desk.keys.rows
+    found = [k for one in desk.keys.meant if (k := key_of(desk.editing.shot, one)) is not None]
+    note = _selection_note(desk)
     tools = [
-        Tool(partial(_set_key, session), button_width("Set key"), 0),
-        Tool(partial(_auto_key, session), checkbox_width("auto key"), 1),
-        Tool(partial(_shows_curve, session), checkbox_width("curve"), 1),
-        Tool(partial(_interpolation, session, found), _INTERPOLATION_EM * em, 3),
-        Tool(partial(_ease, session, found, "ease out", True), _EASE_EM * em, 4),
-        Tool(partial(_ease, session, found, "ease in", False), _EASE_EM * em, 4),
+        Tool(partial(_set_key, desk), button_width("Set key"), 0),
+        Tool(partial(_auto_key, desk), checkbox_width("auto key"), 1),
+        Tool(partial(_shows_curve, desk), checkbox_width("curve"), 1),
+        Tool(partial(_interpolation, desk, found), _INTERPOLATION_EM * em, 3),
+        Tool(partial(_ease, desk, found, "ease out", True), _EASE_EM * em, 4),
+        Tool(partial(_ease, desk, found, "ease in", False), _EASE_EM * em, 4),
         Tool(partial(_words, note), imgui.calc_text_size(note).x, 5, is_word=True),
     ]
     if rows.shows_curve:
-        tools.insert(3, Tool(partial(_curve_of, session, view), _CURVE_OF_EM * em, 2))
+        tools.insert(3, Tool(partial(_curve_of, desk, view), _CURVE_OF_EM * em, 2))
     tool_row("keys", tools)
 
 
-def _set_key(session: Session) -> None:
+def _set_key(desk: TimeDesk) -> None:
     if imgui.button("Set key"):
-        session.time.keys.set_here()
+        desk.keys.set_here()
     probe.note("set key")
-    _tip(_SET_TIPS[session.time.keys.rows.chosen is CAMERA])
+    _tip(_SET_TIPS[desk.keys.rows.chosen is CAMERA])
 
 
-def _auto_key(session: Session) -> None:
-    _, session.editing.auto_key = imgui.checkbox("auto key", session.editing.auto_key)
+def _auto_key(desk: TimeDesk) -> None:
+    _, desk.editing.auto_key = imgui.checkbox("auto key", desk.editing.auto_key)
     probe.note("auto key")
     _tip("Set a key whenever a parameter with keys is changed (A)")
 
 
-def _shows_curve(session: Session) -> None:
-    rows = session.time.keys.rows
+def _shows_curve(desk: TimeDesk) -> None:
+    rows = desk.keys.rows
     _, rows.shows_curve = imgui.checkbox("curve", rows.shows_curve)
     probe.note("curve")
     _tip("Show the selected row as a curve, or all keys in rows (Shift+C)")
 
 
-def _curve_of(session: Session, view: TimelineView) -> None:
+def _curve_of(desk: TimeDesk, view: TimelineView) -> None:
     """Draw the choice of the parameter whose curve is shown."""
-    rows = session.time.keys.rows
+    rows = desk.keys.rows
     names = {parameter.words: parameter for parameter in LensParameter}
     chosen = names[combo("curve of", rows.curve_of.words, list(names))]
     if chosen is not rows.curve_of:
@@ -75,17 +73,17 @@ def _curve_of(session: Session, view: TimelineView) -> None:
         view.heights = None
 
 
-def _interpolation(session: Session, found: Sequence[Key]) -> None:
+def _interpolation(desk: TimeDesk, found: Sequence[Key]) -> None:
     """Draw the interpolation after the chosen keys; the camera has only one."""
     words = {str(key.interpolation) for key in found}
     shown = words.pop() if len(words) == 1 else (_MIXED if words else "")
     with widgets.disabled(not found):
         picked = combo("interpolation", shown, [str(i) for i in Interpolation])
     if picked != shown:
-        session.time.keys.interpolate(Interpolation(picked))
+        desk.keys.interpolate(Interpolation(picked))
 
 
-def _ease(session: Session, found: Sequence[Key], name: str, is_out: bool) -> None:
+def _ease(desk: TimeDesk, found: Sequence[Key], name: str, is_out: bool) -> None:
     """Draw the length of the handles of the chosen keys on one side."""
     eases = [key.ease_out if is_out else key.ease_in for key in found]
     percent = eases[0].influence_percent if eases else 0.0
@@ -97,12 +95,12 @@ def _ease(session: Session, found: Sequence[Key], name: str, is_out: bool) -> No
         probe.note(name)
         _tip("How far the handle reaches; the segment becomes a Bezier")
     if changed:
-        session.time.keys.ease(new, is_out)
+        desk.keys.ease(new, is_out)
 
 
-def _selection_note(session: Session) -> str:
-    count = len(session.time.keys.chosen)
-    return f"{count} chosen" if count else "key here" if session.time.keys.meant else "no key here"
+def _selection_note(desk: TimeDesk) -> str:
+    count = len(desk.keys.chosen)
+    return f"{count} chosen" if count else "key here" if desk.keys.meant else "no key here"
 
 
 def _words(words: str) -> None:

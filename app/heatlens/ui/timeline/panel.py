@@ -5,8 +5,8 @@ import math
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.frames import FrameRange
+from heatlens.session.desks import TimeDesk
 from heatlens.session.live.pull_recording import RecordingState
-from heatlens.session.session import Session
 from heatlens.session.time.frame_states import Run
 from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_editor import curve_editor
@@ -24,45 +24,48 @@ _ZOOM = 1.25  # zoom factor of one wheel notch
 _EDGE_EM = 0.6
 
 
-def timeline_panel(session: Session, view: TimelineView) -> None:
+def timeline_panel(desk: TimeDesk, view: TimelineView, unit: str) -> None:
     """Draw the panel in the current window and apply the mouse."""
-    transport(session, view)
-    if session.lens.recording.state is RecordingState.OFF:
-        keys_row(session, view)
+    transport(desk, view)
+    if desk.recording.state is RecordingState.OFF:
+        keys_row(desk, view)
     else:
-        recording_row(session.lens.recording)
+        recording_row(desk.recording)
     em = imgui.get_font_size()
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     x = corner.x + NAMES_EM * em
     width = max(room.x - (NAMES_EM + _EDGE_EM) * em, 4 * em)
-    scale = _scale(session, view, x, width)
+    scale = _scale(desk, view, x, width)
     ruler_height = _RULER_EM * em
     imgui.set_cursor_screen_pos(ImVec2(x, corner.y))
     imgui.invisible_button("timeline ruler", ImVec2(width, ruler_height))
     probe.note("timeline ruler")
     if imgui.is_item_active():
-        session.time.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
-    _draw_ruler(session, view, scale, corner.y, ruler_height)
+        desk.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
+    _draw_ruler(desk, view, scale, corner.y, ruler_height)
     bottom = corner.y + max(room.y, ruler_height)
     top = corner.y + ruler_height + 0.15 * em
-    draw_below = curve_editor if session.time.keys.rows.shows_curve else dope_sheet
-    draw_below(session, view, scale, ImVec2(corner.x, top), max(bottom - top, 1.0))
-    _draw_playhead(session, scale, corner.y, bottom)
-    _answer_wheel(session, view, scale)
+    place = scale, ImVec2(corner.x, top), max(bottom - top, 1.0)
+    if desk.keys.rows.shows_curve:
+        curve_editor(desk, view, unit, *place)
+    else:
+        dope_sheet(desk, view, *place)
+    _draw_playhead(desk, scale, corner.y, bottom)
+    _answer_wheel(desk, view, scale)
 
 
-def _scale(session: Session, view: TimelineView, x: float, width: float) -> TimeScale:
+def _scale(desk: TimeDesk, view: TimelineView, x: float, width: float) -> TimeScale:
     """Return the scale of the visible frames over `width`."""
-    reach, kept = session.time.timeline.reach, view.scale
+    reach, kept = desk.timeline.reach, view.scale
     if kept is None:
         return TimeScale.over(reach.first, reach.last, x, width)
     scale = TimeScale(kept.first, kept.last, x, max(width, 1.0))
     return scale.panned(0.0, reach.first - 0.5, reach.last + 0.5)
 
 
-def _answer_wheel(session: Session, view: TimelineView, scale: TimeScale) -> None:
+def _answer_wheel(desk: TimeDesk, view: TimelineView, scale: TimeScale) -> None:
     """Zoom with the wheel and pan with the middle button."""
-    io, reach = imgui.get_io(), session.time.timeline.reach
+    io, reach = imgui.get_io(), desk.timeline.reach
     least, most = reach.first - 0.5, reach.last + 0.5
     if not imgui.is_window_hovered():
         return
@@ -77,30 +80,30 @@ def _answer_wheel(session: Session, view: TimelineView, scale: TimeScale) -> Non
 
 
 def _draw_ruler(
-    session: Session, view: TimelineView, scale: TimeScale, y: float, height: float
+    desk: TimeDesk, view: TimelineView, scale: TimeScale, y: float, height: float
 ) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     strip = _STRIP_EM * em
     end_x, strip_y = scale.x + scale.width, y + height - strip
     draw.push_clip_rect(ImVec2(scale.x, y), ImVec2(end_x, y + height), True)
     draw.add_rect_filled(ImVec2(scale.x, y), ImVec2(end_x, y + height), theme.colors.groove)
-    _draw_cells(draw, scale, session.time.timeline.played, y, strip_y, theme.colors.played)
+    _draw_cells(draw, scale, desk.timeline.played, y, strip_y, theme.colors.played)
     for frame in scale.ticks(_NUMBERS_EM * em):
         at = scale.x_at(frame)
         draw.add_line(ImVec2(at, strip_y - 0.3 * em), ImVec2(at, strip_y), theme.colors.text_dim)
         text = str(frame)
         text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
         draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.colors.text_dim, text)
-    for run in session.time.pull.runs:
+    for run in desk.pull.runs:
         _draw_cells(draw, scale, run, strip_y - strip, strip_y - 1.0, theme.colors.rendered)
-    _draw_states(session, scale, strip_y)
-    _draw_warnings(session, view, scale, y)
+    _draw_states(desk, scale, strip_y)
+    _draw_warnings(desk, view, scale, y)
     draw.pop_clip_rect()
 
 
-def _draw_states(session: Session, scale: TimeScale, y: float) -> None:
+def _draw_states(desk: TimeDesk, scale: TimeScale, y: float) -> None:
     """Draw a line along the frames that have a file; it is brighter for frames in memory."""
-    draw, timeline = imgui.get_window_draw_list(), session.time.timeline
+    draw, timeline = imgui.get_window_draw_list(), desk.timeline
     end_y = y + _STRIP_EM * imgui.get_font_size()
     if timeline.is_sequence and timeline.frames is not None:
         _draw_cells(draw, scale, timeline.frames, y, end_y, theme.colors.on_disk)
@@ -119,13 +122,13 @@ def _color_of(state: str) -> int:
     return known.get(state, colors.groove)
 
 
-def _draw_warnings(session: Session, view: TimelineView, scale: TimeScale, y: float) -> None:
+def _draw_warnings(desk: TimeDesk, view: TimelineView, scale: TimeScale, y: float) -> None:
     """Mark frames in red whose focus is nearer than the close focus of the lens."""
-    reach = session.time.timeline.reach
+    reach = desk.timeline.reach
     first = max(reach.first, math.floor(scale.first))
     seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
     draw, end_y = imgui.get_window_draw_list(), y + _STRIP_EM * imgui.get_font_size()
-    for frame in view.track.too_close(session.facts.shot, seen):
+    for frame in view.track.too_close(desk.editing.shot, seen):
         _draw_cells(draw, scale, FrameRange(frame, frame), y, end_y, theme.colors.damaged)
 
 
@@ -143,11 +146,11 @@ def _draw_cells(
         draw.add_rect_filled(ImVec2(x0, y0), ImVec2(max(x1, x0 + 1.0), y1), color)
 
 
-def _draw_playhead(session: Session, scale: TimeScale, y0: float, y1: float) -> None:
+def _draw_playhead(desk: TimeDesk, scale: TimeScale, y0: float, y1: float) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    text = str(session.editing.frame)
+    text = str(desk.editing.frame)
     half = imgui.calc_text_size(text).x / 2 + 0.3 * em
-    x = scale.x_at(session.editing.frame)
+    x = scale.x_at(desk.editing.frame)
     if not scale.x - 1 <= x <= scale.x + scale.width + 1:
         return
     draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.colors.accent, 1.5)

@@ -4,7 +4,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.errors import InputError
 from heatlens.rendered_frames.frame_store import MEGABYTE
-from heatlens.session.session import Session
+from heatlens.session.desks import TimeDesk
 from heatlens.session.settings.preferences import MEGABYTES_MOST
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.view import TimelineView
@@ -17,25 +17,25 @@ _TIP = (
 )
 
 
-def rendered_words(session: Session) -> str:
+def rendered_words(desk: TimeDesk) -> str:
     """Return the progress of rendering ahead, as text; "" if no frames are rendered ahead."""
-    pull, playing = session.time.pull, bool(session.time.timeline.playback.direction)
+    pull, playing = desk.pull, bool(desk.timeline.playback.direction)
     if not pull.wanted:
         return ""
     done, wanted = len(pull.rendered), pull.wanted
     shown = "preview: " if playing and not pull.is_alone else ""
-    if done == wanted and wanted == session.time.timeline.played.count:
+    if done == wanted and wanted == desk.timeline.played.count:
         return f"all {wanted} frames rendered"
     return f"{shown}{done} of {wanted} frames rendered"
 
 
-def rendered_label(session: Session, view: TimelineView) -> None:
+def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
     """Draw the progress text as a button in the current row."""
-    words = rendered_words(session)
+    words = rendered_words(desk)
     if not words:
         return
     em, is_preview = imgui.get_font_size(), words.startswith("preview")
-    count = f"{len(session.time.pull.rendered)}/{session.time.pull.wanted}"
+    count = f"{len(desk.pull.rendered)}/{desk.pull.wanted}"
     short = f"preview {count}" if is_preview else count
     imgui.same_line()
     room = imgui.get_content_region_avail().x - em
@@ -57,7 +57,7 @@ def rendered_label(session: Session, view: TimelineView) -> None:
         imgui.set_tooltip(_TIP)
 
 
-def rendered_popup(session: Session, view: TimelineView) -> None:
+def rendered_popup(desk: TimeDesk, view: TimelineView) -> None:
     """Draw the popup with the memory in use and its limits."""
     if view.opens_frames:
         view.opens_frames = False
@@ -67,17 +67,17 @@ def rendered_popup(session: Session, view: TimelineView) -> None:
     imgui.set_next_window_size(ImVec2(26 * imgui.get_font_size(), 0))
     if imgui.begin_popup(_POPUP):
         imgui.text("Rendered frames")
-        _facts(session)
-        _limits(session)
-        _buttons(session)
+        _facts(desk)
+        _limits(desk)
+        _buttons(desk)
         imgui.end_popup()
 
 
-def _facts(session: Session) -> None:
-    store, (width, height) = session.time.pull.store, session.time.pull.jobs.size
-    lines = [rendered_words(session) or "no frames to play"]
-    if session.time.pull.wanted:
-        megabytes = session.time.pull.picture_bytes / MEGABYTE
+def _facts(desk: TimeDesk) -> None:
+    store, (width, height) = desk.pull.store, desk.pull.jobs.size
+    lines = [rendered_words(desk) or "no frames to play"]
+    if desk.pull.wanted:
+        megabytes = desk.pull.picture_bytes / MEGABYTE
         lines.append(f"each {width} x {height} pixels, {megabytes:.1f} MB: as large as it is seen")
     lines.append(f"{_used(store.memory.bytes_in_use, store.memory.limit_bytes)} of memory")
     if store.disk is not None:
@@ -96,26 +96,26 @@ def _used(used: int, limit: int) -> str:
     return f"{used / MEGABYTE:,.0f} of {limit / MEGABYTE:,.0f} MB"
 
 
-def _limits(session: Session) -> None:
-    preferences = session.preferences
-    before = preferences.now
+def _limits(desk: TimeDesk) -> None:
+    before = desk.pull.kept
     widgets.label("memory", "Megabytes for rendered frames; empty is a quarter of what is free")
-    memory = _megabytes("memory for frames", before.memory_mb, "a quarter of what is free", session)
+    memory = _megabytes("memory for frames", before.memory_mb, "a quarter of what is free", desk)
     disk = before.disk_mb
-    if session.time.pull.store.disk is not None:
+    if desk.pull.store.disk is not None:
         widgets.label("disk", "Megabytes for rendered frames; 0 keeps none on disk")
-        disk = _megabytes("disk for frames", before.disk_mb, "0", session)
+        disk = _megabytes("disk for frames", before.disk_mb, "0", desk)
     widgets.label("render")
     _, is_on = imgui.checkbox("frames ahead while idle", before.keep_frames)
     probe.note("render frames ahead")
-    preferences.change(memory_mb=memory, disk_mb=disk, keep_frames=is_on)
+    if is_on != before.keep_frames:
+        desk.pull.switch()
     if (memory, disk) != (before.memory_mb, before.disk_mb):
-        session.time.pull.resize(memory, disk)
+        desk.pull.resize(memory, disk)
 
 
-def _megabytes(name: str, value: int, hint: str, session: Session) -> int:
+def _megabytes(name: str, value: int, hint: str, desk: TimeDesk) -> int:
     shown = f"{value} MB" if value else ""
-    return widgets.text_field(name, shown, value, _parse_megabytes, session.messages.say, hint)
+    return widgets.text_field(name, shown, value, _parse_megabytes, desk.say, hint)
 
 
 def _parse_megabytes(text: str) -> int:
@@ -131,9 +131,9 @@ def _parse_megabytes(text: str) -> int:
     return round(count)
 
 
-def _buttons(session: Session) -> None:
+def _buttons(desk: TimeDesk) -> None:
     if imgui.button("Clear"):
-        session.time.pull.clear()
+        desk.pull.clear()
     probe.note("clear frames")
     imgui.same_line()
     if imgui.button("Close"):

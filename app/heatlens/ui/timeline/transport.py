@@ -9,11 +9,8 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.errors import InputError
 from heatlens.model.frames import check_frame, check_frames_per_second
-from heatlens.model.shot import Shot
-from heatlens.model.timecode import parse_timecode
-from heatlens.plate.header.timecode import timecode_of
 from heatlens.sequence.sequence import MissingPolicy
-from heatlens.session.session import Session
+from heatlens.session.desks import TimeDesk
 from heatlens.session.time.playback import Ending
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.rendered_panel import rendered_label
@@ -52,25 +49,25 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
 }
 
 
-def transport(session: Session, view: TimelineView) -> None:
+def transport(desk: TimeDesk, view: TimelineView) -> None:
     """Draw the controls in one row; those without room are in a popup at its end."""
-    em, frames = imgui.get_font_size(), f"of {session.time.timeline.played}"
+    em, frames = imgui.get_font_size(), f"of {desk.timeline.played}"
     tool_row(
         "transport",
         [
-            *_buttons(session),
-            Tool(partial(_frame_field, session), _FIELD_EM * em, 0),
+            *_buttons(desk),
+            Tool(partial(_frame_field, desk), _FIELD_EM * em, 0),
             Tool(partial(_words, frames), imgui.calc_text_size(frames).x, 6, is_word=True),
-            Tool(partial(_timecode_field, session), _TIMECODE_EM * em, 5),
-            Tool(partial(_rate_field, session), _RATE_EM * em, 7),
-            *_choices(session),
+            Tool(partial(_timecode_field, desk), _TIMECODE_EM * em, 5),
+            Tool(partial(_rate_field, desk), _RATE_EM * em, 7),
+            *_choices(desk),
         ],
     )
-    rendered_label(session, view)
+    rendered_label(desk, view)
 
 
-def _buttons(session: Session) -> list[Tool]:
-    timeline, direction = session.time.timeline, session.time.timeline.playback.direction
+def _buttons(desk: TimeDesk) -> list[Tool]:
+    timeline, direction = desk.timeline, desk.timeline.playback.direction
     does: tuple[tuple[int, str, str, str, Callable[[], None]], ...] = (
         (2, "first", "first", "First frame (Home)", lambda: timeline.go_to_end(-1)),
         (4, "previous key", "previous key", "Previous key (Up)", lambda: timeline.go_to_key(-1)),
@@ -82,9 +79,9 @@ def _buttons(session: Session) -> list[Tool]:
         (1, "on", "on", "Next frame (Right)", lambda: timeline.step(1)),
         (4, "next key", "next key", "Next key (Down)", lambda: timeline.go_to_key(1)),
         (2, "last", "last", "Last frame (End)", lambda: timeline.go_to_end(1)),
-        (1, "record", "record", _RECORD_TIP, session.lens.recording.arm),
+        (1, "record", "record", _RECORD_TIP, desk.recording.arm),
     )  # fmt: skip
-    width, is_armed = _ICON * imgui.get_frame_height(), session.lens.recording.state.is_waiting
+    width, is_armed = _ICON * imgui.get_frame_height(), desk.recording.state.is_waiting
 
     def drawn(name: str, shape: str, tip: str, do: Callable[[], None]) -> None:
         if _icon(name, shape, tip, is_armed and name == "record"):
@@ -126,11 +123,11 @@ def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
         draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.colors.accent)
 
 
-def _frame_field(session: Session) -> None:
-    frame = session.editing.frame
-    chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, session.messages.say)
+def _frame_field(desk: TimeDesk) -> None:
+    frame = desk.editing.frame
+    chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, desk.say)
     if chosen != frame:
-        session.time.timeline.go(chosen)
+        desk.timeline.go(chosen)
 
 
 def _words(words: str) -> None:
@@ -141,70 +138,48 @@ def _words(words: str) -> None:
         imgui.set_tooltip("Frames that are played: I and O set in and out, Shift+I clears them.")
 
 
-def _timecode_field(session: Session) -> None:
+def _timecode_field(desk: TimeDesk) -> None:
     """Draw the timecode of the frame; typing one sets the timecode of the first frame."""
-    shot, frame, plate = (
-        session.time.timeline.timed_shot,
-        session.editing.frame,
-        session.source.plate,
-    )
-    in_header = None if plate is None else timecode_of(plate.attributes)
-    shown = str(shot.timecode_at(frame, in_header) or "")
-
-    def parse(text: str) -> str:
-        return _start_of(shot, frame, text)
-
-    chosen = widgets.text_field("timecode", shown, shown, parse, session.messages.say, "timecode")
+    shown, parse = desk.timeline.timecode, desk.timeline.start_timecode
+    chosen = widgets.text_field("timecode", shown, shown, parse, desk.say, "timecode")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(_TIMECODE_TIP)
     if chosen != shown:
-        session.editing.edit(replace(session.facts.shot, start_timecode=chosen or None))
+        desk.editing.edit(replace(desk.editing.shot, start_timecode=chosen or None))
 
 
-def _start_of(shot: Shot, frame: int, text: str) -> str:
-    """Return the timecode of the first frame, given that of `frame`; "" for an empty text."""
-    if not text.strip():
-        return ""
-    rate, timecode = shot.frames_per_second, parse_timecode(text)
-    why = timecode.why_not(rate)
-    if why:
-        raise InputError(why)
-    first = frame if shot.span is None else shot.span.first
-    return str(timecode.later(first - frame, rate))
-
-
-def _rate_field(session: Session) -> None:
-    rate = session.facts.shot.frames_per_second
+def _rate_field(desk: TimeDesk) -> None:
+    rate = desk.editing.shot.frames_per_second
     shown = f"{rate:.5g} fps"
-    chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, session.messages.say)
+    chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, desk.say)
     if chosen != rate:
-        session.editing.edit(replace(session.facts.shot, frames_per_second=chosen))
+        desk.editing.edit(replace(desk.editing.shot, frames_per_second=chosen))
 
 
-def _choices(session: Session) -> list[Tool]:
-    em, cache = imgui.get_font_size(), session.time.timeline.cache
+def _choices(desk: TimeDesk) -> list[Tool]:
+    em, cache = imgui.get_font_size(), desk.timeline.cache
     tools = [
-        Tool(partial(_ending, session), _COMBO_EM * em, 8),
-        Tool(partial(_pace, session), _WIDE_EM * em, 8),
+        Tool(partial(_ending, desk), _COMBO_EM * em, 8),
+        Tool(partial(_pace, desk), _WIDE_EM * em, 8),
     ]
-    if session.time.timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
+    if desk.timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
         return tools  # nothing is missing
-    return [*tools, Tool(partial(_missing_frames, session), _MISSING_EM * em, 8)]
+    return [*tools, Tool(partial(_missing_frames, desk), _MISSING_EM * em, 8)]
 
 
-def _ending(session: Session) -> None:
-    playback = session.time.timeline.playback
+def _ending(desk: TimeDesk) -> None:
+    playback = desk.timeline.playback
     playback.ending = Ending(combo("ending", str(playback.ending), [str(it) for it in Ending]))
 
 
-def _pace(session: Session) -> None:
-    playback = session.time.timeline.playback
+def _pace(desk: TimeDesk) -> None:
+    playback = desk.timeline.playback
     pace = combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()))
     playback.is_every_frame = pace == _PACES[True]
 
 
-def _missing_frames(session: Session) -> None:
-    timeline = session.time.timeline
+def _missing_frames(desk: TimeDesk) -> None:
+    timeline = desk.timeline
     missing = combo("missing frames", _MISSING[timeline.missing], list(_MISSING.values()))
     timeline.missing = cast(MissingPolicy, next(n for n, w in _MISSING.items() if w == missing))
 

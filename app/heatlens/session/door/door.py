@@ -1,0 +1,123 @@
+"""The door of a session: plain values out, commands and requests in.
+
+A front end needs nothing else. Named commands take no values ("Undo"), requests are values
+(`Focus(2.4)`), and changes are new values for some fields of the lens, the blur or the view. All of
+them can be written as a JSON object as well:
+
+    {"do": "Undo"}
+    {"do": "Focus", "distance_m": 2.4}
+    {"change": "lens", "f_stop": 2.0, "focal_length_mm": 35}
+"""
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from functools import partial
+from pathlib import Path
+from typing import get_type_hints
+
+from heatlens.base.errors import HeatlensError, InputError
+from heatlens.files.json_record import JsonEntry, record_to_json
+from heatlens.model.lens import Lens
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.view import ViewState
+from heatlens.session.door.named_commands import named_commands
+from heatlens.session.door.requests import Request
+from heatlens.session.door.state import State, state_of
+from heatlens.session.session import Session
+
+_MESSAGE = Path("message")  # what errors call the place of a wrong value
+REQUESTS: Mapping[str, type[Request]] = {kind.__name__: kind for kind in Request.__subclasses__()}
+Changeable = Lens | DefocusSettings | ViewState
+
+
+class Door:
+    """Drives a session for a front end; errors are shown as its message."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.commands = named_commands(session)
+        self._picture, self._picture_key = 0, object()
+        self._named = {command.name: command for command in self.commands}
+
+    def state(self) -> State:
+        """Return what there is to show now."""
+        key = self._session.time.scheduler.picture_key
+        self._picture += key != self._picture_key
+        self._picture_key = key
+        return state_of(self._session, self.commands, self._picture)
+
+    def do(self, asked: Request | str) -> None:
+        """Do what is asked: a request, or the command of this name. Show why if it cannot be."""
+        try:
+            self._do(asked)
+        except HeatlensError as error:
+            self._session.say_error(error)
+
+    def _do(self, asked: Request | str) -> None:
+        if isinstance(asked, Request):
+            asked.run(self._session)
+            return
+        why = self._named[asked].why_not()
+        if why:
+            raise InputError(why)
+        self._named[asked].run()
+
+    def change(self, changed: Changeable) -> None:
+        """Replace the lens at the playhead, the settings of the blur, or the view."""
+        editing = self._session.editing
+        if isinstance(changed, Lens):
+            editing.edit_lens(changed)
+        elif isinstance(changed, DefocusSettings):
+            editing.edit(replace(editing.shot, defocus=changed))
+        else:
+            self._session.pictures.view.state = changed
+
+    def choose(self, changed: Changeable) -> None:
+        """Change as `change` does, as an undo step of its own."""
+        self._session.editing.settle()
+        self.change(changed)
+        self._session.editing.settle()
+
+    def answer(self, message: object) -> dict[str, object]:
+        """Do what a JSON message asks; return `{"state": ...}`, or `{"problem": sentence}`."""
+        try:
+            self._answer(JsonEntry(_MESSAGE, "", message))
+        except HeatlensError as error:
+            return {"problem": str(error)}
+        return {"state": record_to_json(self.state())}
+
+    def _answer(self, message: JsonEntry) -> None:
+        if not isinstance(message.value, dict):
+            message.refuse("it should be an object in braces")
+        entries = dict(message.value)
+        if "change" in entries:
+            of = JsonEntry(_MESSAGE, "change", entries.pop("change")).choice(list(self._changing()))
+            self.change(_changed(self._changing()[of], JsonEntry(_MESSAGE, "", entries)))
+        elif "do" in entries:
+            name = JsonEntry(_MESSAGE, "do", entries.pop("do")).text()
+            self._do(self._asked(name, JsonEntry(_MESSAGE, "", entries)))
+        elif entries:
+            message.refuse("one of the entries 'do' and 'change' is missing")
+
+    def _asked(self, name: str, values: JsonEntry) -> Request | str:
+        """Return the request or the command called `name`."""
+        if name in REQUESTS:
+            return values.record(REQUESTS[name])
+        if name not in self._named:
+            raise InputError(f"There is no command and no request {name!r}.")
+        values.members(())
+        return name
+
+    def _changing(self) -> dict[str, Changeable]:
+        facts = self._session.facts
+        return {"lens": facts.lens, "blur": facts.shot.defocus, "view": facts.view}
+
+
+def _changed(now: Changeable, values: JsonEntry) -> Changeable:
+    """Return a dataclass with new values for the fields that are named."""
+    hints = get_type_hints(type(now))
+    given = {
+        name: entry.of_type(hints[name])
+        for name, entry in values.members([field.name for field in fields(now)]).items()
+    }
+    return values.built(partial(replace, now), given)
