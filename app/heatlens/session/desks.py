@@ -115,6 +115,8 @@ class LensDesk:
 class TimeDesk:
     """What has to do with frames: timeline, keys, marks, recorded pulls, rendered frames."""
 
+    workers: tuple[Worker, ...]
+
     def __init__(
         self,
         shared: Shared,
@@ -142,13 +144,11 @@ class TimeDesk:
             *(source, editing, timeline, scenes),
             lambda: visible.is_rendering or self.marks.is_reading,
         )
-        jobs = PullJobs(source, editing, timeline, view, wake)
-        store = store_of(now, frames_folder, wake)
         self.pull = RenderedPull(
-            *(jobs, store, source, editing, timeline, view, shared.preferences),
-            lambda: tracks.is_due,
-            lambda: lens.ring.is_turning,
-            wake,
+            PullJobs(source, editing, timeline, view, wake),
+            store_of(now, frames_folder, wake),
+            *(source, editing, timeline, view, shared.preferences, lambda: tracks.is_due),
+            *(lambda: lens.ring.is_turning, wake),
         )
         self.player = FramePlayer(timeline, source, editing, self.pull, say)
         take = RingTake(lens.ring, source, editing)
@@ -156,9 +156,7 @@ class TimeDesk:
         self.scheduler = RenderScheduler(
             source, pictures.sides, visible, self.pull, editing, view, speed, shared.say_error
         )
-        self.workers: tuple[Worker, ...] = (
-            *(self.marks, tracks, self.player, self.recording, self.pull),
-        )
+        self.workers = self.marks, tracks, self.player, self.recording, self.pull
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
         """Return the distances of the marks over the frames.

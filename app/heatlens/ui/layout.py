@@ -36,22 +36,26 @@ def menu_bar(files: FileDesk, ui: UiState, actions: Sequence[Action]) -> Action 
         if imgui.begin_menu(menu):
             ui.menu_to_open = _beside(menu)
             for action in (a for a in actions if a.menu == menu):
-                if action.is_first:
-                    imgui.separator()
-                is_on = bool(action.is_on is not None and action.is_on())
-                why = action.why_not()
-                shown = f"{printable(action.shown)}###{action.name}"
-                clicked, _ = imgui.menu_item(shown, action.shortcut, is_on, not why)
-                probe.note(f"item {action.name}")
-                widgets.tip_of_barred(why)
-                if clicked:
-                    picked = action
+                picked = action if _menu_item(action) else picked
                 if action.name == "Open...":
                     picked = _open_recent(files, ui) or picked
             imgui.end_menu()
         probe.note(f"menu {menu}")
     imgui.end_main_menu_bar()
     return picked
+
+
+def _menu_item(action: Action) -> bool:
+    """Draw an item of a menu; return True if it was clicked."""
+    if action.is_first:
+        imgui.separator()
+    is_on = bool(action.is_on is not None and action.is_on())
+    why = action.why_not()
+    shown = f"{printable(action.shown)}###{action.name}"
+    clicked, _ = imgui.menu_item(shown, action.shortcut, is_on, not why)
+    probe.note(f"item {action.name}")
+    widgets.tip_of_barred(why)
+    return bool(clicked)
 
 
 def _beside(menu: str) -> str:

@@ -107,25 +107,22 @@ class PictureWindow:
 
     def _draw_picture(self, pictures: Pictures | None) -> None:
         """Draw the picture and everything over it, or the reason why there is none."""
-        if self._facts.is_black and not self._facts.plays_kept:
-            imgui.text_disabled(f"  Frame {self._facts.frame} has no file.")
-        elif self._facts.is_waiting and self._facts.stream is not None:
-            draw_waiting(self._facts.stream)
+        facts, stream = self._facts, self._facts.stream
+        if facts.is_black and not facts.plays_kept:
+            imgui.text_disabled(f"  Frame {facts.frame} has no file.")
+        elif facts.is_waiting and stream is not None:
+            draw_waiting(stream)
         elif pictures is None:
-            is_coming = self._facts.plate is not None or self._facts.opening
+            is_coming = facts.plate is not None or facts.opening
             words = "Opening ..." if is_coming else "Nothing is open: Ctrl+O, or drop a file here."
             imgui.text_disabled(f"  {words}")
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
-            self._apply(self.viewport.draw(pictures, self._facts.view, scale))
+            self._apply(self.viewport.draw(pictures, facts.view, scale))
             self._draw_over(pictures)
-            if not (self._ui.is_bare or pictures.tiles):
-                draw_lessons(self._lessons, self._desk.view.viewport)
-            if self._facts.stream is not None and self._facts.stream.is_shown:
-                self._notice.draw(self._facts.stream, self._desk.view.viewport)
 
     def _draw_over(self, pictures: Pictures) -> None:
-        """Draw guides, marks and the legend over the picture; in a grid, guides in each cell."""
+        """Draw what lies over the picture: guides (one set a cell), marks, legend and lessons."""
         view, place = self._facts.view, self.viewport.place
         for cell in self.viewport.cells:
             here = geometry(view, cell, pictures.shape)
@@ -134,6 +131,11 @@ class PictureWindow:
             draw_point_marks(self._facts, self._desk.view)
             draw_ruler(self._desk.commands.ruler, self._desk.view, self._facts, self.hovered)
             self._legend()
+        if not (self._ui.is_bare or pictures.tiles):
+            draw_lessons(self._lessons, self._desk.view.viewport)
+        stream = self._facts.stream
+        if stream is not None and stream.is_shown:
+            self._notice.draw(stream, self._desk.view.viewport)
 
     def _begin(self) -> None:
         """Begin the ImGui window in its dock, or over the whole screen if the picture is alone."""

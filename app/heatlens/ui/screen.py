@@ -111,19 +111,31 @@ class Screen:
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui
         if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
-            if session.time.recording.state is not RecordingState.OFF:
-                if not imgui.get_io().want_text_input:
-                    session.time.recording.drop()
-            elif not session.pictures.commands.leave():
-                ui.leave_bare()
-        is_covered = topmost.is_any_open() or session.files.documents.offer is not None
+            self._escape()
+        keyed = self._keyed()
         chosen = None if ui.is_bare else menu_bar(session.files, ui, self.actions)
-        keyed = in_order(
-            (a for a in pressed(self.actions) if not (is_covered or self._is_asleep(a))), self.typed
-        )
         for action in (*keyed, chosen, self._palette()):
             if action is not None:
                 action.do(session.messages.say)
+        self._draw_popups()
+
+    def _escape(self) -> None:
+        """Drop a recording, put the ruler away or leave a mode of the picture."""
+        session = self._session
+        if session.time.recording.state is not RecordingState.OFF:
+            if not imgui.get_io().want_text_input:
+                session.time.recording.drop()
+        elif not session.pictures.commands.leave():
+            self.ui.leave_bare()
+
+    def _keyed(self) -> list[Action]:
+        """Return the actions whose keys were pressed, in order; none under a popup."""
+        if topmost.is_any_open() or self._session.files.documents.offer is not None:
+            return []
+        return in_order((a for a in pressed(self.actions) if not self._is_asleep(a)), self.typed)
+
+    def _draw_popups(self) -> None:
+        session, ui = self._session, self.ui
         if ui.shows_keys:
             ui.shows_keys = keys_window(self.actions, session.facts.has_camera)
         pull_popup(session.time, ui)

@@ -66,14 +66,7 @@ class StatusBar:
 
     def _draw_left(self, hovered: tuple[int, int] | None, end: float) -> None:
         """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
-        facts, message = self._facts, self._messages
-        if facts.opening:
-            first = f"Reading {printable(facts.opening)} ..."
-        elif facts.is_waiting and facts.stream is not None:
-            first = f"Listening on {facts.stream.address} ..."
-        else:
-            first = self.words(hovered)
-            first = "" if hovered is None and message.text else first
+        message, first = self._messages, self._first_words(hovered)
         em = imgui.get_font_size()
         room = end - imgui.get_cursor_pos_x() - em
         gap = 1.5 * em if first and message.text else 0.0
@@ -85,6 +78,15 @@ class StatusBar:
             if first:
                 imgui.same_line(0.0, gap)
             self._draw_message(end - imgui.get_cursor_pos_x() - em)
+
+    def _first_words(self, hovered: tuple[int, int] | None) -> str:
+        """Return what is being read, else the readout or a hint; "" if a message replaces it."""
+        facts = self._facts
+        if facts.opening:
+            return f"Reading {printable(facts.opening)} ..."
+        if facts.is_waiting and facts.stream is not None:
+            return f"Listening on {facts.stream.address} ..."
+        return "" if hovered is None and self._messages.text else self.words(hovered)
 
     def _draw_message(self, width: float) -> None:
         """Draw the message, cut to `width`; a tooltip shows all of it."""

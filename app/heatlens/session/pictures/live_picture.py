@@ -104,33 +104,43 @@ class LivePicture:
         If the plate has only become less noisy, its picture stays until the whole new one is
         finished. Return True if anything was rendered. A request that raised is not tried again.
         """
-        request, before = whole_picture(shot, frame, plate.number), self._request
-        if request == before:
+        request = whole_picture(shot, frame, plate.number)
+        if request == self._request or self._is_shown_already(request, plate.is_finer):
             return False
-        if before is not None and _bare(request) == _bare(before):
-            self._note(request)
-            return False
-        is_same_but_plate = before is not None and replace(request, plate=before.plate) == before
-        is_seen = self.shown is not None and not self.is_answering
-        if is_same_but_plate and plate.is_finer and is_seen:
-            self._request, self._work = request, None
-            return False
-        is_same_plate = before is not None and before.plate == request.plate
+        before, self._changed_at, self._budget_s = self._request, self._clock(), budget_s
+        is_same_plate = self.requested_plate == request.plate
         begun = self._begun_picture(shot, frame) if is_same_plate else None
         if before is None or before.settings != request.settings:
             self._level = None
         if self.is_answering and not is_same_plate:
             within_s = math.inf  # or a plate that changes all the time would never be seen
-        if not self.is_answering or within_s == math.inf:
+        if begun is not None or not self.is_answering or within_s == math.inf:
             self._work = None
-        self._request, self._changed_at, self._budget_s = request, self._clock(), budget_s
-        self._is_refused, self.is_answering = False, begun is None
+        self._request, self._is_refused, self.is_answering = request, False, begun is None
         if begun is not None:
-            self.shown, self._work = begun, None
+            self.shown = begun
             return False
         self._answer(within_s)
         self.request_s += self._clock() - self._changed_at
         return True
+
+    def _is_shown_already(self, request: PictureKey, is_finer: bool) -> bool:
+        """Take a request over and return True if nothing has to be rendered for it at once.
+
+        So it is with other marks or looks, and while a seen picture waits for a plate that is only
+        less noisy (`is_finer`).
+        """
+        before = self._request
+        if before is None:
+            return False
+        if _bare(request) == _bare(before):
+            self._note(request)
+            return True
+        is_same_but_plate = replace(request, plate=before.plate) == before
+        if is_same_but_plate and is_finer and self.shown is not None and not self.is_answering:
+            self._request, self._work = request, None
+            return True
+        return False
 
     def _answer(self, slice_s: float) -> None:
         """Go on with the answer in progress, or begin that to the request."""
