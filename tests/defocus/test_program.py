@@ -133,6 +133,32 @@ def test_a_forgotten_input_is_an_error_in_tests(
         scale.result()
 
 
+class Counting:
+    """A linked program that counts how often a uniform is set."""
+
+    def __init__(self, linked: object) -> None:
+        self.linked, self.count = linked, 0
+
+    def __setitem__(self, name: str, value: object) -> None:
+        self.count += 1
+        self.linked[name] = value
+
+
+def test_a_uniform_is_set_when_its_value_has_changed(ctx: moderngl.Context, shaders: Path) -> None:
+    scale = Scale(ctx)
+    uniforms, inputs = scale.inputs["uniforms"], scale.program._inputs
+    uniforms["gains"] = (0.0, 3.0)
+    counting = inputs._linked = Counting(inputs._linked)
+    assert scale.result() == scale.result() == 1130.5
+    assert counting.count == 3
+    uniforms["factor"] = 4.0
+    assert scale.result() == 1160.5 and counting.count == 4
+    uniforms["gains"] = [0.0, 1.0]
+    assert scale.result() == 1120.5
+    uniforms["gains"][1] = 2.0  # in place, as only a list can be
+    assert scale.result() == 1140.5
+
+
 def test_units_are_given_for_each_run_and_uniforms_stay(
     ctx: moderngl.Context, shaders: Path
 ) -> None:

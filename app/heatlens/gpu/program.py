@@ -43,6 +43,7 @@ class _Inputs:
             self._give_units(name for name in linked if name in names)
         self._is_strict = bool(os.environ.get(STRICT_VARIABLE))
         self._unset = {n for n in linked if self._declared.kinds.get(n) == "uniform"}
+        self._last: dict[str, object] = {}  # the values of the uniforms, which the program keeps
 
     def _give_units(self, names: Iterable[str]) -> None:
         for unit, name in enumerate(names):
@@ -63,24 +64,33 @@ class _Inputs:
         """Bind the inputs and outputs of the program's next run."""
         textures, images, buffers = textures or {}, images or {}, buffers or {}
         for name, texture in textures.items():
-            self._declared.check(name, "sampler")
-            if name in self._units:
-                texture.use(self._units[name])
+            if (unit := self._unit_of(name, "sampler")) is not None:
+                texture.use(unit)
         for name, image in images.items():
-            self._declared.check(name, "image")
-            if name in self._units:
-                image.bind_to_image(self._units[name])
+            if (unit := self._unit_of(name, "image")) is not None:
+                image.bind_to_image(unit)
         for name, buffer in buffers.items():
-            self._declared.check(name, "storage block")
-            if name in self._units:
-                buffer.bind_to_storage_buffer(self._units[name])
+            if (unit := self._unit_of(name, "storage block")) is not None:
+                buffer.bind_to_storage_buffer(unit)
         self._set(uniforms or {})
         if self._is_strict:
             self._check_all_given(textures.keys() | images.keys() | buffers.keys())
 
+    def _unit_of(self, name: str, kind: Kind) -> int | None:
+        """Return the unit of an input; None if the compiler removed it as unused."""
+        unit = self._units.get(name)
+        if unit is None or self._is_strict:
+            self._declared.check(name, kind)
+        return unit
+
     def _set(self, uniforms: Mapping[str, object]) -> None:
+        """Set the uniforms whose values have changed; checking and setting take most of a pass."""
         for name, value in uniforms.items():
+            if name in self._last and self._last[name] == value:
+                continue
             self._declared.check(name, "uniform")
+            if isinstance(value, int | float | tuple):  # others may be changed in place
+                self._last[name] = value
             if name in self._names:
                 self._linked[name] = value
                 self._unset.discard(name)
