@@ -29,7 +29,7 @@ from heatlens.model.settings import DefocusSettings
 from heatlens.plate.opening_picture import read_opening_image
 
 Choice = TypeVar("Choice", bound=StrEnum)
-_FieldTypes = Mapping[str, tuple[Any, ...]]
+_FieldTypes = Mapping[str, tuple[object, ...]]
 
 LENS_VALUES = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
 READING = tuple(field.name for field in fields(PlateOptions))
@@ -63,7 +63,7 @@ def _meant(function: str, name: str) -> str:
     return f". Did you mean {near[0]}?" if near else f"; there are {', '.join(known)}."
 
 
-def values_of(kind: type, given: Mapping[str, Any]) -> dict[str, Any]:
+def values_of(kind: type, given: Mapping[str, object]) -> dict[str, Any]:
     """Return values for fields of the dataclass `kind`, each of the type of its field.
 
     None stays only where the field may be None. Raises InputError for other types.
@@ -79,9 +79,9 @@ def _types(kind: type) -> _FieldTypes:
     return {name: get_args(h) if isinstance(h, UnionType) else (h,) for name, h in hints}
 
 
-def _value(kind: type, name: str, value: Any) -> Any:
-    hint: Any = _types(kind)[name][0]
-    origin: Any = get_origin(hint)
+def _value(kind: type, name: str, value: object) -> object:
+    hint: object = _types(kind)[name][0]
+    origin: object = get_origin(hint)
     if origin is tuple:
         one = get_args(hint)[0]
         return tuple(_single(one, name, item) for item in _items(name, value))
@@ -91,11 +91,11 @@ def _value(kind: type, name: str, value: Any) -> Any:
     return _single(hint, name, value)
 
 
-def _single(hint: Any, name: str, value: Any) -> Any:
+def _single(hint: Any, name: str, value: object) -> object:
     return known(hint, name, value) if issubclass(hint, StrEnum) else _READ[hint](name, value)
 
 
-def _items(name: str, value: Any) -> list[Any]:
+def _items(name: str, value: object) -> list[object]:
     """Return the items of a list; a single file stands for a list of one."""
     if isinstance(value, str | os.PathLike):
         return [value]
@@ -104,7 +104,7 @@ def _items(name: str, value: Any) -> list[Any]:
     raise _wrong(name, "a list of words", value)
 
 
-def number(name: str, value: Any, parse: Callable[[str], Any] | None = None) -> float:
+def number(name: str, value: object, parse: Callable[[str], object] | None = None) -> float:
     """Return a number as float. Raises InputError for anything else.
 
     `parse` reads what the command line takes, for the hint on a text.
@@ -120,7 +120,7 @@ def number(name: str, value: Any, parse: Callable[[str], Any] | None = None) -> 
         raise InputError(f"{name} is a number too large for anything.") from None
 
 
-def _number_meant(text: str, parse: Callable[[str], Any] | None) -> str:
+def _number_meant(text: str, parse: Callable[[str], object] | None) -> str:
     """Return ": write 1.8288" for the text "6ft", and "" for one that stands for no number."""
     try:
         return f": write {(parse or float)(text):.6g}"
@@ -139,7 +139,7 @@ def whole(name: str, value: Any) -> int:
     return found
 
 
-def _is_whole(value: Any) -> bool:
+def _is_whole(value: object) -> bool:
     return isinstance(value, numbers.Integral) and not isinstance(value, bool)
 
 
@@ -166,31 +166,31 @@ def text(name: str, value: Any) -> str:
     return found
 
 
-def known(kind: type[Choice], name: str, value: Any) -> Choice:
+def known(kind: type[Choice], name: str, value: object) -> Choice:
     """Return the choice called `value`. Raises InputError if there is none."""
     if isinstance(value, str) and value in list(kind):
         return kind(value)
     raise InputError(f"{name} is one of {', '.join(kind)}, got {shown(value)}.")
 
 
-def is_single(value: Any) -> bool:
+def is_single(value: object) -> bool:
     """Return whether a value is a single one, of which no array can be made."""
     is_listed = isinstance(value, list | tuple | memoryview) or hasattr(value, "__array__")
     return not (is_listed or hasattr(value, "__array_interface__")) or _is_scalar(value)
 
 
-def _flag(name: str, value: Any) -> bool:
+def _flag(name: str, value: object) -> bool:
     value = _python_scalar(value)
     if not isinstance(value, bool):
         raise _wrong(name, "True or False", value)
     return value
 
 
-def _image(name: str, value: Any) -> OpeningImage:
+def _image(name: str, value: object) -> OpeningImage:
     return value if isinstance(value, OpeningImage) else read_opening_image(text(name, value))
 
 
-_READ: dict[type, Callable[[str, Any], Any]] = {
+_READ: dict[type, Callable[[str, object], object]] = {
     bool: _flag,
     int: whole,
     str: text,
@@ -198,16 +198,16 @@ _READ: dict[type, Callable[[str, Any], Any]] = {
 }
 
 
-def _python_scalar(value: Any) -> Any:
+def _python_scalar(value: object) -> object:
     """Return the number that an array without dimensions holds, as NumPy and others make them."""
     return value.item() if _is_scalar(value) and hasattr(value, "item") else value
 
 
-def _is_scalar(value: Any) -> bool:
+def _is_scalar(value: object) -> bool:
     return isinstance(value, np.generic) or getattr(value, "shape", None) == ()
 
 
-def _wrong(name: str, expected: str, value: Any, hint: str = "") -> InputError:
+def _wrong(name: str, expected: str, value: object, hint: str = "") -> InputError:
     return InputError(f"{name} must be {expected}, got {shown(value)}{hint}.")
 
 

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Unpack
+from typing import Unpack
 
 from heatlens.api.keywords import FrameOptions
 from heatlens.api.python_words import python_words
@@ -22,7 +22,7 @@ class Facts:
     """The values behind the properties of `Asked`, for one frame."""
 
     size: tuple[int, int]
-    lens: Mapping[str, Any]
+    lens: Mapping[str, object]
     depth_range_m: DepthRange | None
     behind: tuple[str, ...] = ()
 
@@ -43,7 +43,7 @@ class Asked(ABC):
         return self._told().size
 
     @property
-    def lens(self) -> Mapping[str, Any]:
+    def lens(self) -> Mapping[str, object]:
         """The lens values in the shot file, the header or the scene's camera.
 
         Fields of `Lens` with their values; those that are missing have to be given to `render`.
@@ -81,7 +81,7 @@ class Frame(Asked):
         return self._render(lens, frame=self.number, **given)
 
 
-def facts_of(plate: Plate, lens: Mapping[str, Any] | None = None) -> Facts:
+def facts_of(plate: Plate, lens: Mapping[str, object] | None = None) -> Facts:
     """Return the values of a plate; `lens` holds those of its shot file, if it has one."""
     if lens is None:
         header = {name: getattr(plate.camera, name) for name in NEEDED}

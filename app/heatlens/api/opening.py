@@ -76,7 +76,7 @@ def _plate_of(color: ArrayLike, depth_m: ArrayLike | None, coc_px: ArrayLike | N
 
 
 def _of_name(
-    name: str, camera: str | None, size: tuple[int, int] | None, options: dict[str, Any]
+    name: str, camera: str | None, size: tuple[int, int] | None, options: dict[str, object]
 ) -> Source:
     """Return the source called `name`. Raises InputError for arguments of another kind of it."""
     asked = Asked(camera, size, options)
@@ -117,7 +117,7 @@ def plates_named(name: str, asked: Asked) -> Source:
     return Plates(PlateSource(name, alone, PlateOptions(**asked.options)), None)
 
 
-def _refuse(what: str, **given: Any) -> None:
+def _refuse(what: str, **given: object) -> None:
     """Raise InputError for values that would have no effect."""
     names = [name for name, value in given.items() if value is not None]
     if names:

@@ -206,7 +206,7 @@ def _request(
     values: Mapping[str, float | None],
     focus_at: tuple[int, int] | None,
     lens_model: str | None,
-    more: Mapping[str, Any],
+    more: Mapping[str, object],
 ) -> _Request:
     """Return the checked arguments. Raises InputError for a value of another type."""
     if not (lens is None or isinstance(lens, Lens)):
@@ -392,6 +392,6 @@ def _with_lens(shot: Shot, lens: Lens) -> Shot:
     return replace(shot, lens=lens, curves=LensCurves())
 
 
-def _values_of(lens: Lens) -> dict[str, Any]:
+def _values_of(lens: Lens) -> dict[str, object]:
     values = {field.name: getattr(lens, field.name) for field in fields(lens)}
     return {name: value for name, value in values.items() if value is not None}

@@ -99,11 +99,11 @@ class Threads:
         self._name = name
         self._most = most
         self._lock = Lock()  # guards the fields below
-        self._waiting: deque[tuple[Future[Any], Callable[[], Any]]] = deque()
+        self._waiting: deque[tuple[Future[Any], Callable[[], object]]] = deque()
         self._running = 0
         self._is_closed = False
 
-    def submit(self, job: Callable[..., Result], *args: Any) -> "Future[Result]":
+    def submit(self, job: Callable[..., Result], *args: object) -> "Future[Result]":
         """Run `job(*args)` as soon as a thread is free, and return its future.
 
         Raises RuntimeError after `close`, and where the system allows no more threads.
@@ -131,7 +131,7 @@ class Threads:
         while (entry := self._next()) is not None:
             _settle(*entry)
 
-    def _next(self) -> tuple["Future[Any]", Callable[[], Any]] | None:
+    def _next(self) -> tuple["Future[object]", Callable[[], object]] | None:
         with self._lock:
             if self._waiting:
                 return self._waiting.popleft()
@@ -163,7 +163,7 @@ def _run(job: Callable[[], Result], coming: "Future[Result]", wake: Callable[[],
     wake()
 
 
-def _settle(coming: "Future[Any]", job: Callable[[], Any]) -> None:
+def _settle(coming: "Future[object]", job: Callable[[], object]) -> None:
     """Run `job` and put its result, or its exception, into `coming`."""
     try:
         result = job()

@@ -160,7 +160,7 @@ def blender_text(camera: CameraSamples) -> str:
     )
 
 
-def _lens(camera: CameraSamples) -> dict[str, Any]:
+def _lens(camera: CameraSamples) -> dict[str, object]:
     """Return the value of each property; None for one of our own that an earlier lens may have.
 
     A camera that tells its f-stop tells its opening too: what it does not say is as in a plain
@@ -174,7 +174,7 @@ def _lens(camera: CameraSamples) -> dict[str, Any]:
     return own | told | _diaphragm(camera) | {_IMAGE: None if image is None else image.path}
 
 
-def _diaphragm(camera: CameraSamples) -> dict[str, Any]:
+def _diaphragm(camera: CameraSamples) -> dict[str, object]:
     """Return Blender's blades and their rotation in radians.
 
     Both have corners on the circle. At rotation 0 Blender has the middle of a blade at the right,
@@ -197,7 +197,7 @@ def _rate(frames_per_second: float) -> tuple[int, float]:
     return whole, 1.001 if abs(base - 1.001) < 1e-5 else base
 
 
-def _placement(camera: CameraSamples) -> tuple[Any, Any]:
+def _placement(camera: CameraSamples) -> tuple[object, object]:
     """Return location and rotation in Blender's world, where z is up; both may be None.
 
     A moving value is a list of one vector for each frame, else it is one vector. Blender's cameras

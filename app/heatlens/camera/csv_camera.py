@@ -64,7 +64,7 @@ def read_csv_camera(path: Path) -> CameraSamples:
         raise InputError(f"{path}: {error}") from None
 
 
-def _written(camera: CameraSamples, row: Row) -> dict[str, Any]:
+def _written(camera: CameraSamples, row: Row) -> dict[str, object]:
     cells = {name: value for name, value in row.items() if name != PLACEMENT}
     cells |= {_RATE: camera.frames_per_second, _UP: camera.up_axis}
     if camera.lens_model is not None:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence as Items
 from dataclasses import dataclass, replace
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.camera.placement import Matrix, matrix_of
@@ -137,7 +136,7 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
     Raises LensError if the keys of a frame describe no possible lens.
     """
     lenses = [as_seen(shot.lens_at(frame)) for frame in frames]
-    tracks: dict[str, Any] = {
+    tracks: dict[str, object] = {
         str(parameter): tuple(float(getattr(lens, parameter)) for lens in lenses)
         for parameter in LensParameter
     }

@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 from heatlens.camera.placement import matrix_of
 from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
@@ -49,7 +48,7 @@ def read_json_camera(path: Path) -> CameraSamples:
     entries = top.members(_TOP)
     if "samples" not in entries:
         top.refuse("the entry 'samples' is missing")
-    others: dict[str, Any] = {
+    others: dict[str, object] = {
         "rows": [_row(item) for item in entries["samples"].items()],
         "name": entries["name"].text() if "name" in entries else path.stem,
     }
@@ -67,7 +66,9 @@ def read_json_camera(path: Path) -> CameraSamples:
 def _row(item: JsonEntry) -> Row:
     """Return the values of a frame by the names of the tracks."""
     entries = item.members((FRAME, *LENS_TRACKS, PLACEMENT))
-    row: dict[str, Any] = {name: entries[name].number() for name in LENS_TRACKS if name in entries}
+    row: dict[str, object] = {
+        name: entries[name].number() for name in LENS_TRACKS if name in entries
+    }
     if FRAME in entries:
         row[FRAME] = entries[FRAME].whole()
     if PLACEMENT in entries:

@@ -14,7 +14,7 @@ Row = Mapping[str, Any]
 
 def rows_of(camera: CameraSamples) -> list[Row]:
     """Return a row for each frame: its number, the known lens values and the matrix."""
-    columns: dict[str, Sequence[Any]] = {FRAME: camera.frames, **camera.lens_tracks}
+    columns: dict[str, Sequence[object]] = {FRAME: camera.frames, **camera.lens_tracks}
     if camera.world_to_camera is not None:
         columns[PLACEMENT] = camera.world_to_camera
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
@@ -25,12 +25,12 @@ def camera_of_rows(rows: Sequence[Row], **others: Any) -> CameraSamples:
     for row in rows:
         if FRAME not in row:
             raise InputError(f"Row {rows.index(row) + 1} has no frame number.")
-    columns: dict[str, Any] = {name: _column(rows, name) for name in (*LENS_TRACKS, PLACEMENT)}
+    columns: dict[str, object] = {name: _column(rows, name) for name in (*LENS_TRACKS, PLACEMENT)}
     frames = tuple(row[FRAME] for row in rows)
     return CameraSamples(frames=frames, **fields_of(columns), **others)
 
 
-def _column(rows: Sequence[Row], name: str) -> tuple[Any, ...] | None:
+def _column(rows: Sequence[Row], name: str) -> tuple[object, ...] | None:
     missing = [row for row in rows if name not in row]
     if len(missing) == len(rows):
         return None

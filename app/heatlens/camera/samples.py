@@ -146,7 +146,7 @@ class CameraSamples:
         return None if len(self.frames) == 1 else FrameRange(self.frames[0], self.frames[-1])
 
 
-def fields_of(tracks: Mapping[str, Any]) -> dict[str, Any]:
+def fields_of(tracks: Mapping[str, object]) -> dict[str, Any]:
     """Return the fields of `CameraSamples` that hold tracks; a track that is None is not known."""
     opening = {name: tracks[name] for name in OPENING_TRACKS if tracks.get(name) is not None}
     others = {name: track for name, track in tracks.items() if name not in OPENING_TRACKS}

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from heatlens.camera.samples import CameraSamples, fields_of
 from heatlens.model.frames import FrameRange
@@ -57,7 +56,7 @@ def _kept(placed: Sequence[int], frames: FrameRange | None) -> tuple[int, ...]:
 
 
 def _rows(camera: CameraSamples, kept: Sequence[int], placed: Sequence[int]) -> CameraSamples:
-    tracks: dict[str, Any] = {
+    tracks: dict[str, object] = {
         name: tuple(track[index] for index in kept) for name, track in camera.lens_tracks.items()
     }
     assert camera.timecodes is not None

@@ -5,7 +5,6 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,13 @@ from heatlens.camera.usd_write import (
     units_per_mm,
 )
 from heatlens.files.quiet import quiet_library
-from heatlens.files.usd_library import open_usd, read_usd_apart, usd_failures_reported, usd_module
+from heatlens.files.usd_library import (
+    UsdObject,
+    open_usd,
+    read_usd_apart,
+    usd_failures_reported,
+    usd_module,
+)
 from heatlens.model.frames import FrameRange, check_frame
 from heatlens.model.lens_model import LensModel
 from heatlens.model.opening_image import OpeningImage
@@ -49,8 +54,8 @@ class _Stage:
     """An opened USD file, its unit, and the camera prim."""
 
     path: Path
-    stage: Any
-    prim: Any
+    stage: UsdObject
+    prim: UsdObject
     meters_per_unit: float
 
 
@@ -107,13 +112,13 @@ def _opened(path: Path, prim_path: str | None) -> _Stage:
     return _Stage(path, stage, _chosen(path, cameras, prim_path), unit_m)
 
 
-def _all_prims(usd: Any, stage: Any) -> Iterable[Any]:
+def _all_prims(usd: UsdObject, stage: UsdObject) -> Iterable[UsdObject]:
     """Return every prim of the stage, those within instances included."""
-    prims: Iterable[Any] = stage.Traverse(usd.TraverseInstanceProxies())
+    prims: Iterable[object] = stage.Traverse(usd.TraverseInstanceProxies())
     return prims
 
 
-def _chosen(path: Path, cameras: list[Any], prim_path: str | None) -> Any:
+def _chosen(path: Path, cameras: list[UsdObject], prim_path: str | None) -> object:
     found = {str(camera.GetPath()): camera for camera in cameras}
     if not found:
         raise InputError(f"{path} has no camera.")
@@ -148,7 +153,7 @@ def _frames(opened: _Stage) -> tuple[int, ...]:
     return tuple(FrameRange(math.floor(min(times)), math.ceil(max(times))))
 
 
-def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, Any]:
+def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, UsdObject]:
     mm = units_per_mm(opened.meters_per_unit)
     lengths: dict[str, Track | None] = {
         name: _track(opened, attribute, frames, mm) for name, attribute in MM_ATTRIBUTES.items()
@@ -228,7 +233,7 @@ def _placement(
     return tuple(map(matrix_of, np.linalg.inv(to_world).tolist())), ()
 
 
-def _parents(opened: _Stage) -> Iterable[Any]:
+def _parents(opened: _Stage) -> Iterable[object]:
     """Yield the camera and its ancestors as far as they can have a transform."""
     prim = opened.prim
     while prim and not prim.IsPseudoRoot():

@@ -9,13 +9,12 @@ Focus at infinity, for which renderers have no common sign, is INFINITE_M away.
 
 import re
 from collections.abc import Sequence
-from typing import Any
 
 from heatlens.base.stopping import temporary_folder
 from heatlens.camera.placement import camera_to_world
 from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
 from heatlens.files.quiet import quiet_library
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import UsdObject, usd_module
 
 METERS_PER_UNIT = 0.01  # USD's default, with which focal lengths and apertures are in mm
 # UsdGeomCamera has no attributes for these.
@@ -64,7 +63,7 @@ def usd_bytes(
         return path.read_bytes()
 
 
-def _stage(camera: CameraSamples, meters_per_unit: float) -> Any:
+def _stage(camera: CameraSamples, meters_per_unit: float) -> UsdObject:
     usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
     stage = usd.Stage.CreateInMemory()
     geometry.SetStageMetersPerUnit(stage, meters_per_unit)
@@ -82,7 +81,7 @@ def _stage(camera: CameraSamples, meters_per_unit: float) -> Any:
     return stage
 
 
-def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> None:
+def _author_lens(prim: UsdObject, camera: CameraSamples, meters_per_unit: float) -> None:
     tracks = camera.lens_tracks
     mm = units_per_mm(meters_per_unit)
     for name, attribute in MM_ATTRIBUTES.items():
@@ -108,7 +107,7 @@ def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> No
         prim.GetPrim().CreateAttribute(LENS_MODEL, token).Set(str(camera.lens_model))
 
 
-def _author_proposed(prim: Any, camera: CameraSamples) -> None:
+def _author_proposed(prim: UsdObject, camera: CameraSamples) -> None:
     """Write the values that the draft proposal names, unless they are the defaults."""
     tracks = camera.lens_tracks
     for name, key in PROPOSED.items():
@@ -118,12 +117,12 @@ def _author_proposed(prim: Any, camera: CameraSamples) -> None:
             prim.GetPrim().SetCustomDataByKey(key, proposed)
 
 
-def _author_own(prim: Any, name: str, camera: CameraSamples, values: Sequence[float]) -> None:
+def _author_own(prim: UsdObject, name: str, camera: CameraSamples, values: Sequence[float]) -> None:
     kind = usd_module("Sdf").ValueTypeNames.Float
     _author(prim.GetPrim().CreateAttribute(name, kind), camera, values)
 
 
-def _author_placement(prim: Any, camera: CameraSamples, meters_per_unit: float) -> None:
+def _author_placement(prim: UsdObject, camera: CameraSamples, meters_per_unit: float) -> None:
     """Write camera to world; USD's points are rows, so its matrices are transposed."""
     if camera.world_to_camera is None:
         return
@@ -133,7 +132,7 @@ def _author_placement(prim: Any, camera: CameraSamples, meters_per_unit: float) 
     _author(prim.AddTransformOp().GetAttr(), camera, [matrix(m.T.tolist()) for m in placed])
 
 
-def _author(attribute: Any, camera: CameraSamples, values: Sequence[Any]) -> None:
+def _author(attribute: UsdObject, camera: CameraSamples, values: Sequence[UsdObject]) -> None:
     """Set one value for all times if it is constant, so that it is edited in one place."""
     if all(value == values[0] for value in values):
         attribute.Set(values[0])

@@ -140,7 +140,7 @@ def load_color_config(path: str | None) -> ColorConfig:
     return ColorConfig(source, _read(named, source))
 
 
-def _read(address: str, source: str) -> Any:
+def _read(address: str, source: str) -> object:
     """Read the config; an error in one of its views appears only when that view is used."""
     library = ocio()
     if not address.isprintable():  # bytes of another encoding arrive as surrogates
@@ -186,7 +186,7 @@ def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
         raise InputError(f"{what} {name!r} is not among {', '.join(known)}.")
 
 
-def default_view(config: ColorConfig, display: str, attributes: Mapping[str, Any]) -> str:
+def default_view(config: ColorConfig, display: str, attributes: Mapping[str, object]) -> str:
     """Return the initial view of a display for a plate whose header has `attributes`.
 
     This is the first view of the config. A photo is display-referred already, so it keeps its look

@@ -5,7 +5,6 @@ The window, `render` and `export` all use this, so that they treat a plate in th
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from heatlens.color.color_config import LINEAR_REC709, ColorConfig
 from heatlens.plate.header.primaries import (
@@ -47,7 +46,7 @@ class InputSpace:
 
 
 def input_space_of(
-    config: ColorConfig | None, attributes: Mapping[str, Any], chosen: str = ""
+    config: ColorConfig | None, attributes: Mapping[str, object], chosen: str = ""
 ) -> InputSpace:
     """Return the colour space of a picture whose header has `attributes`, or `chosen` if given.
 

@@ -6,6 +6,7 @@ and the result is raised to the power 1/gamma.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -172,7 +173,7 @@ def view_transform(
     return ViewTransform(display, view, input_space, key, glsl, luts, _encoder(on_cpu))
 
 
-def _matrix_transform(library: Any, primaries: Primaries) -> Any:
+def _matrix_transform(library: ModuleType, primaries: Primaries) -> object:
     """Return the transform from light of these primaries to linear Rec. 709, row after row."""
     matrix = np.eye(4)
     matrix[:3, :3] = to_rec709(primaries)
@@ -188,7 +189,7 @@ def _encoder(on_cpu: Any) -> Callable[[FloatImage], FloatImage]:
     return encode
 
 
-def _for_gpu(library: Any, processor: Any) -> tuple[str, tuple[Lut, ...], str]:
+def _for_gpu(library: ModuleType, processor: Any) -> tuple[str, tuple[Lut, ...], str]:
     """Return GLSL, tables and a key of what both compute."""
     on_gpu = processor.getDefaultGPUProcessor()
     shader = library.GpuShaderDesc.CreateShaderDesc(
@@ -207,7 +208,7 @@ def _for_gpu(library: Any, processor: Any) -> tuple[str, tuple[Lut, ...], str]:
     return glsl, tuple(luts), str(on_gpu.getCacheID())
 
 
-def _lut(table: Any, shape: tuple[int, ...], library: Any) -> Lut:
+def _lut(table: Any, shape: tuple[int, ...], library: ModuleType) -> Lut:
     values = np.array(table.getValues(), np.float32).reshape(shape)
     is_linear = table.interpolation != library.INTERP_NEAREST
     return Lut(f"{table.samplerName}_tx", values, is_linear)

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.printable import printable
@@ -75,7 +74,9 @@ def run(args: argparse.Namespace) -> int:
     return int(any(lacks_frames(facts) for facts, _ in found))
 
 
-def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[dict[str, Any], list[Line]]:
+def _facts_of(
+    args: argparse.Namespace, item: str | Sequence
+) -> tuple[dict[str, object], list[Line]]:
     if isinstance(item, Sequence):
         return sequence_info(item, plate_options(args))
     if is_shot_file(item):

@@ -20,7 +20,6 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
@@ -184,7 +183,7 @@ def images_of(mix: Complexes) -> Complexes:
     return images
 
 
-def entry_of(fit: Fit) -> dict[str, Any]:
+def entry_of(fit: Fit) -> dict[str, object]:
     """Return a kernel as it stands in the file."""
     moment = _moment(fit.poles, fit.mix)
     return {

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import moderngl
 import numpy as np
@@ -65,7 +65,7 @@ class PictureReader:
 
 def read_texels(
     ctx: moderngl.Context, texture: moderngl.Texture, box: Box, dtype: Literal["f1", "f4"]
-) -> NDArray[Any]:
+) -> NDArray[np.generic]:
     """Return the texels in a box, (h, w, 4): bytes for "f1", float32 for "f4"."""
     target = ctx.framebuffer([texture])
     area = (box.x0, box.y0, box.width, box.height)

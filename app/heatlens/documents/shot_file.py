@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.documents.opening_images import (
@@ -39,7 +38,7 @@ SHOT_VERSION = 1
 
 _VERSION = "heatlens_shot"
 # Entries that hold an unchanged field of Shot -> the name of the field, and its type.
-_FIELDS: dict[str, tuple[str, Any]] = {
+_FIELDS: dict[str, tuple[str, object]] = {
     "plate": ("plate_options", PlateOptions),
     "frames": ("frames", FrameRange),
     "in_out": ("in_out", FrameRange),
@@ -120,7 +119,7 @@ def write_autosave(path: str | os.PathLike[str], shot: Shot) -> None:
     _write(autosave_path(path), shot)
 
 
-def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
+def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, object]:
     """Return the entries of the file for `shot`, with paths relative to `folder`."""
     options = _with_files_beside(shot.plate_options, lambda text: _relative(text, folder))
     shot = replace(shot, plate_options=options)
@@ -149,7 +148,7 @@ def _write(path: Path, shot: Shot) -> None:
     write_whole(path, data)
 
 
-def _lines(value: Any, indent: str = "") -> str:
+def _lines(value: object, indent: str = "") -> str:
     """Format JSON with one entry or list item on each line; list items are not broken up."""
     inner = f"{indent}  "
     if isinstance(value, dict) and value:
@@ -190,7 +189,7 @@ def _curves(entries: Mapping[str, JsonEntry]) -> LensCurves:
     return replace(curves, **keyed)
 
 
-def _key_json(key: Key) -> dict[str, Any]:
+def _key_json(key: Key) -> dict[str, object]:
     """Return the entries of a key; handles in their default position are left out."""
     default = record_to_json(Ease())
     return {name: value for name, value in record_to_json(key).items() if value != default}

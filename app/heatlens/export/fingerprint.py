@@ -7,7 +7,6 @@ meanwhile is rendered again. The scene that comes with the program is identified
 """
 
 from collections.abc import Iterable
-from typing import Any
 
 from heatlens.export.job import ExportJob
 from heatlens.export.options import EXR, LOOK, ExportOptions, of_group
@@ -60,7 +59,7 @@ def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str
     return digest({**of_movie, "encoding": _MOVIE_ENCODING})
 
 
-def _output_facts(job: ExportJob) -> dict[str, Any]:
+def _output_facts(job: ExportJob) -> dict[str, object]:
     """Return the options that have an effect on this kind of file."""
     options, look = job.options, job.look
     if job.output.is_exr:
@@ -83,7 +82,7 @@ def _burned_in(options: ExportOptions) -> list[str]:
     return [options.burn_in_text, options.unit, options.shot_name]
 
 
-def _newer(job: ExportJob, group: str) -> dict[str, Any]:
+def _newer(job: ExportJob, group: str) -> dict[str, object]:
     """Return the chosen options of a group that files of earlier versions do not tell."""
     usual, names = ExportOptions(), [name for name in of_group(group) if name not in _TOLD]
     told = {name: getattr(job.options, name) for name in names}

@@ -87,7 +87,9 @@ def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
     write_deep(planned.path, plate, attributes, half=not job.options.is_float)
 
 
-def _kept(job: ExportJob, frame: RenderedFrame) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+def _kept(
+    job: ExportJob, frame: RenderedFrame
+) -> tuple[dict[str, NDArray[np.generic]], dict[str, Any]]:
     """Return the result of `kept_channels`; a black frame keeps no channels of the plate."""
     wanted = () if frame.planned.origin.is_black else job.keep
     return kept_channels(frame.plate, job.shot.plate_options, wanted)
@@ -106,7 +108,7 @@ def frame_timecode(job: ExportJob, planned: PlannedFrame, plate: Plate) -> Timec
     return told.later(frame - planned.origin.frame, shot.frames_per_second)
 
 
-def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, Any]:
+def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, object]:
     timecode = frame_timecode(job, frame.planned, frame.plate)
     value = None if timecode is None else exr_timecode(timecode)
     return {} if value is None else {"timeCode": value}
@@ -153,7 +155,7 @@ def _write_shown(frame: RenderedFrame) -> None:
     write_whole(frame.planned.path, encoded_picture(image, kind, **_marked(kind, mark)))
 
 
-def _marked(kind: str, mark: str) -> dict[str, Any]:
+def _marked(kind: str, mark: str) -> dict[str, object]:
     """Return Pillow's options that store the fingerprint in the text entry of each format."""
     if kind == "PNG":
         text = PngInfo()

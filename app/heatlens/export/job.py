@@ -3,7 +3,6 @@
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.color.view_transform import ViewTransform, srgb_transform
@@ -83,7 +82,7 @@ def job_text(*records: ExportOptions | LookOptions | Guides) -> str:
     return json.dumps({_VERSION: _NEWEST, **told}, indent=2)
 
 
-def read_job(path: Path) -> tuple[Any, ...]:
+def read_job(path: Path) -> tuple[object, ...]:
     """Return the records of a file. Raises InputError that names the damaged place in it."""
     top = read_json(path)
     top.check_version(_VERSION, _NEWEST, "export job")

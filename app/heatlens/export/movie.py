@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -132,7 +133,7 @@ class Movie:
         if self._stream is not None:
             self._encode(None)
 
-    def _new_stream(self, pixel_aspect_ratio: float) -> Any:
+    def _new_stream(self, pixel_aspect_ratio: float) -> object:
         stream = self._container.add_stream(
             self._codec.name, rate=self._rate, options=self._codec.options
         )
@@ -150,7 +151,7 @@ class Movie:
         if timecode is not None:
             self._container.metadata["timecode"] = str(timecode)
 
-    def _coded(self, display: FloatImage) -> Any:
+    def _coded(self, display: FloatImage) -> object:
         """Return (H, W, 3) with even sides for the encoder.
 
         The last row and column are repeated. Only one thread converts: with several, FFmpeg's bands
@@ -168,7 +169,7 @@ class Movie:
         coded.color_primaries = coded.color_trc = _REC709  # ProRes writes them into every frame
         return coded
 
-    def _encode(self, frame: Any) -> None:
+    def _encode(self, frame: object) -> None:
         """Encode a frame, but never after a failed write, because FFmpeg would end the process."""
         if self._has_failed:
             raise OSError("an earlier frame could not be written")
@@ -190,7 +191,7 @@ def _check_display(job: ExportJob) -> None:
 
 
 @contextmanager
-def _failures_reported(path: Path, library: Any) -> Iterator[None]:
+def _failures_reported(path: Path, library: ModuleType) -> Iterator[None]:
     try:
         yield
     except library.error.FFmpegError as error:

@@ -8,7 +8,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from heatlens.base.errors import InputError
 from heatlens.sequence.names import frames_text
@@ -88,7 +88,7 @@ def _definition(path: PathParameter, folder: Path) -> dict[str, str]:
     return {"name": path.name, "type": "PATH", **flow, **default}
 
 
-def _yaml(value: Any) -> list[str]:
+def _yaml(value: object) -> list[str]:
     """Return lines of YAML in block style; texts are quoted as in JSON, a subset of YAML."""
     if isinstance(value, dict):
         return [line for name, entry in value.items() for line in _yaml_entry(name, entry)]
@@ -97,7 +97,7 @@ def _yaml(value: Any) -> list[str]:
     return [json.dumps(value, ensure_ascii=False)]
 
 
-def _yaml_entry(name: str, value: Any) -> list[str]:
+def _yaml_entry(name: str, value: object) -> list[str]:
     if isinstance(value, dict | list):
         return [f"{name}:", *_indented(_yaml(value), "  ")]
     return [f"{name}: {_yaml(value)[0]}"]

@@ -23,7 +23,7 @@ T = TypeVar("T")
 _WHOLE_MOST = 2**53  # integral floats below this are exact, and are written without ".0"
 
 
-def record_to_json(record: Any) -> dict[str, Any]:
+def record_to_json(record: Any) -> dict[str, object]:
     """Return a dataclass as a JSON object.
 
     Its fields must be numbers, texts, enums, such dataclasses or tuples of these. Those without a
@@ -38,7 +38,7 @@ def _is_needed(field: Any) -> bool:
     return field.default is MISSING and field.default_factory is MISSING
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> object:
     """Return the JSON value of a number, text, enum, image (its path), tuple or dataclass."""
     if isinstance(value, OpeningImage):
         return value.path
@@ -118,7 +118,7 @@ class JsonEntry:
                 self.refuse(f"the entry {field.name!r} is missing")
         return self.built(kind, {n: entry.of_type(hints[n]) for n, entry in entries.items()})
 
-    def built(self, kind: Callable[..., T], values: Mapping[str, Any]) -> T:
+    def built(self, kind: Callable[..., T], values: Mapping[str, object]) -> T:
         """Build `kind` from `values`; its HeatlensError becomes an InputError with the place."""
         try:
             return kind(**values)
@@ -143,7 +143,7 @@ class JsonEntry:
         read = {float: self.number, int: self.whole, str: self.text, bool: self.flag}
         return read[hint]()
 
-    def row(self, hints: tuple[Any, ...]) -> tuple[Any, ...]:
+    def row(self, hints: tuple[Any, ...]) -> tuple[object, ...]:
         """Return a list as a tuple with these types; `...` at the end allows any length."""
         items = self.items()
         if hints[-1] is Ellipsis:
@@ -210,7 +210,7 @@ def read_json(path: Path) -> JsonEntry:
     return JsonEntry(path, "", value)
 
 
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
     """Return an object; refuse an entry that occurs twice, because one of them would be lost."""
     found = dict(pairs)
     if len(found) != len(pairs):
@@ -225,7 +225,7 @@ def _constant(name: str) -> NoReturn:
     raise ValueError(f'{name} is not a JSON number; infinity is written "inf"')
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     """Return a value as JSON text, shortened to 40 characters."""
     text = json.dumps(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

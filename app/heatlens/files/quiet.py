@@ -39,7 +39,7 @@ class _WithoutQuietThreads:
         """Write text, or drop it in a quiet block; `print` calls this."""
         return len(text) if _depth.blocks else self._stream.write(text)
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         return getattr(self._stream, name)
 
 

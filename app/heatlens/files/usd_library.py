@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 
 from heatlens.base.errors import InputError
@@ -12,13 +13,14 @@ from heatlens.base.paths import unreadable
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for
 
+UsdObject = Any  # a stage, prim, attribute or value: OpenUSD has no types for Python
 Result = TypeVar("Result")
 
 # Errors about a C++ type that Python does not know: only the content of a file can cause them.
 _STRANGE_VALUE = re.compile(r"C\+\+ (type|object)|to_python")
 
 
-def usd_module(name: str) -> Any:
+def usd_module(name: str) -> ModuleType:
     """Return a module of OpenUSD such as Usd or UsdGeom.
 
     Raises InputError that says what to install if it cannot be loaded.
@@ -53,7 +55,7 @@ def usd_failures_reported(path: Path | str) -> Iterator[None]:
         raise InputError(f"{path} is damaged: OpenUSD cannot parse it ({said}).") from error
 
 
-def open_usd(path: Path) -> Any:
+def open_usd(path: Path) -> UsdObject:
     """Open the stage at `path`. Raises InputError if it is missing, damaged or no stage."""
     usd, errors = usd_module("Usd"), usd_module("Tf")
     if not path.is_file():
@@ -67,7 +69,7 @@ def open_usd(path: Path) -> Any:
     return stage
 
 
-def _layers(path: Path) -> list[Any]:
+def _layers(path: Path) -> list[UsdObject]:
     """Open every layer of the file; each one extends the time limit of this process.
 
     Raises InputError if a layer is a pipe or a device, which may never end.

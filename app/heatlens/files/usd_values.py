@@ -1,15 +1,15 @@
 """Check the types of values in a USD file, whose attributes may hold anything."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
+from heatlens.files.usd_library import UsdObject
 
 
-def numbers(value: Any, width: int, what: str) -> NDArray[np.float32]:
+def numbers(value: object, width: int, what: str) -> NDArray[np.float32]:
     """Return an array of numbers or of tuples as (N, width) float32; None gives (0, width).
 
     Raises InputError that begins with `what` for anything else. Numbers too large for float32
@@ -19,7 +19,7 @@ def numbers(value: Any, width: int, what: str) -> NDArray[np.float32]:
         return _array(value, width, what).astype(np.float32)
 
 
-def whole_numbers(value: Any, what: str) -> NDArray[np.int64]:
+def whole_numbers(value: object, what: str) -> NDArray[np.int64]:
     """Return an array of integers as (N,) int64. Raises InputError as `numbers` does."""
     found = _array(value, 1, what)[:, 0]
     if found.dtype.kind not in "iu" and found.size:
@@ -27,14 +27,14 @@ def whole_numbers(value: Any, what: str) -> NDArray[np.int64]:
     return found.astype(np.int64)
 
 
-def number(value: Any, what: str) -> float:
+def number(value: object, what: str) -> float:
     """Return a number that is not NaN. Raises InputError as `numbers` does."""
     if isinstance(value, float | int) and not math.isnan(value):
         return float(value)
     raise _refusal(value, what)
 
 
-def _array(value: Any, width: int, what: str) -> NDArray[Any]:
+def _array(value: object, width: int, what: str) -> NDArray[UsdObject]:
     try:
         found = np.array([] if value is None else value)
         if found.dtype.kind in "biuf":
@@ -44,6 +44,6 @@ def _array(value: Any, width: int, what: str) -> NDArray[Any]:
     raise _refusal(value, what)
 
 
-def _refusal(value: Any, what: str) -> InputError:
+def _refusal(value: UsdObject, what: str) -> InputError:
     said = " ".join(str(value).split())[:60]
     return InputError(f"{what} is no number, or not as many as there should be: {said!r}.")

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader
@@ -13,7 +12,7 @@ from heatlens.plate.plate import BehindReport, Plate, depth_span
 from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import Sequence
 
-Facts = dict[str, Any]
+Facts = dict[str, object]
 
 
 def sequence_facts(

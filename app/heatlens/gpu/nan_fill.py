@@ -24,8 +24,8 @@ def fill_new_with_nan(ctx: moderngl.Context) -> None:
     made.buffer = _filled(ctx.buffer, _fill_buffer_always)
 
 
-def _filled(make: Callable[..., Any], fill: Callable[[Any], None]) -> Callable[..., Any]:
-    def filling(*args: Any, **options: Any) -> Any:
+def _filled(make: Callable[..., object], fill: Callable[[Any], None]) -> Callable[..., Any]:
+    def filling(*args: object, **options: object) -> object:
         made = make(*args, **options)
         has_content = any(isinstance(a, bytes | memoryview) for a in args) or options.get("data")
         if not has_content and not options.get("samples"):

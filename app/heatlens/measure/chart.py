@@ -32,7 +32,7 @@ class Entry:
     height  entries are sorted by decreasing height
     """
 
-    artist: Any
+    artist: object
     words: str
     height: float
 

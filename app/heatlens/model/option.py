@@ -43,8 +43,8 @@ class Option:
     unit: str = ""
     least: float | None = None
     most: float | None = None
-    parse: Callable[[str], Any] | None = None
-    asked_by: Callable[[Any], bool] | None = None
+    parse: Callable[[str], object] | None = None
+    asked_by: Callable[[object], bool] | None = None
     why_not: str = ""
     label: str = ""
     tip: str = ""
@@ -65,7 +65,7 @@ def option(words: str, help: str = "", **more: Any) -> Mapping[str, Option]:
     return {_KEY: Option(words, help, **more)}
 
 
-def option_field(default: Any, words: str, help: str = "", **more: Any) -> Any:
+def option_field(default: object, words: str, help: str = "", **more: object) -> Any:
     """Return a dataclass field with a default that a person can set; see `Option`."""
     return field(default=default, metadata=option(words, help, **more))
 

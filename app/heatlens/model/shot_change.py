@@ -56,7 +56,7 @@ def _others(before: Shot, after: Shot) -> list[str]:
     return [name.replace("_", " ") for name in _differing(before, after) if name not in known]
 
 
-def _differing(before: Any, after: Any) -> list[str]:
+def _differing(before: Any, after: object) -> list[str]:
     names = [field.name for field in fields(before)]
     return [name for name in names if getattr(before, name) != getattr(after, name)]
 

@@ -255,7 +255,7 @@ def _corners(box: Box) -> list[int]:
     return [box.x0, box.y0, box.x1, box.y1]
 
 
-def _json_value(value: Any) -> Any:
+def _json_value(value: object) -> object:
     """Return `value`, but a word or None for a float that JSON cannot express."""
     if isinstance(value, float) and not math.isfinite(value):
         return "infinity" if value == math.inf else None

@@ -86,7 +86,7 @@ def _is_called(ref: ChannelRef, name: str) -> bool:
     return name in (ref.full_name.lower(), ref.key.lower(), layer) or layer.startswith(f"{name}.")
 
 
-def _id_attributes(headers: Sequence[Header]) -> dict[str, Any]:
+def _id_attributes(headers: Sequence[Header]) -> dict[str, object]:
     """Return the Cryptomatte attributes, which name the objects in ID channels."""
     return {
         name: value

@@ -1,7 +1,6 @@
 """Make a plate from arrays in memory, for notebooks and renderers."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,7 +55,7 @@ def plate_of_arrays(
     )
 
 
-def _array(what: str, values: ArrayLike | None) -> NDArray[Any]:
+def _array(what: str, values: ArrayLike | None) -> NDArray[np.generic]:
     """Return an array of the values, without a copy of one that is an array already."""
     try:
         return np.asanyarray(values)
@@ -64,7 +63,7 @@ def _array(what: str, values: ArrayLike | None) -> NDArray[Any]:
         raise InputError(f"{what} cannot be read as numbers: {error}.") from error
 
 
-def _check_colors(colors: NDArray[Any]) -> None:
+def _check_colors(colors: NDArray[np.generic]) -> None:
     """Raise InputError for colours that are no floating point light, or of another shape."""
     if colors.dtype.kind in "iub":
         raise InputError(
@@ -77,7 +76,7 @@ def _check_colors(colors: NDArray[Any]) -> None:
         raise InputError(f"The colours must have shape (H, W, 3) or (H, W, 4), got {colors.shape}.")
 
 
-def _check_numbers(what: str, values: NDArray[Any], kinds: str) -> None:
+def _check_numbers(what: str, values: NDArray[np.generic], kinds: str) -> None:
     """Raise InputError unless the dtype's kind is among `kinds`, NumPy's kind codes."""
     if values.dtype.kind == "c":
         raise InputError(f"{what} cannot be complex numbers ({values.dtype}): give real ones.")
@@ -85,7 +84,7 @@ def _check_numbers(what: str, values: NDArray[Any], kinds: str) -> None:
         raise InputError(f"{what} cannot be read as numbers: the dtype is {values.dtype}.")
 
 
-def _rgba(colors: NDArray[Any]) -> FloatImage:
+def _rgba(colors: NDArray[np.generic]) -> FloatImage:
     """Return (H, W, 4), opaque where the colours have no alpha."""
     pixels = _float32("The colours", colors)
     if not np.isfinite(pixels).all():
@@ -96,7 +95,7 @@ def _rgba(colors: NDArray[Any]) -> FloatImage:
     return np.concatenate([pixels, opaque], axis=2)
 
 
-def _float32(what: str, values: NDArray[Any]) -> FloatImage:
+def _float32(what: str, values: NDArray[np.generic]) -> FloatImage:
     """Return the values as float32. Raises InputError if some of them are masked."""
     if np.ma.is_masked(values):
         raise InputError(

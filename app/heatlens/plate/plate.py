@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,7 +149,7 @@ class Plate:
     camera: CameraHeader
     depth: DepthReport
     aovs: tuple[str, ...]  # every channel of the file, by its full name
-    attributes: dict[str, Any]  # header entries to copy to the output
+    attributes: dict[str, object]  # header entries to copy to the output
     notes: tuple[str, ...]  # sentences to show to the user: repairs, guesses, warnings
     compression: str = ""  # compression of the file, as `--compression` names it; "" for others
     views: tuple[str, ...] = ()  # views of a stereo file, the default view first

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import heatlens
 from heatlens.base.paths import data_dir
@@ -67,7 +66,7 @@ def frame_key(shot: str, source: KeySource, lens: Lens, sight: SceneSight | None
     `shot` is the shot's key. The frame number is not included: identical frames share a picture.
     """
     seen = replace(without_advice(lens), t_stop=None)  # exposure is for the display
-    facts: dict[str, Any] = {"shot": shot, "source": plain(source), "lens": plain(seen)}
+    facts: dict[str, object] = {"shot": shot, "source": plain(source), "lens": plain(seen)}
     if sight is not None:
         facts["sight"] = plain(sight)
     return digest(facts)

@@ -28,7 +28,7 @@ _ASSUMED = Lens(
     model=LensModel.RENDERER,
 )
 _WIDE_F_STOP = 1.4  # for a large scene, which shows less blur
-_NOTHING: Mapping[str, Any] = MappingProxyType({})
+_NOTHING: Mapping[str, object] = MappingProxyType({})
 _UNTOLD = Placing()
 
 
@@ -55,7 +55,7 @@ def first_shot(
     text: str,
     size: tuple[int, int] | None = None,
     camera: str | None = None,
-    given: Mapping[str, Any] = _NOTHING,
+    given: Mapping[str, object] = _NOTHING,
     timing: SceneTiming | None = None,
     placing: Placing = _UNTOLD,
 ) -> FirstShot:
@@ -158,7 +158,7 @@ def _angle_alone(begun: FirstShot) -> SceneCamera | None:
     return camera if camera is not None and camera.is_width_assumed else None
 
 
-def _with_given(begun: FirstShot, given: Mapping[str, Any]) -> FirstShot:
+def _with_given(begun: FirstShot, given: Mapping[str, object]) -> FirstShot:
     shot, lens = begun.shot, lens_with(begun, given)
     for name in set(map(str, LensParameter)).intersection(given):
         curve = shot.curves.of(LensParameter(name))

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -72,7 +73,7 @@ class _Reading:
         what, number = f"{self.path}: {name}", len(self.meshes)
         self.meshes.append(made_mesh(what, found, triangles, normals, uvs, number, colors))
 
-    def _of_strips(self, geometry: Any) -> Any:
+    def _of_strips(self, geometry: Any) -> object:
         """Return a geometry with its triangle strips converted to triangles, if it has any."""
         if not hasattr(geometry, "faces") and hasattr(geometry, "metadata"):
             faces = strip_triangles(geometry)
@@ -112,7 +113,9 @@ class _Reading:
         self.materials.append(material)
         self.meshes.append(made_mesh(what, found, drawn.triangles, turned, None, number, tint))
 
-    def _rows(self, what: str, told: Any, width: int, count: int | None = None) -> NDArray[Any]:
+    def _rows(
+        self, what: str, told: object, width: int, count: int | None = None
+    ) -> NDArray[np.generic]:
         """Return rows of the file as (N, `width`); raise InputError for short or missing rows.
 
         A third texture coordinate, which few programs write, is left out.
@@ -142,7 +145,7 @@ class _Reading:
             return smooth_normals(positions, triangles)
         return None
 
-    def _material(self, visual: Any) -> Material:
+    def _material(self, visual: object) -> Material:
         material = getattr(visual, "material", None)
         told = getattr(material, "kwargs", None)
         if material is None or not told:
@@ -209,7 +212,7 @@ def read_mesh(path: Path) -> Scene:
     )
 
 
-def _trimesh() -> Any:
+def _trimesh() -> ModuleType:
     try:
         return importlib.import_module("trimesh")
     except ImportError as error:
@@ -244,7 +247,9 @@ def _log_told(notes: dict[str, None]) -> Iterator[None]:
         log.removeHandler(handler)
 
 
-def _parts(trimesh: Any, path: Path, data: bytes, folder: FilesBeside) -> Iterator[tuple[str, Any]]:
+def _parts(
+    trimesh: ModuleType, path: Path, data: bytes, folder: FilesBeside
+) -> Iterator[tuple[str, Any]]:
     kind = path.suffix.lower().removeprefix(".")
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
@@ -267,7 +272,7 @@ def _parts(trimesh: Any, path: Path, data: bytes, folder: FilesBeside) -> Iterat
     yield from parts
 
 
-def _floats(values: Any) -> NDArray[np.float32]:
+def _floats(values: object) -> NDArray[np.float32]:
     with np.errstate(over="ignore"):  # infinite values are refused later
         return np.asarray(values).astype(np.float32)
 

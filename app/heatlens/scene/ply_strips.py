@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 _NORMAL = ("nx", "ny", "nz")
 
 
-def strip_triangles(cloud: Any) -> NDArray[np.int64] | None:
+def strip_triangles(cloud: object) -> NDArray[np.int64] | None:
     """Return the triangles (T, 3) of the strips in a PLY; None if it has no strips.
 
     In a strip, each vertex forms a triangle with the two before it, with alternating orientation;
@@ -33,7 +33,7 @@ def point_normals(cloud: Any) -> NDArray[np.float64] | None:
     return np.stack(columns, axis=1)
 
 
-def _numbers(told: Any) -> NDArray[np.float64]:
+def _numbers(told: object) -> NDArray[np.float64]:
     """Return finite numbers (N,); none if any value is not finite or no number."""
     try:
         found = np.asarray(() if told is None else told, np.float64).reshape(-1)
@@ -42,7 +42,7 @@ def _numbers(told: Any) -> NDArray[np.float64]:
     return found if np.isfinite(found).all() else np.zeros(0)
 
 
-def _of_strip(strip: NDArray[Any]) -> NDArray[np.int64]:
+def _of_strip(strip: NDArray[np.generic]) -> NDArray[np.int64]:
     corners = np.clip(strip, -1, 2**40).astype(np.int64)
     if len(corners) < 3:
         return np.zeros((0, 3), np.int64)
@@ -56,12 +56,12 @@ def _of_strip(strip: NDArray[Any]) -> NDArray[np.int64]:
     return np.asarray(rows[is_whole & has_area])
 
 
-def _element(cloud: Any, name: str) -> Any:
+def _element(cloud: Any, name: str) -> object:
     raw = cloud.metadata.get("_ply_raw")
     return raw[name].get("data") if isinstance(raw, dict) and name in raw else None
 
 
-def _lists(told: Any) -> list[Any]:
+def _lists(told: Any) -> list[object]:
     """Return the lists of an element, which have different types for text and binary files."""
     if isinstance(told, dict):
         return list(next(iter(told.values()), []))

@@ -2,7 +2,6 @@
 
 import os
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import unreadable
@@ -38,7 +37,7 @@ def named_by_usd(text: str) -> tuple[Path, ...]:
     return tuple(dict.fromkeys(path for path in found if path.is_absolute() and path != own))
 
 
-def _file_of(name: Any) -> str:
+def _file_of(name: object) -> str:
     """Return the file itself, or the package that contains it."""
     resolver = usd_module("Ar")
     is_packed = resolver.IsPackageRelativePath(name)

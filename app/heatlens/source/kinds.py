@@ -80,9 +80,9 @@ class SourceKind:
     opened: Callable[["Opening"], "Opened"]
     camera: Callable[["Shot", "CameraWish"], "CameraSamples"]
     # The layers above define what these take and return.
-    feed: Callable[[Any, Any], Any]
+    feed: Callable[[object, object], Any]
     commands: Callable[[], Any]
-    python: Callable[[str, Any], Any]
+    python: Callable[[str, object], Any]
 
 
 def refused(text: str | Path, *_: object) -> Any:

@@ -4,7 +4,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from heatlens.files.apart import Stop
 from heatlens.frame_cache.cache import FrameCache
@@ -93,7 +92,7 @@ class Opened(ABC):
         """Sentences to show to the user: repairs, guesses, warnings."""
 
     @property
-    def attributes(self) -> Mapping[str, Any]:
+    def attributes(self) -> Mapping[str, object]:
         """The header entries of the first plate, which describe its colour space."""
         return {}
 
@@ -112,7 +111,7 @@ class Opened(ABC):
         return ()
 
     @abstractmethod
-    def lens(self, given: Mapping[str, Any]) -> StartLens:
+    def lens(self, given: Mapping[str, object]) -> StartLens:
         """Return the lens to start with; `given` holds fields of Lens. Raises LensError."""
 
     @abstractmethod

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.faults import faults_reported
@@ -85,7 +84,7 @@ class OpenedPlates(Opened):
         return self.plate.notes
 
     @property
-    def attributes(self) -> Mapping[str, Any]:
+    def attributes(self) -> Mapping[str, object]:
         """The header entries of the first plate."""
         return self.plate.attributes
 
@@ -97,7 +96,7 @@ class OpenedPlates(Opened):
             return ()
         return () if path is None else self.again.files_of(path)
 
-    def lens(self, given: Mapping[str, Any]) -> StartLens:
+    def lens(self, given: Mapping[str, object]) -> StartLens:
         """Return the given lens, completed from the header."""
         return start_lens(self.plate, given)
 

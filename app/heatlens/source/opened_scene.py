@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import SceneTiming
@@ -64,7 +63,7 @@ class OpenedScene(Opened):
         """The stamps of all of its files, from before they were read."""
         return self.read_stamps
 
-    def lens(self, given: Mapping[str, Any]) -> StartLens:
+    def lens(self, given: Mapping[str, object]) -> StartLens:
         """Return the given lens, completed from the scene's camera, or assumed."""
         return StartLens(lens_with(self.first, given), dict.fromkeys(given, "given"))
 

@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError
@@ -143,7 +142,7 @@ class OpenedStream(Opened):
         """What is said of the first frame."""
         return self.plate.notes
 
-    def lens(self, given: Mapping[str, Any]) -> StartLens:
+    def lens(self, given: Mapping[str, object]) -> StartLens:
         """Return the given lens, completed from what the renderer sent."""
         return start_lens(self.plate, given)
 

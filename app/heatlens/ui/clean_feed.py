@@ -9,6 +9,8 @@ from typing import Any
 import moderngl
 from imgui_bundle import imgui  # noqa: F401  # before glfw: both then share one libglfw
 
+from heatlens.ui.monitors import GlfwHandle
+
 import glfw  # isort: skip
 
 from heatlens.model.view import ViewState
@@ -36,11 +38,11 @@ void main() { color = vec4(texture(picture_tx, at).rgb, 1.0); }
 class CleanFeed:
     """The second window, which exists as long as the user wants it."""
 
-    def __init__(self, ctx: moderngl.Context, main_window: Any) -> None:
+    def __init__(self, ctx: moderngl.Context, main_window: GlfwHandle) -> None:
         self._ctx = ctx
         self._main = main_window
         self._alone = PictureAlone(ctx)
-        self._window: Any = None
+        self._window: GlfwHandle = None
         self._own: moderngl.Context | None = None
         self._shared: moderngl.Texture | None = None  # the picture, as the own context knows it
 
@@ -68,7 +70,7 @@ class CleanFeed:
         others = [
             m for m in monitors if here and glfw.get_monitor_pos(m) != glfw.get_monitor_pos(here)
         ]
-        screen: Any = others[0] if others else None
+        screen: GlfwHandle = others[0] if others else None
         size = glfw.get_video_mode(screen).size if screen else _SIZE
         glfw.window_hint(glfw.AUTO_ICONIFY, 0)
         self._window = glfw.create_window(*size, _TITLE, screen, self._main)
@@ -85,7 +87,9 @@ class CleanFeed:
         finally:
             glfw.make_context_current(self._main)
 
-    def _key_changed(self, window: Any, key: int, _code: int, action: int, _mods: int) -> None:
+    def _key_changed(
+        self, window: GlfwHandle, key: int, _code: int, action: int, _mods: int
+    ) -> None:
         """Close the window on Escape or F12; toggle full screen on F11."""
         if action != glfw.PRESS:
             return
@@ -132,7 +136,7 @@ class CleanFeed:
 
 
 def fill_screen(
-    window: Any, is_full: bool, size: tuple[int, int], at: tuple[int, int] | None = None
+    window: GlfwHandle, is_full: bool, size: tuple[int, int], at: tuple[int, int] | None = None
 ) -> None:
     """Switch a window to full screen on its monitor, or back to a window of `size` screen units.
 

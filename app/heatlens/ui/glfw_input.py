@@ -9,9 +9,10 @@ modifiers, and those are used here.
 
 import ctypes
 from collections.abc import Callable
-from typing import Any
 
 from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
+
+from heatlens.ui.monitors import GlfwHandle
 
 import glfw  # isort: skip
 
@@ -64,7 +65,7 @@ def imgui_mods(mods: int) -> int:
 class GlfwInput:
     """The callbacks of a window, which fill a queue and wake the loop."""
 
-    def __init__(self, window: Any, queue: InputQueue, woken: Callable[[], None]) -> None:
+    def __init__(self, window: GlfwHandle, queue: InputQueue, woken: Callable[[], None]) -> None:
         """Register the callbacks, and have ImGui ask GLFW for sizes and cursors alone."""
         self._queue = queue
         self._woken = woken
@@ -88,7 +89,7 @@ class GlfwInput:
         self._queue.add_text(text)
         self._woken()
 
-    def _key(self, _window: Any, code: int, scancode: int, action: int, mods: int) -> None:
+    def _key(self, _window: object, code: int, scancode: int, action: int, mods: int) -> None:
         if action == glfw.REPEAT:  # ImGui repeats held keys by itself
             self._woken()
             return
@@ -101,8 +102,8 @@ class GlfwInput:
         elif key is not None:
             self._add(Release(key, held))
 
-    def _button(self, _window: Any, number: int, action: int, mods: int) -> None:
+    def _button(self, _window: object, number: int, action: int, mods: int) -> None:
         self._add(Button(number, action == glfw.PRESS, imgui_mods(mods)))
 
-    def _entered(self, window: Any, is_inside: int) -> None:
+    def _entered(self, window: GlfwHandle, is_inside: int) -> None:
         self._add(Motion(glfw.get_cursor_pos(window) if is_inside else None))

@@ -5,16 +5,17 @@ A window manager grabs the keyboard while it shows its list of windows; GLFW doe
 
 import ctypes
 from functools import cache
-from typing import Any
 
 import glfw
+
+from heatlens.ui.monitors import GlfwHandle
 
 _ALREADY_GRABBED = 1  # X.h: AlreadyGrabbed
 _ASYNCHRONOUS = 1  # GrabModeAsync
 _NOW = 0  # CurrentTime
 
 
-def is_keyboard_taken(window: Any) -> bool:
+def is_keyboard_taken(window: GlfwHandle) -> bool:
     """Return True if another program has taken the keyboard from a GLFW `window`.
 
     Return False on systems other than X11. X has no query for this, so the keyboard is grabbed for

@@ -8,8 +8,10 @@ import glfw  # isort: skip
 
 _USUAL_ROOM = 1600, 900  # screen units, if the system does not report the size
 
+GlfwHandle = Any  # a window or a monitor: the types of glfw leave out that there may be none
 
-def room_of(monitor: Any) -> tuple[int, int]:
+
+def room_of(monitor: GlfwHandle) -> tuple[int, int]:
     """Return the size of the work area of a monitor, in screen units."""
     if not monitor:
         return _USUAL_ROOM
@@ -17,7 +19,7 @@ def room_of(monitor: Any) -> tuple[int, int]:
     return (width, height) if width and height else _USUAL_ROOM
 
 
-def screen_name(window: Any) -> str:
+def screen_name(window: GlfwHandle) -> str:
     """Return name and size of the monitor that contains the middle of the window."""
     monitor = monitor_of(window)
     if not monitor:
@@ -27,7 +29,7 @@ def screen_name(window: Any) -> str:
     return f"{text} {size.width}x{size.height}"
 
 
-def monitor_of(window: Any) -> Any:
+def monitor_of(window: GlfwHandle) -> GlfwHandle:
     """Return the monitor with the middle of the window, else the first; None if there is none."""
     (x, y), (width, height) = glfw.get_window_pos(window), glfw.get_window_size(window)
     for monitor in glfw.get_monitors():

@@ -8,6 +8,8 @@ from typing import Any
 
 from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
 
+from heatlens.ui.monitors import GlfwHandle
+
 import glfw  # isort: skip
 import moderngl
 
@@ -65,7 +67,7 @@ def run_window(start: Start) -> None:
         glfw.terminate()
 
 
-def _open_window(remembered: Remembered) -> Any:
+def _open_window(remembered: Remembered) -> object:
     glfw.ERROR_REPORTING = "ignore"  # the NoWindowError below reports it instead
     if not glfw.init():
         raise NoWindowError(f"No window can be opened: {_glfw_error()}. {_HELP}")
@@ -112,7 +114,7 @@ def _is_held() -> bool:
 class Loop:
     """The main loop: draws the screen after events, and renders the picture in between."""
 
-    def __init__(self, window: Any, start: Start, preferences: Preferences) -> None:
+    def __init__(self, window: GlfwHandle, start: Start, preferences: Preferences) -> None:
         self._window = window
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = self._drawn_at = 0.0
@@ -334,7 +336,7 @@ class Loop:
             glfw.focus_window(self._window)
             glfw.request_window_attention(self._window)
 
-    def _dropped(self, _window: Any, paths: Any) -> None:
+    def _dropped(self, _window: object, paths: Any) -> None:
         self._woken()
         if paths:
             self._session.files.commands.open_dropped([str(path) for path in paths])

@@ -56,7 +56,7 @@ def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()
     return found
 
 
-def fill_fields(args: argparse.Namespace, record: Any) -> None:
+def fill_fields(args: argparse.Namespace, record: object) -> None:
     """Take the fields of `record` that are not at their default where no option was typed."""
     kind: Any = type(record)
     for name, told in options_of(kind).items():
@@ -94,7 +94,7 @@ def _keywords(kind: Any, told: Option) -> dict[str, Any]:
         return {"choices": get_args(kind), "help": told.help}
     if issubclass(kind, StrEnum):
         return {"choices": [str(member) for member in kind], "help": told.help}
-    keywords: dict[str, Any] = {"metavar": told.metavar, "help": told.help}
+    keywords: dict[str, object] = {"metavar": told.metavar, "help": told.help}
     if told.parse is None and kind in (int, float):
         keywords["type"] = whole if kind is int else _NUMBERS[told.unit]
     return keywords

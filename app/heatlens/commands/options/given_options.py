@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Callable, Iterable
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import attributes_of, unasked
@@ -10,7 +9,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.source.kinds import kind_of
 
-Given = dict[str, Any]
+Given = dict[str, object]
 AddOptions = Callable[[argparse.ArgumentParser], object]
 
 _OF_PLATES = attributes_of(PlateOptions)

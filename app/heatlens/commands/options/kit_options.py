@@ -2,7 +2,6 @@
 
 import argparse
 from dataclasses import replace
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import flag_of
@@ -41,7 +40,7 @@ def kit_of(args: argparse.Namespace) -> LensKit | None:
     return None if args.lens_kit is None else kit_shelf().chosen(args.lens_kit)[0]
 
 
-def kit_values(args: argparse.Namespace) -> dict[str, Any]:
+def kit_values(args: argparse.Namespace) -> dict[str, object]:
     """Return the fields of Lens from --lens-kit: the character, and the focal length if given.
 
     Raises InputError if two focal lengths are given.

@@ -3,7 +3,7 @@
 import argparse
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.kit_options import shot_with_kit
@@ -148,7 +148,7 @@ def said_of_lens(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
 
 
 def _first_shot(
-    args: argparse.Namespace, text: str, found: dict[str, Any] | None = None
+    args: argparse.Namespace, text: str, found: dict[str, object] | None = None
 ) -> FirstShot:
     lens = {**given_lens(args), **(found or {})}
     timing, placing = timing_of(args, text), placing_of(args)

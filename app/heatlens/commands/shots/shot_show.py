@@ -5,7 +5,6 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.printable import printable
 from heatlens.commands.output.say import tell
@@ -57,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _facts(path: Path, shot: Shot) -> dict[str, Any]:
+def _facts(path: Path, shot: Shot) -> dict[str, object]:
     """Return the entries of the file, and the computed lens at each frame."""
     return {
         "path": str(path),

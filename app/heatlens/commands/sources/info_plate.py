@@ -90,7 +90,7 @@ def _source_words(source: str) -> str:
     return source if source.startswith("header, ") else f"header: {source}"
 
 
-def _primaries_lines(told: dict[str, Any] | None) -> list[Line]:
+def _primaries_lines(told: dict[str, object] | None) -> list[Line]:
     """Return the primaries of the colours, and the attribute that states them."""
     if told is None:
         return [("primaries", "linear Rec.709 (the header names no other)")]

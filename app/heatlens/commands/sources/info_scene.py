@@ -30,7 +30,7 @@ def _frames(facts: dict[str, Any]) -> str:
     return f"{frames['first']} to {frames['last']}, {facts['frames_per_second']:g} per second"
 
 
-def _camera_lines(cameras: list[dict[str, Any]]) -> list[Line]:
+def _camera_lines(cameras: list[dict[str, object]]) -> list[Line]:
     """Return a line for each camera; the first is used unless another is named."""
     lines = [
         (
@@ -43,7 +43,7 @@ def _camera_lines(cameras: list[dict[str, Any]]) -> list[Line]:
     return lines or [("camera", "none: all of the scene is seen")]
 
 
-def _how(camera: dict[str, Any]) -> str:
+def _how(camera: dict[str, object]) -> str:
     assumed = " (assumed: the file has only its angle of view)"
     moves = ", moves" if camera["moves"] else ""
     return (assumed if camera["sensor_width_assumed"] else "") + moves

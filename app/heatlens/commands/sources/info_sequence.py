@@ -49,7 +49,9 @@ def _settled(key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], lis
     return Sequence(folder, form, every, frames)
 
 
-def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[dict[str, Any], list[Line]]:
+def sequence_info(
+    sequence: Sequence, options: PlateOptions
+) -> tuple[dict[str, object], list[Line]]:
     """Return the facts of a sequence, and lines of text; show the progress on a terminal."""
     number = count(1)
     with progress_line() as show:
@@ -61,7 +63,7 @@ def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[dict[str, 
     return facts, _lines(facts)
 
 
-def lacks_frames(facts: dict[str, Any]) -> bool:
+def lacks_frames(facts: dict[str, object]) -> bool:
     """Return True for a sequence of which frames are missing or damaged."""
     return bool(facts.get("missing") or facts.get("damaged"))
 

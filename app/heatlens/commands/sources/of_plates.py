@@ -2,7 +2,7 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
@@ -63,7 +63,7 @@ class PlateCommands(SourceCommands):
         """Return a shot with the files, lens, frames and frame rate of the plates."""
         return plate_shot(args, camera)
 
-    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list[Line]]:
+    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, object], list[Line]]:
         """Return what is in the file and how it would be read."""
         with file_of_input(Path(text)) as path:
             facts = inspect(path, plate_options(args))

@@ -2,7 +2,7 @@
 
 import argparse
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from heatlens.camera.samples import CameraSamples
 from heatlens.commands.options.given_options import refuse_given, refuse_unused
@@ -57,7 +57,7 @@ class SceneCommands(SourceCommands):
         rate = shot.frames_per_second if is_own else rate_of(args, camera)
         return replace(shot, frames=frames, frames_per_second=rate)
 
-    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list[Line]]:
+    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, object], list[Line]]:
         """Return its cameras, frames, objects, triangles, lights and size."""
         refuse_unused(args, text)
         lens = ("focal_length", "sensor_width")
@@ -66,7 +66,7 @@ class SceneCommands(SourceCommands):
         return facts, scene_lines(facts)
 
 
-Facts = dict[str, Any]
+Facts = dict[str, object]
 
 
 def scene_facts(first: FirstShot) -> Facts:

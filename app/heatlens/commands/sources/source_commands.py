@@ -1,7 +1,7 @@
 """What the command line does with a source, whatever its kind."""
 
 import argparse
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
@@ -36,7 +36,7 @@ class SourceCommands:
         """Return a shot of `args.plate` with its lens, frames and frame rate (shot new)."""
         self._refuse(args.plate)
 
-    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list[Line]]:
+    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, object], list[Line]]:
         """Return the facts of `text` for programs, and as lines for people (info)."""
         self._refuse(text)
 

@@ -3,7 +3,8 @@
 import math
 import time
 from collections.abc import Callable
-from typing import Any
+from types import ModuleType
+from typing import Any, cast
 
 from heatlens.base.errors import InputError
 from heatlens.live.ring.ring_input import Controls
@@ -42,7 +43,7 @@ class MidiInput(Controls):
         self._port.close()
 
 
-def _library() -> Any:
+def _library() -> ModuleType:
     try:
         import mido
 
@@ -52,10 +53,10 @@ def _library() -> Any:
             "MIDI needs: pip install 'heatlens[ring]' python-rtmidi, and the sound library of the "
             f"system ({error})."
         ) from error
-    return mido
+    return cast(ModuleType, mido)
 
 
-def _port_named(mido: Any, name: str) -> str:
+def _port_named(mido: ModuleType, name: str) -> str:
     ports = [str(port) for port in mido.get_input_names()]
     found = next((port for port in ports if name.lower() in port.lower()), None)
     if found is None:

@@ -68,14 +68,14 @@ def text_of(sample: LensSample, encoding: Encoding, source_number: int = 1) -> b
     if _is_known(sample, "pupil_offset_mm"):
         lens["entrancePupilOffset"] = 1e-3 * float(sample.pupil_offset_mm or 0.0)
     turns = {key: getattr(sample, name) for name, key in _TURNS.items() if _is_known(sample, name)}
-    root: dict[str, Any] = {"protocol": {"name": "OpenTrackIO", "version": _VERSION}}
+    root: dict[str, object] = {"protocol": {"name": "OpenTrackIO", "version": _VERSION}}
     root |= {"sampleId": uuid.uuid4().urn, "sourceId": source_id(sample.source)}
     root |= {"sourceNumber": source_number, "timing": _timing(sample)}
     root["lens"] = lens | ({"encoders": turns} if turns else {})
     return _encoded(root, encoding)
 
 
-def _timing(sample: LensSample) -> dict[str, Any]:
+def _timing(sample: LensSample) -> dict[str, object]:
     """Return the rate of the samples and the timecode; no timecode without a rate."""
     if sample.frames_per_second is None:
         return {}
@@ -124,7 +124,7 @@ def _encoded(root: Mapping[str, object], encoding: Encoding) -> bytes:
     return cbor2.dumps(root)
 
 
-def _below(holder: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+def _below(holder: Mapping[str, object], key: str) -> Mapping[str, Any]:
     found = holder.get(key)
     return found if isinstance(found, dict) else {}
 
@@ -137,7 +137,7 @@ def _number(holder: Mapping[str, Any], key: str, least: float, most: float = 1e9
     return float(found) if least <= found <= most else None
 
 
-def _source(root: Mapping[str, Any]) -> str:
+def _source(root: Mapping[str, object]) -> str:
     """Return the sender's name, shortened to fit on a line."""
     for key in ("sourceId", "sourceNumber"):
         found = root.get(key)
@@ -147,7 +147,7 @@ def _source(root: Mapping[str, Any]) -> str:
     return ""
 
 
-def _rate(root: Mapping[str, Any]) -> float | None:
+def _rate(root: Mapping[str, object]) -> float | None:
     """Return the samples a second."""
     rate = _below(_below(root, "timing"), "sampleRate")
     number, over = _number(rate, "num", _LEAST), _number(rate, "denom", _LEAST)
@@ -155,7 +155,7 @@ def _rate(root: Mapping[str, Any]) -> float | None:
     return found if found is not None and found <= _RATE_MOST else None
 
 
-def _timecode(root: Mapping[str, Any]) -> Timecode | None:
+def _timecode(root: Mapping[str, object]) -> Timecode | None:
     held = _below(_below(root, "timing"), "timecode")
     hours, minutes, seconds, frames = (held.get(name, -1) for name in _TIME)
     if not all(type(number) is int for number in (hours, minutes, seconds, frames)):

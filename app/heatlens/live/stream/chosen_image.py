@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.live.stream.images import TevImage
@@ -87,7 +86,7 @@ def chosen_channels(image: TevImage, options: PlateOptions) -> TevImage:
 def header_of(image: TevImage) -> Header:
     """Return the header that an EXR file with the channels of `image` would have."""
     window = header_at_box(Box(0, 0, image.width, image.height))
-    header: dict[str, Any] = {
+    header: dict[str, object] = {
         "channels": [SimpleNamespace(name=c, xSampling=1, ySampling=1) for c in image.planes],
         "dataWindow": window,
         "displayWindow": window,

@@ -19,7 +19,6 @@ changes.
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import Any
 
 import numpy as np
 
@@ -38,20 +37,20 @@ _ATTRIBUTES = {
 _SENSOR = ("sensor_width_mm", "sensor_height_mm")
 
 
-def lens_header(image: TevImage | None) -> Mapping[str, Any]:
+def lens_header(image: TevImage | None) -> Mapping[str, object]:
     """Return the values of the lens image as entries of an EXR header.
 
     Values that have not been sent have no entry. `camera_at_header` checks the values.
     """
     sent = {} if image is None else _sent_values(image)
-    found: dict[str, Any] = {
+    found: dict[str, object] = {
         attribute: sent[name] for name, attribute in _ATTRIBUTES.items() if name in sent
     }
     sides = [sent.get(name, 0.0) for name in _SENSOR]
     return found | ({"sensorOverallDimensions": np.array(sides, np.float32)} if any(sides) else {})
 
 
-def with_sent_lens(camera: CameraHeader, sent: Mapping[str, Any]) -> CameraHeader:
+def with_sent_lens(camera: CameraHeader, sent: Mapping[str, object]) -> CameraHeader:
     """Return the lens of a file, with the values that a client has sent in place of its own."""
     found = camera_at_header([dict(sent)])
     values = {f.name: v for f in fields(found) if (v := getattr(found, f.name)) is not None}

@@ -7,7 +7,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,7 @@ from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, r
 from heatlens.plate.read import read_color
 
 
-def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str, Any]) -> Plate:
+def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str, object]) -> Plate:
     """Make the plate of an image; `lens` holds header entries that describe its lens.
 
     Raises InputError if the channels are not enough for a plate, or no depth has arrived yet.

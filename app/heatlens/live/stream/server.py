@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Lock, Thread
-from typing import Any
 
 from heatlens.base.closing import Closing
 from heatlens.base.errors import InputError
@@ -145,7 +144,7 @@ class TevServer(Closing):
 
     def _chosen(
         self, name: str | None, options: PlateOptions
-    ) -> tuple[ChosenImage, Mapping[str, Any]]:
+    ) -> tuple[ChosenImage, Mapping[str, object]]:
         """Copy the channels that a plate needs, and the header entries of its lens.
 
         Raises InputError if no image has the channels for a plate.

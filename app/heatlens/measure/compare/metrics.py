@@ -71,7 +71,7 @@ def nonfinite_count(rgb: FloatImage) -> int:
     return int(np.count_nonzero(~np.isfinite(rgb).all(axis=-1)))
 
 
-def flip_evaluation(result: FloatImage, truth: FloatImage, kind: str, **options: Any) -> Any:
+def flip_evaluation(result: FloatImage, truth: FloatImage, kind: str, **options: object) -> Any:
     """Return (map, mean, parameters) of the FLIP library; `kind` is LDR (sRGB) or HDR (linear)."""
     library = import_extra("flip_evaluator", "FLIP", "compare")
     options = {"applyMagma": False, "inputsRGB": kind == "LDR"} | options

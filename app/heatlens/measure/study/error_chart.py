@@ -22,7 +22,7 @@ def check_chart() -> None:
     new_figure(1.0, 1.0, extra="study")
 
 
-def error_chart(rows: Sequence[Row], best: Row) -> Any:
+def error_chart(rows: Sequence[Row], best: Row) -> object:
     """Return a figure with a point for each method: milliseconds, logarithmic, and FLIP from 0.
 
     The legend names the methods, the one with the largest error at the top, and marks `best`.

@@ -8,7 +8,6 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.stopping import unfinished
@@ -54,7 +53,7 @@ def checked_target(path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def write_numbers(folder: Path, numbers: dict[str, Any], files: list[str]) -> None:
+def write_numbers(folder: Path, numbers: dict[str, object], files: list[str]) -> None:
     """Write the record of the report: its numbers and the names of all its files."""
     record = {_MARK: VERSION, **numbers, "files": sorted([*files, NUMBERS])}
     text = json.dumps(record, indent=2, allow_nan=False)

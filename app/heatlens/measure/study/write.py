@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from heatlens.measure.chart import write_figure
 from heatlens.measure.study.error_chart import error_chart
@@ -29,7 +28,7 @@ def write_report(folder: Path, report: Report, say: Callable[[str], None]) -> No
     write_numbers(folder, report_numbers(report), [*files, CHART, PAGE])
 
 
-def report_numbers(report: Report) -> dict[str, Any]:
+def report_numbers(report: Report) -> dict[str, object]:
     """Return the numbers as JSON values: seconds, and scores by the names of `Scores`."""
     return {
         "heatlens": __version__,
@@ -45,7 +44,7 @@ def report_numbers(report: Report) -> dict[str, Any]:
     }
 
 
-def _row(row: Row) -> dict[str, Any]:
+def _row(row: Row) -> dict[str, object]:
     return {
         "method": str(row.method),
         "detail": row.detail,

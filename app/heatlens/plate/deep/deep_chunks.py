@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -247,7 +247,7 @@ class DeepPart:
             )
         first, last = chunks[0].y, chunks[-1].y + len(chunks[-1].counts)
         counts = np.empty((last - first, self.shape[1]), np.int64)
-        pieces: list[list[tuple[NDArray[Any], ...]]] = [[] for _ in range(last - first)]
+        pieces: list[list[tuple[NDArray[np.generic], ...]]] = [[] for _ in range(last - first)]
         for chunk in chunks:
             height, width = chunk.counts.shape
             counts[chunk.y - first : chunk.y - first + height, chunk.x : chunk.x + width] = (
@@ -264,7 +264,7 @@ class DeepPart:
 
     def _rows_of(
         self, file: BinaryIO, chunk: _Chunk, channels: Sequence[int]
-    ) -> Iterator[tuple[NDArray[Any], ...]]:
+    ) -> Iterator[tuple[NDArray[np.generic], ...]]:
         """Yield the samples of the channels, an array each, for every row of a chunk."""
         row_counts = chunk.counts.sum(axis=1)
         size = int(row_counts.sum()) * self._sample_bytes

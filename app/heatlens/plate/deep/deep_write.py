@@ -3,7 +3,6 @@
 import io
 import os
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import OpenEXR
@@ -24,7 +23,7 @@ _CHANNELS = ("R", "G", "B", "A", "Z")
 
 
 def write_deep(
-    path: str | os.PathLike[str], plate: Plate, attributes: Mapping[str, Any], half: bool = True
+    path: str | os.PathLike[str], plate: Plate, attributes: Mapping[str, object], half: bool = True
 ) -> None:
     """Write the plate with its fragment lists: R, G, B (times coverage), A, and Z in metres.
 
@@ -94,7 +93,7 @@ def deep_samples(plate: Plate) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     return counts, samples
 
 
-def _by_pixel(values: NDArray[Any], counts: NDArray[np.int64]) -> NDArray[np.object_]:
+def _by_pixel(values: NDArray[np.generic], counts: NDArray[np.int64]) -> NDArray[np.object_]:
     """Split `values` into an array of P arrays, one for each pixel."""
     found = np.empty(len(counts), object)
     end = np.cumsum(counts)

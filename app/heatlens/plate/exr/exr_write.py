@@ -85,14 +85,14 @@ def _stored(
     return np.ascontiguousarray(values, dtype=np.float32)
 
 
-def _compression(name: str) -> Any:
+def _compression(name: str) -> object:
     """Return the library's constant for one of COMPRESSIONS."""
     if name not in COMPRESSIONS:
         raise InputError(f"No EXR compression {name!r}: choose one of {', '.join(COMPRESSIONS)}.")
     return getattr(OpenEXR, f"{'NO' if name == 'none' else name.upper()}_COMPRESSION")
 
 
-def writable_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
+def writable_attributes(attributes: Mapping[str, object]) -> dict[str, object]:
     """Return the attributes that the library can write, testing each in a file of one pixel.
 
     The library has no list of the types it can write, and a single bad attribute spoils the file.
@@ -100,7 +100,7 @@ def writable_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in attributes.items() if _can_write(name, value)}
 
 
-def _can_write(name: str, value: Any) -> bool:
+def _can_write(name: str, value: object) -> bool:
     """Return True if a file with only this attribute can be written."""
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, name: value}
     try:

@@ -53,7 +53,7 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
     return CameraHeader(**values, sources=sources, refused=_refused(headers, values))
 
 
-def _refused(headers: Sequence[Header], values: Mapping[str, Any]) -> dict[str, str]:
+def _refused(headers: Sequence[Header], values: Mapping[str, object]) -> dict[str, str]:
     """Return what the headers say about fields without a value, as "aperture is 0"."""
     told = {name: _first_entry(headers, names) for name, names in _ATTRIBUTES.items()}
     width = next((header[_SENSOR] for header in headers if _SENSOR in header), None)
@@ -66,11 +66,11 @@ def _refused(headers: Sequence[Header], values: Mapping[str, Any]) -> dict[str, 
     }
 
 
-def _first_entry(headers: Sequence[Header], names: Sequence[str]) -> tuple[str, Any] | None:
+def _first_entry(headers: Sequence[Header], names: Sequence[str]) -> tuple[str, object] | None:
     return next(((name, h[name]) for name in names for h in headers if name in h), None)
 
 
-def _short(value: Any) -> str:
+def _short(value: object) -> str:
     """Return a value of a header as text, not longer than a few words."""
     if isinstance(value, float):
         return f"{value:g}"
@@ -83,7 +83,7 @@ def _short(value: Any) -> str:
 
 
 def _add_lens_of_shoot(
-    headers: Sequence[Header], values: dict[str, Any], sources: dict[str, str]
+    headers: Sequence[Header], values: dict[str, object], sources: dict[str, str]
 ) -> None:
     """Add values from the metadata of cameras on set; a T-stop stands in for a missing f-stop."""
     entries = {n: v for header in reversed(headers) for n, v in header.items() if is_of_shoot(n)}
@@ -122,9 +122,9 @@ def lens_attributes(
     sensor_height_mm: float | None = None,
     t_stop: float | None = None,
     model: LensModel | None = None,
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return header attributes for a lens; the reverse of `camera_at_header`."""
-    attributes: dict[str, Any] = {
+    attributes: dict[str, object] = {
         "focus": float(focus_distance_m),
         "aperture": float(f_stop),
         "pinholeFocalLength": float(focal_length_mm),

@@ -73,7 +73,7 @@ def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
     return StartLens(Lens(**values), sources)
 
 
-def _opening(given: Mapping[str, Any]) -> dict[str, Any]:
+def _opening(given: Mapping[str, object]) -> dict[str, Any]:
     return {name: given[name] for name in APERTURE_FIELDS if name in given}
 
 

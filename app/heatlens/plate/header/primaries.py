@@ -66,7 +66,7 @@ class HeaderPrimaries:
     primaries: Primaries | None = None  # unknown but valid primaries, from their numbers
 
 
-def header_primaries(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
+def header_primaries(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
     """Return the primaries that `attributes` of a part state; None if they state none.
 
     A name takes precedence over numbers, because a file may keep the chromaticities of its source.
@@ -74,7 +74,7 @@ def header_primaries(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
     return _by_name(attributes) or _by_numbers(attributes) or _by_container(attributes)
 
 
-def _by_name(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
+def _by_name(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
     name = attributes.get("colorInteropID")
     if not isinstance(name, str) or name.strip() in _TELLS_NOTHING:
         return None
@@ -82,7 +82,7 @@ def _by_name(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
     return HeaderPrimaries("colorInteropID", name.strip(), found)
 
 
-def _by_numbers(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
+def _by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
     values = np.asarray(attributes.get("chromaticities", ()))
     if values.shape != (8,) or values.dtype.kind not in "if":
         return None

@@ -70,7 +70,7 @@ class ShootLens:
 
 
 def shoot_lens(
-    entries: Mapping[str, Any], unit_m: float | None = None, given_m: float | None = None
+    entries: Mapping[str, object], unit_m: float | None = None, given_m: float | None = None
 ) -> ShootLens:
     """Return the lens values in the entries of a header or the cells of a table row.
 

@@ -3,7 +3,6 @@
 import math
 import re
 from dataclasses import dataclass
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.model.units import is_bare_number, parse_distance_m, with_points
@@ -37,7 +36,7 @@ class Length:
         return self.in_metres(bare_m or 1.0) / _MILLIMETRE_M
 
 
-def is_missing(value: Any) -> bool:
+def is_missing(value: object) -> bool:
     """Return True for an empty value, a word for a missing one, NaN, and zero."""
     if isinstance(value, int | float):
         return isinstance(value, bool) or value == 0 or math.isnan(value)
@@ -45,7 +44,7 @@ def is_missing(value: Any) -> bool:
     return text in _MISSING or _number(text) == 0
 
 
-def distance(value: Any) -> Length | None:
+def distance(value: object) -> Length | None:
     """Return a distance, which may be infinite but not zero; None if it cannot be read."""
     if isinstance(value, int | float):
         return Length(float(value), None) if value >= _LEAST else None
@@ -59,19 +58,19 @@ def distance(value: Any) -> Length | None:
     return Length(distance_m, None if is_bare_number(text) else 1.0)
 
 
-def focal_length(value: Any) -> Length | None:
+def focal_length(value: object) -> Length | None:
     """Return a finite length above zero; None if it cannot be read."""
     length = distance(value)
     return None if length is None or length.value > _MOST else length
 
 
-def squeeze(value: Any) -> float | None:
+def squeeze(value: object) -> float | None:
     """Return the squeeze of an anamorphic lens, 1 to 2, as in 1.8 or "2x"; None for others."""
     number = _number(str(value).strip().lower().removesuffix("x"))
     return number if number is not None and 1.0 <= number <= 2.0 else None
 
 
-def linear_iris(value: Any) -> float | None:
+def linear_iris(value: object) -> float | None:
     """Return the T-number of thousandths of a stop, of which 1000 are T1; None for others."""
     thousandths = _number(value)
     if thousandths is None or not 0 < thousandths < 20_000:
@@ -79,7 +78,7 @@ def linear_iris(value: Any) -> float | None:
     return float(2.0 ** ((thousandths - 1000.0) / 2000.0))
 
 
-def stop(value: Any) -> float | None:
+def stop(value: object) -> float | None:
     """Return the f- or T-number of a number, "T2.8", ARRI's "1.4 + 7/10" or Sony's "T 2 3/10".
 
     None for any other text, and for impossible numbers.
@@ -95,7 +94,7 @@ def stop(value: Any) -> float | None:
     return number if number is not None and 0.3 <= number <= 128.0 else None
 
 
-def _number(value: Any) -> float | None:
+def _number(value: object) -> float | None:
     """Return a finite number; None for anything else."""
     text = with_points(str(value).strip().lower())
     if not is_bare_number(text):

@@ -20,7 +20,7 @@ _EXR_FRAMES_MOST = 29
 _RATE_LEAST, _RATE_MOST = 1.0, 1000.0  # frames per second; headers with other rates are wrong
 
 
-def timecode_of(attributes: Mapping[str, Any]) -> Timecode | None:
+def timecode_of(attributes: Mapping[str, object]) -> Timecode | None:
     """Return the timecode in the header of a plate; None if it has no valid one."""
     for entry in _ENTRIES:
         value = attributes.get(entry)
@@ -44,7 +44,7 @@ def exr_timecode(timecode: Timecode) -> Any | None:
     return value
 
 
-def rate_at(attributes: Mapping[str, Any]) -> float | None:
+def rate_at(attributes: Mapping[str, object]) -> float | None:
     """Return the frames per second in the header of a plate; None if it has no plausible rate."""
     value = attributes.get("framesPerSecond")
     if not isinstance(value, int | float | Fraction) or not _RATE_LEAST <= value <= _RATE_MOST:
@@ -52,7 +52,7 @@ def rate_at(attributes: Mapping[str, Any]) -> float | None:
     return float(value)
 
 
-def _of_exr(value: Any) -> Timecode | None:
+def _of_exr(value: object) -> Timecode | None:
     if not isinstance(value, OpenEXR.TimeCode):
         return None
     numbers = value.hours, value.minutes, value.seconds, value.frame

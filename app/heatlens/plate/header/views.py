@@ -15,7 +15,7 @@ _EYES = ("left", "right")
 _SEPARATORS = re.compile(r"[-._ ]")
 
 
-def views_of(headers: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+def views_of(headers: Sequence[Mapping[str, object]]) -> tuple[str, ...]:
     """Return the views that the headers name, the default view first; () for fewer than two."""
     listed = [name for header in headers for name in _listed_views(header)]
     own = [str(header["view"]) for header in headers if header.get("view")]
@@ -27,7 +27,7 @@ def views_of(headers: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     return tuple(found) if len(found) > 1 else ()
 
 
-def view_of(header: Mapping[str, Any], full_name: str, views: Sequence[str]) -> str:
+def view_of(header: Mapping[str, object], full_name: str, views: Sequence[str]) -> str:
     """Return the view of a channel; "" if it belongs to all views or there are none."""
     own = str(header.get("view", ""))
     listed = _listed_views(header)
@@ -49,7 +49,7 @@ def without_view(name: str, view: str) -> str:
     return "".join(words[i] + (words[i + 1] if i != kept[-1] else "") for i in kept)
 
 
-def _listed_views(header: Mapping[str, Any]) -> list[str]:
+def _listed_views(header: Mapping[str, object]) -> list[str]:
     """Return the names in `multiView`, which an older writer may have stored as another type."""
     value = header.get("multiView")
     return [str(name) for name in value] if isinstance(value, list | tuple) else []

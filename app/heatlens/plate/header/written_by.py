@@ -4,7 +4,6 @@ pbrt leaves no name, only two entries of its own; Octane, Karma and others put t
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 # Beginnings, in lower case, of entry names that only one program writes.
 _PREFIXES = {
@@ -47,7 +46,7 @@ _WORDS = {
 _COMPOSITING = {"Nuke"}
 
 
-def written_by(headers: Sequence[Mapping[str, Any]]) -> str:
+def written_by(headers: Sequence[Mapping[str, object]]) -> str:
     """Return the name of the program that wrote a file, or "" if it is unknown.
 
     If a compositing program passed on a render, it is returned instead of the renderer.
@@ -56,7 +55,7 @@ def written_by(headers: Sequence[Mapping[str, Any]]) -> str:
     return min(found & _COMPOSITING or found, default="")
 
 
-def rendered_by(headers: Sequence[Mapping[str, Any]]) -> str:
+def rendered_by(headers: Sequence[Mapping[str, object]]) -> str:
     """Return the name of the CG renderer that made the picture, or "" if none is named.
 
     A picture that a compositing program passed on still names its renderer.
@@ -64,11 +63,11 @@ def rendered_by(headers: Sequence[Mapping[str, Any]]) -> str:
     return min(_programs_in(headers) - _COMPOSITING, default="")
 
 
-def _programs_in(headers: Sequence[Mapping[str, Any]]) -> set[str]:
+def _programs_in(headers: Sequence[Mapping[str, object]]) -> set[str]:
     return {program for header in headers for program in _programs_of(header)}
 
 
-def _programs_of(header: Mapping[str, Any]) -> set[str]:
+def _programs_of(header: Mapping[str, object]) -> set[str]:
     """Return every program that one header names."""
     found = set()
     for name, value in header.items():

@@ -1,7 +1,5 @@
 """Choose the entries of an input header that are copied to the output."""
 
-from typing import Any
-
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.header.channels import Header
 from heatlens.plate.parts.picture_parts import PICTURE_FACTS
@@ -15,7 +13,7 @@ _NOT_CARRIED = {
 }
 
 
-def carried(header: Header) -> dict[str, Any]:
+def carried(header: Header) -> dict[str, object]:
     """Return the metadata worth keeping in the output."""
     return {
         name: value

@@ -113,7 +113,7 @@ def _part(channels: dict[str, FloatImage], raw: RawPicture, facts: PictureFacts)
 
 
 def _header(
-    channels: tuple[str, ...], size: tuple[int, int], info: dict[str, Any], facts: PictureFacts
+    channels: tuple[str, ...], size: tuple[int, int], info: dict[str, object], facts: PictureFacts
 ) -> Header:
     window = header_at_box(Box(0, 0, *size))
     header: Header = {
@@ -128,7 +128,7 @@ def _header(
     return header | _camera(info)
 
 
-def _camera(info: dict[str, Any]) -> dict[str, Any]:
+def _camera(info: dict[str, Any]) -> dict[str, object]:
     """Return header entries with the 35 mm equivalent focal length from EXIF, on full frame.
 
     The f-stop is left out, because on a larger sensor the same f-stop gives more blur.

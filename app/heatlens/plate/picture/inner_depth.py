@@ -129,7 +129,7 @@ def _refusing_damaged_map(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: its depth map is damaged ({one_line(error)}).") from error
 
 
-def _of_heic(stored: NDArray[Any], metadata: dict[str, Any]) -> InnerDepth:
+def _of_heic(stored: NDArray[np.generic], metadata: dict[str, object]) -> InnerDepth:
     """Return disparity as Apple writes it, converted to dioptres if its ends are given."""
     values = stored.astype(np.float32)
     values = values[:, :, 0] if values.ndim == 3 else values

@@ -4,14 +4,13 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 from heatlens.model.lens import Lens
 
 _DIGEST_BYTES = 16
 
 
-def digest(facts: Mapping[str, Any]) -> str:
+def digest(facts: Mapping[str, object]) -> str:
     """Return 32 hexadecimal digits that are equal for equal facts; facts must fit into JSON."""
     text = json.dumps(facts, sort_keys=True)
     return hashlib.blake2b(text.encode(), digest_size=_DIGEST_BYTES).hexdigest()

@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -63,7 +64,7 @@ def open_picture(path: Path) -> RawPicture:
     return RawPicture(values if values.ndim == 3 else values[:, :, None], info)
 
 
-def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
+def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
     """Read (width, height) and the metadata without decoding the pixels, where possible."""
     if _is_for_own_process(path):
         return called_apart(picture_info, path, str(path))
@@ -134,19 +135,19 @@ def _is_cut_by_pillow(image: Image.Image) -> bool:
     return is_color and any(";16" in str(tile[-1]) for tile in getattr(image, "tile", ()))
 
 
-def _by_openimageio(path: Path) -> NDArray[Any]:
+def _by_openimageio(path: Path) -> NDArray[np.generic]:
     """Read values (H, W, C) in the type that the file has."""
     if importlib.util.find_spec("OpenImageIO") is None:
         raise InputError(
             f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
             "pip install 'heatlens[pictures]'."
         )
-    library: Any = importlib.import_module("OpenImageIO")
+    library: ModuleType = importlib.import_module("OpenImageIO")
     with quiet_library():
         return _read_by(library, path)
 
 
-def _read_by(library: Any, path: Path) -> NDArray[Any]:
+def _read_by(library: ModuleType, path: Path) -> NDArray[np.generic]:
     opened = library.ImageInput.open(str(path))
     if opened is None:
         said = one_line(library.geterror())
@@ -157,11 +158,11 @@ def _read_by(library: Any, path: Path) -> NDArray[Any]:
     opened.close()
     if values is None:
         raise InputError(f"{path} is damaged or cut short ({one_line(opened.geterror())}).")
-    pixels: NDArray[Any] = np.asarray(values)[:, :, :4]
+    pixels: NDArray[np.generic] = np.asarray(values)[:, :, :4]
     return pixels
 
 
-def _array(path: Path) -> NDArray[Any]:
+def _array(path: Path) -> NDArray[np.generic]:
     """Read values (H, W, C) of a NumPy file that holds only numbers."""
     with refusals(path):
         values = np.load(path, allow_pickle=False)
@@ -172,7 +173,7 @@ def _array(path: Path) -> NDArray[Any]:
                 "(height, width) or (height, width, channels) of numbers."
             )
     _check_size(path, (values.shape[1], values.shape[0]))
-    pixels: NDArray[Any] = values if values.ndim == 3 else values[:, :, None]
+    pixels: NDArray[np.generic] = values if values.ndim == 3 else values[:, :, None]
     return pixels
 
 
@@ -200,7 +201,7 @@ def _with_heic(path: Path) -> None:
     importlib.import_module("pillow_heif").register_heif_opener()
 
 
-def _info(image: Image.Image | None) -> dict[str, Any]:
+def _info(image: Image.Image | None) -> dict[str, object]:
     """Return the metadata of a picture; a depth image as its values and its metadata."""
     if image is None:
         return {}

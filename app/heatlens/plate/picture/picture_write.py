@@ -34,8 +34,8 @@ def write_picture(
     compression: str = "zip",
     encode: Encode = srgb_encoded,
     more_channels: Mapping[str, FloatImage] | None = None,
-    more_attributes: Mapping[str, Any] | None = None,
-    kept_channels: Mapping[str, NDArray[Any]] | None = None,
+    more_attributes: Mapping[str, object] | None = None,
+    kept_channels: Mapping[str, NDArray[np.generic]] | None = None,
 ) -> None:
     """Write `pixels`, (H, W, 4) premultiplied at `proxy` scale, in the format of the suffix.
 

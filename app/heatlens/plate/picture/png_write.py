@@ -4,7 +4,6 @@ import io
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from heatlens.plate.plate import FloatImage
 
 _FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
 EYE_SUFFIXES = tuple(_FORMATS)
-_OPTIONS: dict[str, dict[str, Any]] = {
+_OPTIONS: dict[str, dict[str, object]] = {
     "JPEG": {"quality": 95},
     "TIFF": {"compression": "tiff_adobe_deflate"},
 }
@@ -50,7 +49,7 @@ def picture_format(path: str | os.PathLike[str]) -> str:
     return kind
 
 
-def encoded_picture(image: Image.Image, kind: str, **options: Any) -> bytes:
+def encoded_picture(image: Image.Image, kind: str, **options: object) -> bytes:
     """Return the bytes of a file of the format `kind`; `options` are passed on to Pillow.
 
     The file is encoded in memory, because Pillow silently cuts it short on a full disk.

@@ -63,7 +63,7 @@ def _accessor(gltf: GltfFile, index: int) -> Record:
     return accessors[index]
 
 
-def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[Any]:
+def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[np.generic]:
     """Return (count, width) values in the type of the file."""
     dtype, count = _dtype(record), record.whole("count")
     kind = record.text("type")
@@ -78,7 +78,7 @@ def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[Any]:
     return _with_sparse(gltf, record, values) if record.has("sparse") else values
 
 
-def _dtype(record: Record) -> np.dtype[Any]:
+def _dtype(record: Record) -> np.dtype[np.generic]:
     code = record.whole("componentType")
     if code not in _TYPES:
         record.refuse(f"{code} is not a number type of glTF")
@@ -86,8 +86,8 @@ def _dtype(record: Record) -> np.dtype[Any]:
 
 
 def _elements(
-    gltf: GltfFile, record: Record, dtype: np.dtype[Any], shape: tuple[int, int]
-) -> NDArray[Any]:
+    gltf: GltfFile, record: Record, dtype: np.dtype[np.generic], shape: tuple[int, int]
+) -> NDArray[np.generic]:
     """Return a copy of the elements in the view that `record` names, which may be strided."""
     views = gltf.listed("bufferViews")
     view = record.index("bufferView", len(views))
@@ -105,7 +105,9 @@ def _elements(
     return np.ndarray(shape, dtype, data, offset, (stride, dtype.itemsize)).copy()
 
 
-def _with_sparse(gltf: GltfFile, record: Record, values: NDArray[Any]) -> NDArray[Any]:
+def _with_sparse(
+    gltf: GltfFile, record: Record, values: NDArray[np.generic]
+) -> NDArray[np.generic]:
     """Return the values after applying the replacements in the sparse part."""
     sparse = record.inside("sparse")
     count = sparse.whole("count")
@@ -119,7 +121,7 @@ def _with_sparse(gltf: GltfFile, record: Record, values: NDArray[Any]) -> NDArra
     return values
 
 
-def as_shares(values: NDArray[Any]) -> NDArray[Any]:
+def as_shares(values: NDArray[Any]) -> NDArray[np.generic]:
     """Convert normalised integers to fractions of 1; return floats unchanged."""
     if values.dtype.kind == "f":
         return values

@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
-from typing import Any
 
 from heatlens.scene.gltf.file import READ_EXTENSIONS, GltfFile
 from heatlens.scene.gltf.vocabulary import KINDS, UNSEEN_EXTENSIONS
@@ -75,7 +74,7 @@ class _Found:
                     self._take(name, key, inner, level)
                 self._extend(item.get("extensions"), level)
 
-    def _take(self, name: str, key: str, inner: Any, level: int) -> None:
+    def _take(self, name: str, key: str, inner: object, level: int) -> None:
         kind = KINDS[name]
         if key in kind.within:
             self.walk(inner, kind.within[key], level + 1)

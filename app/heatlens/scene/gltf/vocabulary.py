@@ -26,7 +26,7 @@ class Kind:
 
     read: tuple[str, ...] = ()
     within: Mapping[str, str] = field(default_factory=dict)
-    lost: Mapping[str, tuple[str, Callable[[Any], bool]]] = field(default_factory=dict)
+    lost: Mapping[str, tuple[str, Callable[[object], bool]]] = field(default_factory=dict)
 
     def knows(self, name: str) -> bool:
         """Return whether a property is read or has no effect."""
@@ -37,11 +37,11 @@ def _kind(read: str = "", lost: Mapping[str, Any] | None = None, **within: str) 
     return Kind(tuple(read.split()), within, lost or {})
 
 
-def _always(words: str) -> tuple[str, Callable[[Any], bool]]:
+def _always(words: str) -> tuple[str, Callable[[object], bool]]:
     return words, lambda value: True
 
 
-def _among(words: str, values: tuple[int, ...]) -> tuple[str, Callable[[Any], bool]]:
+def _among(words: str, values: tuple[int, ...]) -> tuple[str, Callable[[object], bool]]:
     return words, lambda value: value in values
 
 

@@ -1,13 +1,12 @@
 """Cameras of USD: their poses over the frames, and their lenses."""
 
 import math
-from typing import Any
 
 import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.files import usd_values
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import CameraTrack, Pose, PoseKey, pose_of
 from heatlens.scene.scene import SceneCamera
@@ -25,19 +24,19 @@ _WIDTH = "horizontalAperture"
 Tracks = dict[str, tuple[float, ...]]
 
 
-def is_camera(prim: Any) -> bool:
+def is_camera(prim: UsdObject) -> bool:
     """Return True for a camera."""
     return bool(prim.IsA(usd_module("UsdGeom").Camera))
 
 
-def changing_lens(prim: Any) -> list[Any]:
+def changing_lens(prim: UsdObject) -> list[object]:
     """Return the attributes of a camera's lens that change over time."""
     attributes = [prim.GetAttribute(name) for name in _ATTRIBUTES.values()]
     return [attribute for attribute in attributes if attribute.GetNumTimeSamples() > 1]
 
 
 def read_cameras(
-    stage: UsdStage, prims: list[Any], frames: FrameRange | None
+    stage: UsdStage, prims: list[UsdObject], frames: FrameRange | None
 ) -> tuple[SceneCamera, ...]:
     """Return the cameras with a perspective view; raise InputError for an impossible lens."""
     found: list[SceneCamera] = []
@@ -51,7 +50,7 @@ def read_cameras(
     return tuple(found)
 
 
-def _camera(stage: UsdStage, prim: Any, name: str, frames: FrameRange | None) -> SceneCamera:
+def _camera(stage: UsdStage, prim: UsdObject, name: str, frames: FrameRange | None) -> SceneCamera:
     own = stage.frames_of([prim])
     at = [float(frame) for frame in own] if own else [float(STILL_FRAME)]
     poses = (_pose(stage, prim, frame) for frame in at)
@@ -75,7 +74,7 @@ def _camera(stage: UsdStage, prim: Any, name: str, frames: FrameRange | None) ->
     )
 
 
-def _tracks(stage: UsdStage, prim: Any, frames: tuple[int, ...]) -> Tracks:
+def _tracks(stage: UsdStage, prim: UsdObject, frames: tuple[int, ...]) -> Tracks:
     """Return the lens at each frame: millimetres, and metres for the focus."""
     mm = stage.meters_per_unit * 100  # lens lengths are in tenths of a unit
     units = {"focal_length_mm": mm, "f_stop": 1.0, "focus_distance_m": stage.meters_per_unit}
@@ -87,7 +86,7 @@ def _tracks(stage: UsdStage, prim: Any, frames: tuple[int, ...]) -> Tracks:
     return found | {"focus_distance_m": tuple(focus)}
 
 
-def _possible(stage: UsdStage, prim: Any, tracks: Tracks) -> Tracks:
+def _possible(stage: UsdStage, prim: UsdObject, tracks: Tracks) -> Tracks:
     """Return the tracks with possible values; in USD, 0 means that nothing is out of focus."""
     longest_m = max(tracks["focal_length_mm"]) / 1e3
     least = {"focal_length_mm": 0.0, "f_stop": 0.0, "focus_distance_m": longest_m}
@@ -99,11 +98,11 @@ def _possible(stage: UsdStage, prim: Any, tracks: Tracks) -> Tracks:
     return {field: track for field, track in tracks.items() if min(track) > least[field]}
 
 
-def _number(stage: UsdStage, prim: Any, name: str, frame: float) -> float:
+def _number(stage: UsdStage, prim: UsdObject, name: str, frame: float) -> float:
     return usd_values.number(prim.GetAttribute(name).Get(frame), f"{stage.path}: {name}")
 
 
-def _pose(stage: UsdStage, prim: Any, frame: float) -> Pose:
+def _pose(stage: UsdStage, prim: UsdObject, frame: float) -> Pose:
     """Return the pose of a prim without its parents' scale, upright if they mirror it."""
     matrix = stage.places([prim], frame)[0]
     back, up = matrix[:3, 2], matrix[:3, 1]

@@ -1,12 +1,10 @@
 """Curves and points of USD: curves as thin tubes, points as small solids."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.files.usd_values import numbers, whole_numbers
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
@@ -29,7 +27,7 @@ _BASES = {
 }
 
 
-def read_curves(materials: UsdMaterials, prim: Any) -> list[Mesh]:
+def read_curves(materials: UsdMaterials, prim: object) -> list[Mesh]:
     """Return the tubes of BasisCurves; raise InputError if their data are inconsistent."""
     what, first = _what(materials, prim), usd_module("Usd").TimeCode.EarliestTime()
     curves = usd_module("UsdGeom").BasisCurves(prim)
@@ -56,7 +54,7 @@ def read_curves(materials: UsdMaterials, prim: Any) -> list[Mesh]:
     return [made_mesh(what, _f32(at), triangles, _f32(normals), None, material, tint)]
 
 
-def read_points(materials: UsdMaterials, prim: Any) -> list[Mesh]:
+def read_points(materials: UsdMaterials, prim: object) -> list[Mesh]:
     """Return the solids of UsdGeom.Points."""
     what, first = _what(materials, prim), usd_module("Usd").TimeCode.EarliestTime()
     told = usd_module("UsdGeom").Points(prim)
@@ -85,7 +83,7 @@ class _Lines:
         self.rows = rows
         self.counts = counts
 
-    def evaluated(self, curves: Any) -> "_Lines":
+    def evaluated(self, curves: UsdObject) -> "_Lines":
         """Return the points of linear or cubic curves, to be joined by straight lines."""
         kind, wrap = str(curves.GetTypeAttr().Get()), str(curves.GetWrapAttr().Get())
         basis = str(curves.GetBasisAttr().Get())
@@ -148,18 +146,18 @@ def _windows(count: int, step: int, basis: str, wrap: str) -> Indices:
     return np.asarray(places[np.arange(max(segments, 0))[:, None] * step + np.arange(4)])
 
 
-def _what(materials: UsdMaterials, prim: Any) -> str:
+def _what(materials: UsdMaterials, prim: UsdObject) -> str:
     return f"{materials.stage.path}: {prim.GetPath()}"
 
 
-def _points(what: str, told: Any) -> Array:
+def _points(what: str, told: UsdObject) -> Array:
     found = numbers(told, 3, f"{what}: points")
     if not np.isfinite(found).all():
         raise InputError(f"{what}: a point is at NaN or infinity.")
     return found.astype(np.float64)
 
 
-def _widths(what: str, told: Any, points: Array, counts: Indices) -> Array:
+def _widths(what: str, told: object, points: Array, counts: Indices) -> Array:
     """Return (P,) widths: constant, per curve or per point; a thin default if none fits."""
     found = np.nan_to_num(numbers(told, 1, f"{what}: widths")[:, 0].astype(np.float64))
     if len(found) == len(points):
@@ -170,7 +168,9 @@ def _widths(what: str, told: Any, points: Array, counts: Indices) -> Array:
     return np.full(len(points), found[0] if len(found) else thin)
 
 
-def _colors(materials: UsdMaterials, prim: Any, points: int, counts: Indices) -> tuple[Array, int]:
+def _colors(
+    materials: UsdMaterials, prim: object, points: int, counts: Indices
+) -> tuple[Array, int]:
     """Return (P, 3) colors that multiply the base color, and the material."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
     told = primvar.ComputeFlattened() if primvar else None

@@ -3,10 +3,9 @@
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 from heatlens.base.errors import InputError
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.scene.scene import Mesh
 from heatlens.scene.usd.curves import read_curves, read_points
 from heatlens.scene.usd.material import UsdMaterials
@@ -31,9 +30,9 @@ class UsdGeometry:
     meshes: list[Mesh] = field(default_factory=list)
     subdivision: Subdivision = field(default_factory=Subdivision)
     refused: list[InputError] = field(default_factory=list)
-    _known: dict[Any, tuple[int, ...]] = field(default_factory=dict)
+    _known: dict[object, tuple[int, ...]] = field(default_factory=dict)
 
-    def of(self, prim: Any) -> tuple[int, ...]:
+    def of(self, prim: UsdObject) -> tuple[int, ...]:
         """Return the numbers of the meshes of a prim, one for each of its materials."""
         own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         if own.GetPath() not in self._known:
@@ -54,14 +53,14 @@ class UsdGeometry:
         more = len(self.refused) - len(told)
         return [*told, *([f"Left out for such reasons: {more} more objects."] if more else [])]
 
-    def _read_or_refused(self, prim: Any) -> list[Mesh]:
+    def _read_or_refused(self, prim: UsdObject) -> list[Mesh]:
         try:
             return self._read(prim)
         except InputError as error:
             self.refused.append(error)
             return []
 
-    def _read(self, prim: Any) -> list[Mesh]:
+    def _read(self, prim: object) -> list[Mesh]:
         kind = kind_of(prim)
         if kind == "BasisCurves":
             return read_curves(self.materials, prim)
@@ -72,18 +71,18 @@ class UsdGeometry:
         return read_parts(self.materials, self.subdivision, prim)
 
 
-def has_surface(prim: Any) -> bool:
+def has_surface(prim: object) -> bool:
     """Return True for a prim that is drawn, unless it is hidden."""
     return kind_of(prim) in _DRAWN
 
 
-def is_shown(prim: Any) -> bool:
+def is_shown(prim: object) -> bool:
     """Return True for a prim that is visible and meant for a final picture."""
     image = usd_module("UsdGeom").Imageable(prim)
     return image.ComputeVisibility() != "invisible" and image.ComputePurpose() not in _HIDDEN
 
 
-def left_out(prims: Iterable[Any]) -> str:
+def left_out(prims: Iterable[UsdObject]) -> str:
     """Return a sentence that lists the kinds of surfaces that are not drawn; "" for none."""
     gprim = usd_module("UsdGeom").Gprim
     kinds = Counter(

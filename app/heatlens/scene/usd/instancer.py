@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.model.frames import FrameRange
 from heatlens.scene.scene import Array, check_instances
 from heatlens.scene.usd.geometry import UsdGeometry, has_surface
@@ -32,12 +31,12 @@ class Copies:
     local: Array
 
 
-def is_instancer(prim: Any) -> bool:
+def is_instancer(prim: UsdObject) -> bool:
     """Return True for a point instancer."""
     return bool(prim.IsA(usd_module("UsdGeom").PointInstancer))
 
 
-def is_within_instancer(prim: Any) -> bool:
+def is_within_instancer(prim: UsdObject) -> bool:
     """Return True below a point instancer, where prims are prototypes and not drawn directly."""
     parent = prim.GetParent()
     while parent and not parent.IsPseudoRoot():
@@ -47,7 +46,7 @@ def is_within_instancer(prim: Any) -> bool:
     return False
 
 
-def changing(prim: Any) -> list[Any]:
+def changing(prim: UsdObject) -> list[UsdObject]:
     """Return the attributes of an instancer that change over time."""
     attributes = [prim.GetAttribute(name) for name in _ATTRIBUTES]
     return [a for a in attributes if a and a.GetNumTimeSamples() > 1]
@@ -61,7 +60,7 @@ class Instancers:
     geometry: UsdGeometry
     notes: dict[str, None] = field(default_factory=dict)
 
-    def copies(self, prim: Any, frames: FrameRange | None) -> Copies:
+    def copies(self, prim: object, frames: FrameRange | None) -> Copies:
         """Return the copies of the instancer over the frames in which its own attributes change.
 
         Raises InputError if it has too many copies.
@@ -77,7 +76,7 @@ class Instancers:
             locals_.append(other.local)
         return Copies(found.names, found.meshes, np.concatenate(locals_))
 
-    def _at(self, prim: Any, frame: float | None, depth: int) -> Copies:
+    def _at(self, prim: object, frame: float | None, depth: int) -> Copies:
         """Return the copies at a frame, None for the first; also of instancers in prototypes."""
         usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
         time = usd.TimeCode.EarliestTime() if frame is None else usd.TimeCode(frame)
@@ -114,7 +113,9 @@ class Instancers:
                 check_instances(self.stage.path, len(names))
         return Copies(tuple(names), tuple(meshes), np.concatenate(local)[None])
 
-    def _prototype(self, path: Any, time: Any, depth: int) -> Iterator[tuple[str, int, Array]]:
+    def _prototype(
+        self, path: object, time: object, depth: int
+    ) -> Iterator[tuple[str, int, Array]]:
         """Yield the meshes of a prototype: name, number, and (4, 4) to the prototype's root."""
         usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
         root = self.stage.stage.GetPrimAtPath(path)
@@ -138,7 +139,7 @@ class Instancers:
                     yield prim.GetName(), mesh, inner
 
 
-def _is_hidden(prim: Any) -> bool:
+def _is_hidden(prim: UsdObject) -> bool:
     """Return True if a prim within a prototype is not to be seen, by its own words.
 
     The visibility of what lies above the prototype does not count: it often hides all prototypes.

@@ -3,13 +3,12 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.files.usd_library import check_asset, usd_module
+from heatlens.files.usd_library import UsdObject, check_asset, usd_module
 from heatlens.files.usd_values import numbers
 from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene import Color, Material
@@ -30,7 +29,7 @@ class UsdMaterials:
     _found: dict[str, int] = field(default_factory=dict)
     _pictures: dict[str, int | None] = field(default_factory=dict)
 
-    def of(self, prim: Any, has_own_colors: bool = False) -> int:
+    def of(self, prim: UsdObject, has_own_colors: bool = False) -> int:
         """Return the number of the material that a mesh or a part of it is bound to.
 
         `has_own_colors` makes an unbound mesh white, because its vertices bring the colour.
@@ -53,7 +52,7 @@ class UsdMaterials:
             self.shaders |= {self._found[name]} if surface else set()
         return self._found[name]
 
-    def _surface(self, name: str, surface: Any) -> Material:
+    def _surface(self, name: str, surface: UsdObject) -> Material:
         base, base_map = self._input(surface, "diffuseColor", 0.18, 0.18, 0.18)
         glow, glow_map = self._input(surface, "emissiveColor", 0.0, 0.0, 0.0)
         opacity, _ = self._input(surface, "opacity", 1.0)
@@ -73,7 +72,7 @@ class UsdMaterials:
         )
 
     def _input(
-        self, surface: Any, name: str, *default: float
+        self, surface: UsdObject, name: str, *default: float
     ) -> tuple[tuple[float, ...], int | None]:
         """Return the value of an input, with as many numbers as its default, and its picture."""
         found = surface.GetInput(name)

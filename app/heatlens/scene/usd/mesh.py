@@ -1,13 +1,12 @@
 """Triangles of USD meshes: polygons are split into fans, and each corner becomes a vertex."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.files.usd_values import numbers, whole_numbers
 from heatlens.scene.mesh_make import made_mesh, smooth_normals
 from heatlens.scene.scene import Mesh
@@ -18,7 +17,7 @@ from heatlens.scene.usd.subdivide import Subdivision
 _UV_NAMES = ("st", "UVMap", "map1", "st0")
 
 
-def read_parts(materials: UsdMaterials, subdivision: Subdivision, prim: Any) -> list[Mesh]:
+def read_parts(materials: UsdMaterials, subdivision: Subdivision, prim: UsdObject) -> list[Mesh]:
     """Return one mesh for each material; raise InputError if the data are inconsistent."""
     geometry = usd_module("UsdGeom")
     what = f"{materials.stage.path}: {prim.GetPath()}"
@@ -71,7 +70,7 @@ class _Surface:
     colors: NDArray[np.float32] | None
 
 
-def _refined(what: str, subdivision: Subdivision, mesh: Any, cage: _Surface) -> _Surface | None:
+def _refined(what: str, subdivision: Subdivision, mesh: object, cage: _Surface) -> _Surface | None:
     """Return the subdivision surface of a cage; None if the cage itself is drawn."""
     told = {"uvs": cage.uvs, "colors": cage.colors}
     whole = cage.counts > 2
@@ -114,7 +113,7 @@ def _fans(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int6
 
 def _normals(
     what: str,
-    mesh: Any,
+    mesh: UsdObject,
     points: NDArray[np.float32],
     corners: NDArray[np.int64],
     triangles: NDArray[np.int64],
@@ -132,7 +131,7 @@ def _normals(
     return np.asarray(smooth_normals(points, corners[triangles].astype(np.uint32))[corners])
 
 
-def _uvs(what: str, prim: Any, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
+def _uvs(what: str, prim: object, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
     """Return (corners, 2) with v downwards."""
     primvars = usd_module("UsdGeom").PrimvarsAPI(prim)
     for name in _UV_NAMES:
@@ -149,7 +148,7 @@ def _uvs(what: str, prim: Any, corners: NDArray[np.int64]) -> NDArray[np.float32
 
 
 def _colors(
-    what: str, prim: Any, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
+    what: str, prim: object, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> NDArray[np.float32] | None:
     """Return (corners, 3) of displayColor, linear; None for a constant, which the material has."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
@@ -164,8 +163,8 @@ def _colors(
 
 
 def _by_material(
-    what: str, prim: Any, faces: NDArray[np.int64], count: int
-) -> list[tuple[Any, NDArray[np.bool_]]]:
+    what: str, prim: object, faces: NDArray[np.int64], count: int
+) -> list[tuple[object, NDArray[np.bool_]]]:
     """Return the prim of each part with its own material, and a mask of its triangles."""
     binding = usd_module("UsdShade").MaterialBindingAPI(prim)
     rest = np.ones(count, bool)

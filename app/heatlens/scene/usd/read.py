@@ -2,13 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.files.quiet import quiet_library
-from heatlens.files.usd_library import read_usd_apart, usd_failures_reported
+from heatlens.files.usd_library import UsdObject, read_usd_apart, usd_failures_reported
 from heatlens.model.frames import FrameRange
 from heatlens.scene.scene import Array, Instance, Scene, check_instances
 from heatlens.scene.usd.cameras import changing_lens, is_camera, read_cameras
@@ -123,7 +122,9 @@ def _scene(stage: UsdStage) -> Scene:
     )
 
 
-def _single(geometry: UsdGeometry, prims: list[Any]) -> tuple[list[str], list[int], list[int]]:
+def _single(
+    geometry: UsdGeometry, prims: list[UsdObject]
+) -> tuple[list[str], list[int], list[int]]:
     """Return name and mesh of each instance, and the number of the prim that it is."""
     names, meshes, numbers = [], [], []
     for number, prim in enumerate(prims):
@@ -143,7 +144,7 @@ def _joined(parts: list[Array]) -> Array:
     return np.concatenate(whole, axis=1) if whole else np.zeros((1, 0, 4, 4))
 
 
-def _sampled(stage: UsdStage, prims: list[Any], frames: FrameRange | None) -> Array:
+def _sampled(stage: UsdStage, prims: list[object], frames: FrameRange | None) -> Array:
     """Return places (F, P, 4, 4), of one frame where nothing moves."""
     if frames is None:
         return stage.places(prims, STILL_FRAME)[None]

@@ -1,11 +1,10 @@
 """Geometric primitives of USD: sphere, cube, cylinder, cone and so on."""
 
 import math
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.files import usd_values
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.primitives import Shape, capsule, cube, cylinder, plane, sphere
 from heatlens.scene.scene import Mesh
@@ -19,7 +18,7 @@ SHAPE_KINDS = (
 _LENGTHS = ("size", "radius", "height", "width", "length", "radiusTop", "radiusBottom")
 
 
-def read_shape(materials: UsdMaterials, prim: Any) -> list[Mesh]:
+def read_shape(materials: UsdMaterials, prim: UsdObject) -> list[Mesh]:
     """Return the mesh of a shape; an empty list if it has no extent.
 
     Raises InputError if a length of it is negative or no number.
@@ -32,7 +31,7 @@ def read_shape(materials: UsdMaterials, prim: Any) -> list[Mesh]:
     return [made_mesh(what, found.positions, found.triangles, found.normals, found.uvs, material)]
 
 
-def _shape(what: str, prim: Any) -> Shape:
+def _shape(what: str, prim: UsdObject) -> Shape:
     kind, told = kind_of(prim), _lengths(what, prim)
     axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
     if axis not in ("X", "Y", "Z"):
@@ -52,7 +51,7 @@ def _shape(what: str, prim: Any) -> Shape:
     return cylinder(height, bottom, 0.0 if kind == "Cone" else top).along(axis)
 
 
-def _lengths(what: str, prim: Any) -> dict[str, float]:
+def _lengths(what: str, prim: UsdObject) -> dict[str, float]:
     """Return the lengths of a shape at their first values."""
     first = usd_module("Usd").TimeCode.EarliestTime()
     found = {}

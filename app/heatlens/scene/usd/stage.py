@@ -4,12 +4,11 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.files.usd_library import open_usd, usd_module
+from heatlens.files.usd_library import UsdObject, open_usd, usd_module
 from heatlens.model.frames import FrameRange, check_frame, check_frames_per_second
 from heatlens.scene.scene import Array
 
@@ -28,14 +27,16 @@ class UsdStage:
     """
 
     path: Path
-    stage: Any
-    prims: list[Any]
+    stage: UsdObject
+    prims: list[UsdObject]
     meters_per_unit: float
     to_metres: Array
     frames_per_second: float
     notes: dict[str, None] = field(default_factory=dict)
 
-    def frames_of(self, prims: list[Any], attributes: Iterable[Any] = ()) -> FrameRange | None:
+    def frames_of(
+        self, prims: list[UsdObject], attributes: Iterable[UsdObject] = ()
+    ) -> FrameRange | None:
         """Return the frames in which a prim or one of its ancestors moves; None if none does.
 
         The times of further attributes count as well.
@@ -57,7 +58,7 @@ class UsdStage:
             raise InputError(f"{self.path} moves over {found.count:,} frames, which is too many.")
         return found
 
-    def places(self, prims: list[Any], frame: float) -> Array:
+    def places(self, prims: list[object], frame: float) -> Array:
         """Return (P, 4, 4), the matrices from each prim to the heatlens world at a frame."""
         cache = usd_module("UsdGeom").XformCache(frame)
         found = np.array([cache.GetLocalToWorldTransform(prim) for prim in prims], np.float64)
@@ -83,6 +84,6 @@ def open_stage(path: Path) -> UsdStage:
     return UsdStage(path, stage, prims, unit_m, np.asarray(to_metres), rate)
 
 
-def kind_of(prim: Any) -> str:
+def kind_of(prim: UsdObject) -> str:
     """Return the name of a prim's schema, or of its fallback if its type is unknown."""
     return str(prim.GetPrimTypeInfo().GetSchemaTypeName())

@@ -1,12 +1,11 @@
 """Subdivision of USD meshes: which ones, how often, and where they stay sharp."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.files.usd_values import numbers, whole_numbers
 from heatlens.scene.subdivision import Polygons, subdivided
 
@@ -29,7 +28,7 @@ class Subdivision:
     once: int = 0
     loops: int = 0
 
-    def refined(self, what: str, mesh: Any, cage: Polygons) -> Polygons | None:
+    def refined(self, what: str, mesh: object, cage: Polygons) -> Polygons | None:
         """Return the subdivision surface of `cage`; None if the cage itself is drawn.
 
         Raises InputError if its creases are no numbers.
@@ -45,7 +44,7 @@ class Subdivision:
         self.room -= len(found.counts)
         return found
 
-    def _is_wanted(self, mesh: Any) -> bool:
+    def _is_wanted(self, mesh: UsdObject) -> bool:
         attribute = mesh.GetSubdivisionSchemeAttr()
         scheme = attribute.Get()
         self.loops += scheme == "loop"
@@ -76,7 +75,7 @@ class Subdivision:
         return [f"{count} subdivision surfaces are {words}" for count, words in told if count]
 
 
-def _creased(what: str, mesh: Any, cage: Polygons) -> Polygons:
+def _creased(what: str, mesh: UsdObject, cage: Polygons) -> Polygons:
     """Return the cage with the valid creases and sharp corners of the file."""
     first = usd_module("Usd").TimeCode.EarliestTime()
     indices = whole_numbers(mesh.GetCreaseIndicesAttr().Get(first), f"{what}: creaseIndices")

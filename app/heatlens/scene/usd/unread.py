@@ -4,10 +4,9 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from heatlens.base.printable import printable
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.scene.usd.stage import UsdStage, kind_of
 
 _LISTED_MOST = 8
@@ -43,20 +42,20 @@ class _Loss:
     kind: str  # a schema of UsdGeom
     attribute: str
     words: str
-    matters: Callable[[Any], bool]
+    matters: Callable[[UsdObject], bool]
 
 
-def _varies(attribute: Any) -> bool:
+def _varies(attribute: UsdObject) -> bool:
     return bool(attribute.ValueMightBeTimeVarying())
 
 
-def _has_value(attribute: Any) -> bool:
+def _has_value(attribute: UsdObject) -> bool:
     """Return True if the file has a value, and not only zeros or ones."""
     told = attribute.Get() if attribute.HasAuthoredValue() else None
     return told is not None and told not in (0, 1) and any(v != 1 for v in _flat(told))
 
 
-def _flat(told: Any) -> list[Any]:
+def _flat(told: UsdObject) -> list[UsdObject]:
     try:
         return list(told)
     except TypeError:
@@ -86,7 +85,7 @@ _LOSSES = (
 )
 
 
-def unread_notes(stage: UsdStage, shown: Iterable[Any]) -> list[str]:
+def unread_notes(stage: UsdStage, shown: Iterable[object]) -> list[str]:
     """Return notes on what of the stage is not drawn; `shown` are the prims that could be drawn."""
     prims = list(shown)
     counted = _of_prims(stage.prims) + _of_materials(prims)
@@ -107,7 +106,7 @@ def unread_notes(stage: UsdStage, shown: Iterable[Any]) -> list[str]:
     return [*sentences, *(words.format(names) for names, words in told if names)]
 
 
-def _of_prims(prims: Iterable[Any]) -> Counter[str]:
+def _of_prims(prims: Iterable[UsdObject]) -> Counter[str]:
     geometry = usd_module("UsdGeom")
     found: Counter[str] = Counter()
     for prim in prims:
@@ -129,10 +128,10 @@ def _of_prims(prims: Iterable[Any]) -> Counter[str]:
     return found
 
 
-def _of_materials(prims: Iterable[Any]) -> Counter[str]:
+def _of_materials(prims: Iterable[UsdObject]) -> Counter[str]:
     """Count what is ignored of the materials of prims; each material counts once."""
     shade, geometry = usd_module("UsdShade"), usd_module("UsdGeom")
-    bound: dict[Any, Any] = {}
+    bound: dict[object, object] = {}
     for prim in prims:
         if prim.IsA(geometry.Gprim) or prim.IsA(geometry.Subset):
             material, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
@@ -145,7 +144,7 @@ def _of_materials(prims: Iterable[Any]) -> Counter[str]:
     return found
 
 
-def _of_surface(surface: Any) -> Iterable[str]:
+def _of_surface(surface: UsdObject) -> Iterable[str]:
     if surface.GetIdAttr().Get() != _PREVIEW:
         name = printable(str(surface.GetIdAttr().Get()))[:60]
         yield f"Materials other than {_PREVIEW} are read as far as they match it: {name}"
@@ -165,7 +164,7 @@ def _of_surface(surface: Any) -> Iterable[str]:
             yield from _of_reader(sources[0].source.GetPrim())
 
 
-def _of_reader(reader: Any) -> Iterable[str]:
+def _of_reader(reader: UsdObject) -> Iterable[str]:
     """Yield notes on the settings of a picture reader that are ignored."""
     shade = usd_module("UsdShade").Shader(reader)
     for name, plain in _PLAIN_READER.items():
@@ -187,11 +186,11 @@ def _is_like(told: object, plain: object) -> bool:
     return told == plain if not isinstance(plain, tuple) else tuple(_flat(told)) == plain
 
 
-def _is_unknown(prim: Any) -> bool:
+def _is_unknown(prim: UsdObject) -> bool:
     return bool(prim.GetTypeName()) and not kind_of(prim)
 
 
-def _kinds(prims: Iterable[Any]) -> str:
+def _kinds(prims: Iterable[UsdObject]) -> str:
     """Return how many prims there are of each type, as words."""
     counts = Counter(printable(str(prim.GetTypeName()))[:60] for prim in prims)
     return _listed([f"{count} {kind}" for kind, count in sorted(counts.items())])

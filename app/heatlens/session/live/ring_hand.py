@@ -183,7 +183,7 @@ class RingHand(Worker):
             self.learning.hear(channels_of(heard.sample))
             return
         told = _values(self._from_pupil(heard.sample)) | self._mapped(heard.sample)
-        changed: dict[str, Any] = {k: v for k, v in told.items() if self._known.get(k) != v}
+        changed: dict[str, object] = {k: v for k, v in told.items() if self._known.get(k) != v}
         self._known |= told
         if changed and self.is_followed and not heard.is_silent:
             self._turned_s = self._clock()

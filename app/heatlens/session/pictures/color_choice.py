@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
 
 from heatlens.base.errors import HeatlensError
 from heatlens.color.color_config import ColorConfig, default_view, load_color_config
@@ -30,7 +29,7 @@ class ColorChoice:
                 raise
             say(f"{error} Pictures are shown through the plain sRGB curve.")
         self._inputs = self.config.input_spaces() if self.config else ()
-        self.attributes: Mapping[str, Any] = {}  # of the open plate's header
+        self.attributes: Mapping[str, object] = {}  # of the open plate's header
         self._current: tuple[str, str, InputSpace | None] = _NOT_YET
         self.transform = srgb_transform()  # the one in use
 
@@ -55,7 +54,7 @@ class ColorChoice:
             return self.views(display)[0]
         return default_view(self.config, display, self.attributes)
 
-    def of_plate(self, view: ViewState, attributes: Mapping[str, Any]) -> ViewState:
+    def of_plate(self, view: ViewState, attributes: Mapping[str, object]) -> ViewState:
         """Take what a plate's header tells; return `view`, which follows where nobody chose it."""
         was = self.usual_view(view.display)
         self.attributes = attributes

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -17,7 +17,7 @@ def merged(theirs: Kept, before: Kept, now: Kept) -> Kept:
 
     Of maps, and of the recent files, the changed entries are taken; other fields as a whole.
     """
-    changed: dict[str, Any] = {}
+    changed: dict[str, object] = {}
     for name in (field.name for field in fields(now)):
         old, new, other = (getattr(of, name) for of in (before, now, theirs))
         if name == "recent":
@@ -41,8 +41,8 @@ def _opened_since(before: tuple[str, ...], now: tuple[str, ...]) -> tuple[str, .
 
 
 def _merged_map(
-    theirs: Mapping[str, Any], before: Mapping[str, Any], now: Mapping[str, Any]
-) -> dict[str, Any]:
+    theirs: Mapping[str, object], before: Mapping[str, object], now: Mapping[str, object]
+) -> dict[str, object]:
     changed = {name: value for name, value in now.items() if before.get(name) != value}
     touched = {*changed, *(name for name in before if name not in now)}
     return {name: value for name, value in theirs.items() if name not in touched} | changed
