@@ -1,0 +1,202 @@
+"""Marks on plates: set, named, focused on, pulled to and followed, one step of undo each."""
+
+import pytest
+
+from heatlens.base.errors import HeatlensError
+from heatlens.model.frames import FrameRange
+from heatlens.model.interpolation import Interpolation
+from heatlens.model.marks import DistanceMark, PointMark
+from heatlens.model.pull import EASE_PERCENT, PullShape
+from heatlens.session.marks.mark_commands import PULL_FRAMES
+from support.evening import FIRST, LAST, LEFT, RIGHT, begun, settled, until, write_plates
+from support.window_plates import room_file
+
+
+@pytest.fixture
+def marks(walls):
+    return walls.time.marks
+
+
+def focus(walls, frame=None):
+    at = walls.editing.frame if frame is None else frame
+    return walls.editing.shot.lens_at(at).focus_distance_m
+
+
+def named(walls):
+    return [mark.name for mark in walls.editing.shot.marks]
+
+
+def test_marks_are_set_on_what_is_seen_and_on_the_focus(walls, marks):
+    marks.set_point(LEFT)
+    marks.set_here()
+    a, b = walls.editing.shot.marks
+    assert a == PointMark("A", *map(float, LEFT)) and b == DistanceMark("B", 4.0)
+    assert marks.pull_to == "B" and "Mark B is set" in walls.messages.text
+    assert marks.distance_m(a) == 2.0 and marks.distance_m(b) == 4.0
+    walls.editing.undo()
+    assert named(walls) == ["A"] and marks.named("A") == a and marks.named("B") is None
+    marks.set_point((4000, 4000))
+    assert named(walls) == ["A"] and "Mark" not in walls.messages.text
+
+
+def test_a_mark_without_an_open_picture_is_none(tmp_path):
+    session = begun(tmp_path / "preferences")
+    try:
+        session.time.marks.set_point(LEFT)
+        assert session.editing.shot.marks == ()
+    finally:
+        session.close()
+
+
+def test_a_renamed_mark_is_still_the_one_to_pull_to(walls, marks):
+    marks.set_point(LEFT)
+    marks.set_point(RIGHT)
+    a, b = walls.editing.shot.marks
+    marks.pull_from = "A"
+    marks.change(b, DistanceMark("actor", 5.0))
+    assert named(walls) == ["A", "actor"] and (marks.pull_from, marks.pull_to) == ("A", "actor")
+    marks.change(a, PointMark("door", a.x_px, a.y_px))
+    assert (marks.pull_from, marks.pull_to) == ("door", "actor")
+    with pytest.raises(HeatlensError):
+        marks.change(marks.named("door"), DistanceMark("actor", 1.0))
+    marks.delete(marks.named("door"))
+    assert named(walls) == ["actor"]
+
+
+def test_the_focus_goes_to_a_mark_as_one_step(walls, marks):
+    marks.set_point(RIGHT)
+    (mark,) = walls.editing.shot.marks
+    marks.go(mark)
+    assert focus(walls) == 8.0 and not walls.editing.is_unsettled
+    walls.editing.undo()
+    assert focus(walls) == 4.0 and named(walls) == ["A"]
+    marks.go(PointMark("Z", 4000.0, 4000.0))
+    assert focus(walls) == 4.0 and "Mark Z has no distance" in walls.messages.text
+
+
+def test_a_pull_goes_from_here_or_from_a_mark(walls, marks):
+    marks.pull()
+    assert "Choose the mark" in walls.messages.text and marks.pulls_made == 0
+    marks.set_point(LEFT)
+    marks.set_point(RIGHT)
+    marks.pull_from, marks.pull_to = None, "B"
+    marks.lengthen_pull(6)
+    assert marks.pull_frames == 6
+    walls.time.timeline.go(FIRST + 2)
+    marks.pull()
+    assert [focus(walls, FIRST + at) for at in (0, 2, 8, 20)] == pytest.approx([4, 4, 8, 8])
+    assert marks.pulls_made == 1
+    walls.editing.undo()
+    marks.pull_from, marks.pull_shape = "A", PullShape.LINEAR
+    marks.pull()
+    assert [focus(walls, FIRST + at) for at in (2, 5, 8)] == pytest.approx([2.0, 3.2, 8.0])
+    marks.pull_to, marks.pull_frames = "A", 0
+    before = walls.editing.shot
+    marks.pull()
+    assert walls.editing.shot == before and "more than 0 frames" in walls.messages.text
+
+
+def test_a_pull_is_suggested_as_long_as_the_last_where_it_fits(walls, marks):
+    assert marks.pull_frames == PULL_FRAMES == 18 and marks.pull_ease_percent == EASE_PERCENT
+    assert marks.pull_shape is PullShape.EASE
+    marks.set_point(LEFT)
+    marks.begin_pull()
+    assert marks.pull_frames == 18 and marks.pull_to == "A"
+    walls.time.timeline.go(LAST - 5)
+    marks.begin_pull()
+    assert marks.pull_frames == 5 and marks.pull_past_end == ""
+    marks.pull_to = "gone"
+    walls.time.timeline.go(LAST)
+    marks.begin_pull()
+    assert marks.pull_frames == 18 and marks.pull_to == "A"
+    assert f"frame {LAST + 18}" in marks.pull_past_end and f"{LAST} is the last" in (
+        marks.pull_past_end
+    )
+    marks.pull()
+    assert walls.messages.text == marks.pull_past_end
+    walls.time.timeline.go(LAST - 18)
+    assert marks.pull_past_end == ""
+
+
+def test_a_still_has_no_last_frame(tmp_path):
+    session = begun(tmp_path / "preferences", str(room_file(tmp_path / "still.exr")))
+    settled(session)
+    try:
+        marks = session.time.marks
+        marks.set_here()
+        marks.begin_pull()
+        assert marks.pull_past_end == "" and marks.pull_frames == 18
+        marks.follow(PointMark("A", 3.0, 3.0))
+        until(session, lambda: not marks.is_reading, "the still")
+    finally:
+        session.close()
+
+
+def test_a_pull_between_in_and_out_is_reversed_and_a_focus_held(walls, marks):
+    marks.reverse_pull()
+    assert "two keys" in walls.messages.text
+    marks.set_point(LEFT)
+    marks.lengthen_pull(8)
+    marks.pull()
+    ends = focus(walls, FIRST), focus(walls, FIRST + 8)
+    marks.reverse_pull()
+    assert (focus(walls, FIRST + 8), focus(walls, FIRST)) == ends
+    marks.hold_focus()
+    keys = walls.editing.shot.curves.focus_distance_m.keys
+    assert keys[0].interpolation is Interpolation.HOLD
+    assert focus(walls, FIRST + 7) == focus(walls, FIRST)
+
+
+def test_the_focus_follows_a_point_through_the_played_frames(walls, marks):
+    walls.time.timeline.go(FIRST + 2)
+    walls.time.timeline.set_in()
+    walls.time.timeline.go(FIRST + 14)
+    walls.time.timeline.set_out()
+    mark = PointMark("A", *map(float, RIGHT))
+    marks.follow(mark)
+    assert marks.is_reading
+    until(walls, lambda: not marks.is_reading, "all frames")
+    frames = [key.frame for key in walls.editing.shot.curves.focus_distance_m.keys]
+    assert frames == list(range(FIRST + 2, FIRST + 15))
+    assert focus(walls, FIRST + 14) == 8.0 and f"from {FIRST + 2} on" in walls.messages.text
+    walls.editing.undo()
+    assert not walls.editing.shot.key_frames
+
+
+def test_a_damaged_frame_ends_following_with_its_name(tmp_path):
+    pattern = write_plates(tmp_path)
+    (tmp_path / f"walls.{FIRST + 20}.exr").write_bytes(b"damaged")
+    session = begun(tmp_path / "preferences", pattern)
+    settled(session)
+    try:
+        marks = session.time.marks
+        marks.follow(PointMark("A", *map(float, RIGHT)))
+        assert "to follow A" in session.messages.text
+        until(session, lambda: not marks.is_reading, "the end")
+        assert f"walls.{FIRST + 20}.exr" in session.messages.text
+        assert not session.editing.shot.key_frames
+    finally:
+        session.close()
+
+
+def test_a_missing_frame_is_followed_on_the_one_before(tmp_path):
+    pattern = write_plates(tmp_path)
+    (tmp_path / f"walls.{FIRST + 3}.exr").unlink()
+    session = begun(tmp_path / "preferences", pattern)
+    settled(session)
+    try:
+        session.time.marks.follow(PointMark("A", *map(float, LEFT)))
+        until(session, lambda: not session.time.marks.is_reading, "the end")
+        assert focus(session, FIRST + 3) == 2.0
+        assert len(session.editing.shot.key_frames) == FrameRange(FIRST, LAST).count
+    finally:
+        session.close()
+
+
+def test_nothing_open_is_followed_nowhere(tmp_path):
+    session = begun(tmp_path / "preferences")
+    try:
+        session.time.marks.follow(PointMark("A", 1.0, 1.0))
+        assert "sequence or a scene" in session.messages.text
+    finally:
+        session.close()
