@@ -22,7 +22,7 @@ from heatlens.base.errors import InputError
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.frames import FRAME_MOST
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.option import options_of
+from heatlens.model.option import Values, options_of
 from heatlens.model.other_names import OTHER_NAMES
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
@@ -63,7 +63,7 @@ def _meant(function: str, name: str) -> str:
     return f". Did you mean {near[0]}?" if near else f"; there are {', '.join(known)}."
 
 
-def values_of(kind: type, given: Mapping[str, object]) -> dict[str, Any]:
+def values_of(kind: type, given: Mapping[str, object]) -> Values:
     """Return values for fields of the dataclass `kind`, each of the type of its field.
 
     None stays only where the field may be None. Raises InputError for other types.

@@ -2,7 +2,7 @@
 
 import os
 from dataclasses import dataclass, replace
-from typing import Any, Unpack
+from typing import Unpack
 
 from numpy.typing import ArrayLike
 
@@ -12,6 +12,7 @@ from heatlens.api.python_words import python_words
 from heatlens.api.source import OnePlate, Plates, Scene, Source
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import is_shot_file, read_shot
+from heatlens.model.option import Values
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.of_arrays import plate_of_arrays
@@ -30,7 +31,7 @@ class Asked:
 
     camera: str | None
     size: tuple[int, int] | None
-    options: dict[str, Any]
+    options: Values
     shot: Shot | None = None
 
 

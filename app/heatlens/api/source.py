@@ -31,6 +31,7 @@ from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.frames import check_within
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
+from heatlens.model.option import Values
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.plate.focus_pick import depth_at_m
@@ -170,9 +171,9 @@ class _Request:
     """
 
     frame: int | None
-    given: dict[str, Any]
+    given: Values
     focus_at: tuple[int, int] | None
-    blur: dict[str, Any]
+    blur: Values
 
     @property
     def changes_lens(self) -> bool:

@@ -15,6 +15,7 @@ from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
 from heatlens.model.lens_model import LensModel
 from heatlens.model.opening_image import OpeningImage
+from heatlens.model.option import Values
 
 _RATE = "frames_per_second"
 _UP = "up_axis"
@@ -87,12 +88,12 @@ def _check_columns(path: Path, names: Any) -> None:
             raise InputError(f"{path}: the column {name!r} occurs twice.")
 
 
-def _row(path: Path, line: int, cells: Mapping[str | None, Any]) -> dict[str, Any]:
+def _row(path: Path, line: int, cells: Mapping[str | None, Any]) -> Values:
     """Return the values of a line by the names of their columns, without the empty cells."""
     if None in cells or None in cells.values():
         raise InputError(f"{path}: line {line} has more or fewer cells than there are columns.")
     told = {str(name): text.strip() for name, text in cells.items() if text.strip()}
-    row: dict[str, Any] = {
+    row: Values = {
         name: text if name in _WORDS else _number(path, line, name, text)
         for name, text in told.items()
     }

@@ -2,14 +2,13 @@
 
 from collections.abc import Collection
 from dataclasses import fields, replace
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.camera.same_discs import with_nominal_f_stop
 from heatlens.camera.samples import PLAIN_OPENING, CameraSamples, Track, is_constant
 from heatlens.model.lens import Lens
 from heatlens.model.linear_keys import linear_keys
-from heatlens.model.option import type_of
+from heatlens.model.option import Values, type_of
 from heatlens.model.shot import LensParameter, Shot
 
 
@@ -35,14 +34,14 @@ def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -
     return shot
 
 
-def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Any]:
+def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> Values:
     """Return the fields of Lens of the camera at its first frame, except those in `kept`.
 
     Raises InputError for a sensor width that changes.
     """
     plain = PLAIN_OPENING if camera.tells_opening else {}
     values = {name: value for name, value in plain.items() if name not in kept}
-    told: dict[str, Any] = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
+    told: Values = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
     for name in told:
         if type_of(Lens, name) is not float:  # cameras hold numbers, also of what is counted
             told[name] = type_of(Lens, name)(round(told[name]))

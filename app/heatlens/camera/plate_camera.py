@@ -3,7 +3,6 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Array, Matrix, from_exr, is_rigid, matrix_of
 from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, Track, UpAxis
 from heatlens.model.frames import FRAMES_PER_SECOND
+from heatlens.model.option import Values
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header.channels import Header
 from heatlens.plate.header.timecode import rate_at
@@ -38,7 +38,7 @@ def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y
         sequence.path_at(frame): read_headers(sequence.path_at(frame)) for frame in sequence.present
     }
     cameras = {path: camera_at_header(found) for path, found in headers.items()}
-    tracks: dict[str, Any] = {name: _track(name, cameras) for name in _TOLD_BY_HEADERS}
+    tracks: Values = {name: _track(name, cameras) for name in _TOLD_BY_HEADERS}
     placement, notes = placement_of(list(headers.values()), sequence.present, scene_unit_m)
     width_mm = tracks["sensor_width_mm"]
     if width_mm is not None:

@@ -1,10 +1,10 @@
 """Convert a camera's lens to the samples that are sent during playback."""
 
 from collections.abc import Callable
-from typing import Any
 
 from heatlens.camera.samples import CameraSamples, finite_m
 from heatlens.live.ring.lens_sample import LensSample
+from heatlens.model.option import Values
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode
 
@@ -27,7 +27,7 @@ def _sample(
         "f_stop": camera.nominal_f_stop or camera.f_stop,
         "focal_length_mm": camera.focal_length_mm,
     }
-    values: dict[str, Any] = {
+    values: Values = {
         name: finite_m(track[at]) for name, track in tracks.items() if track is not None
     }
     frame, rate = camera.frames[at], camera.frames_per_second

@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 from heatlens.base.errors import InputError
 from heatlens.camera.placement import Matrix, check_rigid
@@ -19,7 +19,7 @@ from heatlens.model.frames import (
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.option import options_of, type_of
+from heatlens.model.option import Values, options_of, type_of
 from heatlens.model.timecode import Timecode
 
 Track = tuple[float, ...]  # a value at each frame
@@ -146,7 +146,7 @@ class CameraSamples:
         return None if len(self.frames) == 1 else FrameRange(self.frames[0], self.frames[-1])
 
 
-def fields_of(tracks: Mapping[str, object]) -> dict[str, Any]:
+def fields_of(tracks: Mapping[str, object]) -> Values:
     """Return the fields of `CameraSamples` that hold tracks; a track that is None is not known."""
     opening = {name: tracks[name] for name in OPENING_TRACKS if tracks.get(name) is not None}
     others = {name: track for name, track in tracks.items() if name not in OPENING_TRACKS}

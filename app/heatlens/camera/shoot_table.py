@@ -7,7 +7,6 @@ names; see `heatlens.plate.header.shoot_names`.
 import csv
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import file_bytes, unreadable
@@ -20,6 +19,7 @@ from heatlens.camera.shoot_rows import (
     unreadable_notes,
 )
 from heatlens.model.frames import FRAMES_PER_SECOND
+from heatlens.model.option import Values
 from heatlens.model.timecode import Timecode, timecode_in
 from heatlens.plate.header.shoot_names import ShootLens, not_understood, shoot_lens
 
@@ -105,7 +105,7 @@ def _read(path: Path) -> ShootTable:
         raise InputError(f"{path} is damaged: {error}.") from error
 
 
-def _tracks(lenses: Sequence[ShootLens]) -> dict[str, Any]:
+def _tracks(lenses: Sequence[ShootLens]) -> Values:
     """Return the values of each field that is read, or None; T-stops stand in for f-stops."""
     tracks = {name: _track(name, lenses) for name in _READ}
     return tracks | {"f_stop": tracks["f_stop"] or _track("t_stop", lenses)}

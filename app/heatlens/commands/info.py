@@ -10,7 +10,7 @@ from heatlens.commands.options.scene_options import add_placing_options
 from heatlens.commands.options.value_types import number
 from heatlens.commands.output.say import tell
 from heatlens.commands.sources.info_sequence import found_among, lacks_frames, sequence_info
-from heatlens.commands.sources.source_commands import Line, commands_for
+from heatlens.commands.sources.source_commands import Facts, Line, commands_for
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.sequence.sequence import Sequence
 
@@ -74,9 +74,7 @@ def run(args: argparse.Namespace) -> int:
     return int(any(lacks_frames(facts) for facts, _ in found))
 
 
-def _facts_of(
-    args: argparse.Namespace, item: str | Sequence
-) -> tuple[dict[str, object], list[Line]]:
+def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[Facts, list[Line]]:
     if isinstance(item, Sequence):
         return sequence_info(item, plate_options(args))
     if is_shot_file(item):

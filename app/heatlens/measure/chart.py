@@ -4,10 +4,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, TypedDict
 
 from heatlens.base.extras import import_extra
 from heatlens.files.atomic_file import replacing
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
 
 # Colours that people with colour blindness can tell apart (Okabe and Ito 2008), darkened for
 # white paper; each method has a marker of its own as well.
@@ -32,21 +38,23 @@ class Entry:
     height  entries are sorted by decreasing height
     """
 
-    artist: object
+    artist: "Artist"
     words: str
     height: float
 
 
-def new_figure(width_in: float, height_in: float, extra: str = "plot") -> Any:
+def new_figure(width_in: float, height_in: float, extra: str = "plot") -> "Figure":
     """Return an empty figure with automatic layout of titles and legends.
 
     Raises InputError that names the `extra` to install if matplotlib is missing.
     """
-    figure = import_extra("matplotlib.figure", "A chart", extra).Figure
-    return figure(figsize=(width_in, height_in), layout="constrained")
+    made: Figure = import_extra("matplotlib.figure", "A chart", extra).Figure(
+        figsize=(width_in, height_in), layout="constrained"
+    )
+    return made
 
 
-def write_figure(path: Path, figure: Any, dpi: int = 150) -> None:
+def write_figure(path: Path, figure: "Figure", dpi: int = 150) -> None:
     """Write a figure as PNG or SVG, by its suffix, completely or not at all.
 
     Raises InputError if the file cannot be written.
@@ -58,20 +66,27 @@ def write_figure(path: Path, figure: Any, dpi: int = 150) -> None:
         figure.savefig(beside, format=kind, dpi=dpi, metadata=metadata)
 
 
-def style_of(method: str) -> dict[str, str]:
+class Style(TypedDict):
+    """Colour and marker of a line, as keywords of matplotlib."""
+
+    color: str
+    marker: str
+
+
+def style_of(method: str) -> Style:
     """Return colour and marker of a method; text after its name, as in "heat 23", is ignored."""
     color, marker = _STYLES.get(method.partition(" ")[0], _OTHER_STYLE)
     return {"color": color, "marker": marker}
 
 
-def plain_axes(axes: Any, title: str = "") -> None:
+def plain_axes(axes: "Axes", title: str = "") -> None:
     """Set a faint grid, no frame at the top and the right, and a title at the left."""
     axes.grid(alpha=0.3)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title(title, loc="left", fontsize="medium")
 
 
-def plain_ticks(axis: Any) -> None:
+def plain_ticks(axis: "Axis") -> None:
     """Label a logarithmic axis with 1, 2, 5, 10 instead of powers; a long one with decades."""
     low, high = axis.get_view_interval()
     steps = (1, 2, 5) if high / low < 1000 else (1,)
@@ -82,7 +97,7 @@ def plain_ticks(axis: Any) -> None:
     axis.set_ticks([], minor=True)
 
 
-def legend_beside(axes: Any, entries: Sequence[Entry]) -> None:
+def legend_beside(axes: "Axes", entries: Sequence[Entry]) -> None:
     """Place a legend right of the axes, with the entries in the vertical order of their lines."""
     ordered = sorted(entries, key=lambda entry: -entry.height)
     axes.legend(

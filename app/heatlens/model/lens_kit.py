@@ -6,13 +6,13 @@ that the shot is the same on a machine that does not have the kit.
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from heatlens.base.errors import InputError, LensError
 from heatlens.model.aperture import Aperture
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import as_measured_m, from_pupil_m
 from heatlens.model.opening_fields import OpeningFields
+from heatlens.model.option import Values
 
 _LENGTHS_MM = (1.0, 5000.0)
 _STOPS = (0.5, 64.0)
@@ -172,7 +172,7 @@ class LensKit:
 def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
     """Return `lens` within what one lens of a kit can do; its character stays."""
     close_focus_m = _close_focus_m(lens, kit_lens)
-    changed: dict[str, Any] = {
+    changed: Values = {
         "focal_length_mm": kit_lens.length_near(lens.focal_length_mm),
         "f_stop": max(lens.f_stop, kit_lens.f_stop),
         "focus_distance_m": max(lens.focus_distance_m, close_focus_m),

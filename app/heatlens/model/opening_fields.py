@@ -5,10 +5,9 @@ panel, the command line and the arguments of Python derive from them by their me
 """
 
 from dataclasses import dataclass, field
-from typing import Any
 
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.option import option, option_field, options_of
+from heatlens.model.option import Values, option, option_field, options_of
 
 BLADES_LEAST, BLADES_MOST = 3, 16
 
@@ -109,6 +108,6 @@ class OpeningFields:
     )
 
     @property
-    def opening(self) -> dict[str, Any]:
+    def opening(self) -> Values:
         """The values of these fields by their names."""
         return {name: getattr(self, name) for name in options_of(OpeningFields)}

@@ -12,6 +12,9 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from heatlens.base.errors import InputError
 
+# Values of fields by name. Their types differ; the dataclass that takes them checks them.
+Values = dict[str, Any]
+
 _KEY = "option"
 
 

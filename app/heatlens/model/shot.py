@@ -3,7 +3,6 @@
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import ceil, floor
-from typing import Any
 
 from heatlens.base.errors import InputError, LensError
 from heatlens.model.curve import Curve
@@ -14,7 +13,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.model.look import Look, check_looks
 from heatlens.model.marks import Mark, check_marks
-from heatlens.model.option import options_of
+from heatlens.model.option import Values, options_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.timecode import Timecode, parse_timecode
@@ -167,7 +166,7 @@ class Shot:
         Raises LensError that names the frame where keys ask for an impossible lens.
         """
         curves = {str(p): c for p in LensParameter if (c := self.curves.of(p)).keys}
-        values: dict[str, Any] = {name: curve.value_at(frame) for name, curve in curves.items()}
+        values: Values = {name: curve.value_at(frame) for name, curve in curves.items()}
         if not values:
             return self.lens
         try:
@@ -203,7 +202,7 @@ class Shot:
         """
         curve = self.curves.of(parameter)
         if not curve.keys:
-            changed: dict[str, Any] = {str(parameter): value}
+            changed: Values = {str(parameter): value}
             return replace(self, lens=replace(self.lens_at(frame), **changed))
         if curve.key_at(frame) is None and not auto_key:
             raise InputError(

@@ -5,6 +5,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
@@ -24,7 +25,7 @@ _ID_METADATA = "cryptomatte/"
 
 def kept_channels(
     plate: Plate, options: PlateOptions, wanted: Sequence[str]
-) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+) -> tuple[dict[str, NDArray[np.generic]], dict[str, Any]]:
     """Return pixels (H, W) by full name over the plate's data window, and attributes they need.
 
     `wanted` are names of layers or channels, or "all". The colour is never included, because it is
@@ -35,7 +36,7 @@ def kept_channels(
     parts = color_file_parts(plate.path, options)
     headers = [header for header, _ in parts]
     chosen = _chosen(plate.path, headers, options, wanted)
-    kept: dict[str, NDArray[Any]] = {}
+    kept: dict[str, NDArray[np.generic]] = {}
     for ref in chosen:
         source = box_at_header(headers[ref.part], "dataWindow")
         pixels = pixels_of(parts, ref)

@@ -5,19 +5,20 @@ Only this module knows the closed intervals of the file.
 
 import math
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
+from heatlens.plate.header.channels import Header
 from heatlens.plate.plate import FloatImage
 
 Number = TypeVar("Number", bound=np.generic)
 HeaderWindow = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
-def box_at_header(header: dict[str, Any], key: str) -> Box:
+def box_at_header(header: Header, key: str) -> Box:
     """Return the window `key` ("dataWindow" or "displayWindow") of an EXR header."""
     (x_min, y_min), (x_max, y_max) = header[key]
     return Box(int(x_min), int(y_min), int(x_max) + 1, int(y_max) + 1)
@@ -56,7 +57,7 @@ def _rows_columns(box: Box, window: Box) -> tuple[slice, slice]:
     return rows, slice(box.x0 - window.x0, box.x1 - window.x0)
 
 
-def pixel_aspect_of(path: Path, header: dict[str, Any]) -> tuple[float, tuple[str, ...]]:
+def pixel_aspect_of(path: Path, header: Header) -> tuple[float, tuple[str, ...]]:
     """Return the aspect ratio of a pixel; 1 with a note if the header has no valid value."""
     aspect = float(header.get("pixelAspectRatio", 1.0))
     if 0 < aspect < math.inf:

@@ -14,6 +14,7 @@ from heatlens.model.framing import Framing, SceneTiming
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.linear_keys import linear_keys
+from heatlens.model.option import Values
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.scene.placing import Placing, placed_first
 from heatlens.scene.scene import Scene, SceneCamera
@@ -211,7 +212,7 @@ def through_camera(shot: Shot, camera: SceneCamera) -> Shot:
     return shot
 
 
-def lens_values(camera: SceneCamera) -> dict[str, Any]:
+def lens_values(camera: SceneCamera) -> Values:
     """Return the fields of Lens that the file has for a camera, at its first frame."""
     told = {field: getattr(camera, field) for field in (*ANGLE, *OPENING)}
     return {field: value for field, value in told.items() if value is not None}

@@ -18,7 +18,7 @@ from heatlens.commands.options.value_types import (
     with_point,
 )
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.option import Option, options_of, type_of
+from heatlens.model.option import Option, Values, options_of, type_of
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.plate.opening_picture import read_opening_image
 
@@ -43,7 +43,7 @@ def flag_of(kind: type, name: str) -> str:
     return f"--{options_of(kind)[name].flag}"
 
 
-def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()) -> dict[str, Any]:
+def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()) -> Values:
     """Return the given values for fields of a dataclass, without those that were not given.
 
     Raises InputError for values that cannot be read, and for numbers outside their range.
@@ -84,7 +84,7 @@ def _attribute(told: Option) -> str:
     return told.flag.replace("-", "_")
 
 
-def _keywords(kind: Any, told: Option) -> dict[str, Any]:
+def _keywords(kind: Any, told: Option) -> Values:
     """Return the keyword arguments of `add_argument` for an option."""
     if kind is bool:
         return {"action": "store_true", "help": told.help}

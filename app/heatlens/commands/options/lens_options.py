@@ -13,6 +13,7 @@ from heatlens.model.filmback import filmback_named
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.measured_from import MeasuredFrom
+from heatlens.model.option import Values
 from heatlens.plate.focus_pick import depth_at_m, no_distances
 from heatlens.plate.header.header_lens import MissingLensError, plate_lens
 from heatlens.plate.opening_picture import opening_notes, read_opening_image
@@ -61,7 +62,7 @@ def sensor_width_of(args: argparse.Namespace) -> float | None:
     return width_mm if name is None else filmback_named(name).width_mm
 
 
-def given_lens(args: argparse.Namespace) -> dict[str, Any]:
+def given_lens(args: argparse.Namespace) -> Values:
     """Return the fields of Lens that the options give, except what --focus-at finds.
 
     Raises InputError for an invalid distance, an unknown film back, an unknown lens kit or an
@@ -82,7 +83,7 @@ def _read_image(args: argparse.Namespace) -> None:
     say(*opening_notes(args.aperture_image, bool(args.blades or args.blade_curvature)))
 
 
-def _measure_from_pupil(values: dict[str, Any]) -> None:
+def _measure_from_pupil(values: Values) -> None:
     """Convert the given focus to a distance from the entrance pupil. Raises InputError."""
     start = values.get("measured_from", MeasuredFrom.PUPIL)
     if "pupil_offset_mm" in values and start is MeasuredFrom.PUPIL:

@@ -1,9 +1,7 @@
 """The output of `heatlens info` for one plate."""
 
-from typing import Any
-
 from heatlens.color.color_config import PLAIN_OCIO_VIEW
-from heatlens.commands.sources.source_commands import Line
+from heatlens.commands.sources.source_commands import Facts, Line
 from heatlens.model.lens_model import LensModel
 
 _CAMERA_LINES = (
@@ -21,7 +19,7 @@ _FOR_THE_EYE = (
 )
 
 
-def plate_lines(facts: dict[str, Any]) -> list[Line]:
+def plate_lines(facts: Facts) -> list[Line]:
     """Return the facts of `inspect` as text, each with a label."""
     return [
         ("file", facts["path"]),
@@ -41,7 +39,7 @@ def plate_lines(facts: dict[str, Any]) -> list[Line]:
     ]
 
 
-def _notes(facts: dict[str, Any]) -> list[str]:
+def _notes(facts: Facts) -> list[str]:
     """Return the notes without the reading of the depth and its reason, which have their lines."""
     why, question = (facts["depth"].get(name, "") for name in ("why", "question"))
     notes = (
@@ -57,7 +55,7 @@ def _window(corners: list[int]) -> str:
     return f"({x0}, {y0}) to ({x1 - 1}, {y1 - 1})"
 
 
-def _part_lines(parts: list[dict[str, Any]]) -> list[Line]:
+def _part_lines(parts: list[Facts]) -> list[Line]:
     """Return one line for each part and one for each type of channel in it."""
     lines = []
     for count, part in enumerate(parts, start=1):
@@ -70,7 +68,7 @@ def _part_lines(parts: list[dict[str, Any]]) -> list[Line]:
     return lines
 
 
-def _camera_lines(camera: dict[str, Any]) -> list[Line]:
+def _camera_lines(camera: Facts) -> list[Line]:
     """Return the lens values of the header, each with the attribute it comes from."""
     lines = []
     for label, name, unit in _CAMERA_LINES:
@@ -90,7 +88,7 @@ def _source_words(source: str) -> str:
     return source if source.startswith("header, ") else f"header: {source}"
 
 
-def _primaries_lines(told: dict[str, object] | None) -> list[Line]:
+def _primaries_lines(told: Facts | None) -> list[Line]:
     """Return the primaries of the colours, and the attribute that states them."""
     if told is None:
         return [("primaries", "linear Rec.709 (the header names no other)")]
@@ -102,7 +100,7 @@ def _primaries_lines(told: dict[str, object] | None) -> list[Line]:
     return [("primaries", f"{told['space']} (header: {told['attribute']})")]
 
 
-def _color_lines(color: dict[str, Any]) -> list[Line]:
+def _color_lines(color: Facts) -> list[Line]:
     """Return layer and range of the colour, or why there is none."""
     lines = []
     if "layer" in color:
@@ -119,7 +117,7 @@ def _color_lines(color: dict[str, Any]) -> list[Line]:
     return lines
 
 
-def _depth_lines(depth: dict[str, Any]) -> list[Line]:
+def _depth_lines(depth: Facts) -> list[Line]:
     """Return channel, convention with its reason and range of the depth, or why there is none."""
     if "problem" in depth:
         return [("depth", f"none: {depth['problem']}")]
@@ -137,7 +135,7 @@ def _depth_lines(depth: dict[str, Any]) -> list[Line]:
     return [*lines, ("  range", span), ("  counts", counts)]
 
 
-def _behind_lines(behind: list[dict[str, Any]]) -> list[Line]:
+def _behind_lines(behind: list[Facts]) -> list[Line]:
     """Return what each picture behind adds, or why it cannot be added."""
     return [
         ("behind", f"{one['name']} {one['words']}" + (f": {one['problem']}" * bool(one["problem"])))

@@ -1,13 +1,11 @@
 """The output of `heatlens info` for a 3D scene."""
 
-from typing import Any
-
-from heatlens.commands.sources.source_commands import Line
+from heatlens.commands.sources.source_commands import Facts, Line
 
 _NAMES_MOST = 8  # of objects, in a line
 
 
-def scene_lines(facts: dict[str, Any]) -> list[Line]:
+def scene_lines(facts: Facts) -> list[Line]:
     """Return the facts of `scene_facts` as text, each with a label."""
     return [
         ("scene", facts["path"]),
@@ -23,14 +21,14 @@ def scene_lines(facts: dict[str, Any]) -> list[Line]:
     ]
 
 
-def _frames(facts: dict[str, Any]) -> str:
+def _frames(facts: Facts) -> str:
     frames = facts["frames"]
     if frames is None:
         return "nothing moves"
     return f"{frames['first']} to {frames['last']}, {facts['frames_per_second']:g} per second"
 
 
-def _camera_lines(cameras: list[dict[str, object]]) -> list[Line]:
+def _camera_lines(cameras: list[Facts]) -> list[Line]:
     """Return a line for each camera; the first is used unless another is named."""
     lines = [
         (
@@ -43,7 +41,7 @@ def _camera_lines(cameras: list[dict[str, object]]) -> list[Line]:
     return lines or [("camera", "none: all of the scene is seen")]
 
 
-def _how(camera: dict[str, object]) -> str:
+def _how(camera: Facts) -> str:
     assumed = " (assumed: the file has only its angle of view)"
     moves = ", moves" if camera["moves"] else ""
     return (assumed if camera["sensor_width_assumed"] else "") + moves
@@ -55,7 +53,7 @@ def _objects(names: list[str]) -> str:
     return f"{len(names)}: {shown}{more}"
 
 
-def _lights(facts: dict[str, Any]) -> str:
+def _lights(facts: Facts) -> str:
     lamps = {0: "", 1: "1 lamp"}.get(facts["lights"], f"{facts['lights']} lamps")
     sun = "the sun" if facts["sun"] else ""
     return " and ".join(part for part in (sun, lamps) if part) or "none but the sky"

@@ -4,10 +4,9 @@ import os
 from collections.abc import Sequence as Items
 from itertools import count
 from pathlib import Path
-from typing import Any
 
 from heatlens.commands.output.progress_line import progress_line
-from heatlens.commands.sources.source_commands import Line
+from heatlens.commands.sources.source_commands import Facts, Line
 from heatlens.frame_cache.sequence_facts import sequence_facts
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.units import format_distance
@@ -39,7 +38,9 @@ def found_among(texts: Items[str]) -> list[str | Sequence]:
     return [_settled(item, groups) if isinstance(item, tuple) else item for item in found]
 
 
-def _settled(key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], list[int]]) -> Any:
+def _settled(
+    key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], list[int]]
+) -> str | Sequence:
     """Return the name of a single file, or the sequence of the listed frames."""
     folder, form = key
     frames = tuple(sorted(groups[key]))
@@ -49,9 +50,7 @@ def _settled(key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], lis
     return Sequence(folder, form, every, frames)
 
 
-def sequence_info(
-    sequence: Sequence, options: PlateOptions
-) -> tuple[dict[str, object], list[Line]]:
+def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[Facts, list[Line]]:
     """Return the facts of a sequence, and lines of text; show the progress on a terminal."""
     number = count(1)
     with progress_line() as show:
@@ -63,12 +62,12 @@ def sequence_info(
     return facts, _lines(facts)
 
 
-def lacks_frames(facts: dict[str, object]) -> bool:
+def lacks_frames(facts: Facts) -> bool:
     """Return True for a sequence of which frames are missing or damaged."""
     return bool(facts.get("missing") or facts.get("damaged"))
 
 
-def _lines(facts: dict[str, Any]) -> list[Line]:
+def _lines(facts: Facts) -> list[Line]:
     lines = [
         ("sequence", facts["path"]),
         ("frames", f"{facts['frames']} ({facts['frame_count']})"),

@@ -14,7 +14,7 @@ from heatlens.commands.output.plate_words import say_plate
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.info_plate import plate_lines
 from heatlens.commands.sources.shot_plate import plate_shot
-from heatlens.commands.sources.source_commands import Line, SourceCommands
+from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.defocus.quality import unused_behind_notes
 from heatlens.frame_cache.reader import settled_options
 from heatlens.model.settings import DefocusSettings
@@ -63,7 +63,7 @@ class PlateCommands(SourceCommands):
         """Return a shot with the files, lens, frames and frame rate of the plates."""
         return plate_shot(args, camera)
 
-    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, object], list[Line]]:
+    def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
         """Return what is in the file and how it would be read."""
         with file_of_input(Path(text)) as path:
             facts = inspect(path, plate_options(args))

@@ -16,7 +16,7 @@ from heatlens.commands.output.plate_words import say_breathing
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.info_scene import scene_lines
 from heatlens.commands.sources.shot_plate import rate_of
-from heatlens.commands.sources.source_commands import Line, SourceCommands
+from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.model.frames import parse_frame_range
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
@@ -57,16 +57,13 @@ class SceneCommands(SourceCommands):
         rate = shot.frames_per_second if is_own else rate_of(args, camera)
         return replace(shot, frames=frames, frames_per_second=rate)
 
-    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, object], list[Line]]:
+    def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
         """Return its cameras, frames, objects, triangles, lights and size."""
         refuse_unused(args, text)
         lens = ("focal_length", "sensor_width")
         refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
         facts = scene_facts(first_shot(text, placing=placing_of(args)))
         return facts, scene_lines(facts)
-
-
-Facts = dict[str, object]
 
 
 def scene_facts(first: FirstShot) -> Facts:

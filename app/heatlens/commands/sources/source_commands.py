@@ -1,7 +1,7 @@
 """What the command line does with a source, whatever its kind."""
 
 import argparse
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
 
 Line = tuple[str, str]  # label and value
+Facts = dict[str, Any]  # what `info` tells programs
 
 
 class SourceCommands:
@@ -36,7 +37,7 @@ class SourceCommands:
         """Return a shot of `args.plate` with its lens, frames and frame rate (shot new)."""
         self._refuse(args.plate)
 
-    def info(self, args: argparse.Namespace, text: str) -> tuple[dict[str, object], list[Line]]:
+    def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
         """Return the facts of `text` for programs, and as lines for people (info)."""
         self._refuse(text)
 

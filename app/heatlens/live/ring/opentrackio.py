@@ -16,6 +16,7 @@ from typing import Any
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.otrk_packet import Encoding, RingPacketError
 from heatlens.model.frames import exact_rate
+from heatlens.model.option import Values
 from heatlens.model.timecode import Timecode
 
 _VERSION = [1, 0, 1]
@@ -44,7 +45,7 @@ def sample_of(text: bytes, encoding: Encoding) -> LensSample:
     if not isinstance(root, dict):
         raise RingPacketError("a sample is not a list of names and values")
     lens = _below(root, "lens")
-    values: dict[str, Any] = {name: _number(lens, key, _LEAST) for name, key in _POSITIVE.items()}
+    values: Values = {name: _number(lens, key, _LEAST) for name, key in _POSITIVE.items()}
     turns = _below(lens, "encoders")
     values |= {name: _number(turns, key, 0.0, 1.0) for name, key in _TURNS.items()}
     offset_m = _number(lens, "entrancePupilOffset", -_OFFSET_MOST_M, _OFFSET_MOST_M)
@@ -62,7 +63,7 @@ def source_id(name: str) -> str:
 
 def text_of(sample: LensSample, encoding: Encoding, source_number: int = 1) -> bytes:
     """Write a sample with the values that it has."""
-    lens: dict[str, Any] = {
+    lens: Values = {
         key: getattr(sample, name) for name, key in _POSITIVE.items() if _is_known(sample, name)
     }
     if _is_known(sample, "pupil_offset_mm"):

@@ -10,12 +10,12 @@ import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from threading import get_ident
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.live.ring.assembly import Sender
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.otrk_packet import RingPacketError
+from heatlens.model.option import Values
 
 _VALUES = ("focus_distance_m", "f_stop", "focal_length_mm")
 _NAME_LETTERS = 80
@@ -81,7 +81,7 @@ def _numbers(told: Iterable[tuple[str, tuple[object, ...]]]) -> Iterable[tuple[s
 
 
 def _sample(channels: dict[str, float], sender: Sender) -> LensSample:
-    values: dict[str, Any] = {
+    values: Values = {
         name: value
         for address, value in channels.items()
         for name in _VALUES

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
 from heatlens.files.output_check import check_writable
@@ -21,12 +21,16 @@ from heatlens.measure.chart import (
     write_figure,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 _TRADE_COC_PX = 50.0  # the blur of the third panel: large enough to distinguish the methods
 _FLIP_LEAST = 1e-4  # drawn for equal pictures, because a logarithmic axis has no 0
 Points = list[tuple[float, float]]  # points of one method, by increasing blur
 
 
-def time_panel(axes: Any, report: MethodReport) -> None:
+def time_panel(axes: "Axes", report: MethodReport) -> None:
     """Draw milliseconds per frame against the circle of confusion in pixels.
 
     A level line means a constant cost. The dotted line grows with the area of the blur disc.
@@ -39,7 +43,7 @@ def time_panel(axes: Any, report: MethodReport) -> None:
     legend_beside(axes, [*entries, *_draw_growth(axes, lines)])
 
 
-def error_panel(axes: Any, report: ErrorReport) -> None:
+def error_panel(axes: "Axes", report: ErrorReport) -> None:
     """Draw FLIP to the truth against the circle of confusion in pixels.
 
     Errors inside the grey area are smaller than the noise of the truth itself.
@@ -56,7 +60,7 @@ def error_panel(axes: Any, report: ErrorReport) -> None:
     legend_beside(axes, [*entries, Entry(area, "noise of the truth", 0.0)])
 
 
-def trade_panel(axes: Any, report: ErrorReport) -> None:
+def trade_panel(axes: "Axes", report: ErrorReport) -> None:
     """Draw FLIP against milliseconds: a large point per method at one blur, faint lines at all.
 
     Low is accurate, left is fast. A method that was too slow for that blur has its point at the
@@ -111,7 +115,7 @@ def _lines(rows: list[tuple[float, dict[str, float | None]]]) -> dict[str, Point
 
 
 def _draw_lines(
-    axes: Any, lines: dict[str, Points], cocs_px: Sequence[float], limit_s: float
+    axes: "Axes", lines: dict[str, Points], cocs_px: Sequence[float], limit_s: float
 ) -> list[Entry]:
     """Draw a line for each method, and return its legend, which explains lines that end early."""
     axes.set(xscale="log", yscale="log")
@@ -130,7 +134,7 @@ def _draw_lines(
     return entries
 
 
-def _draw_growth(axes: Any, lines: dict[str, Points]) -> list[Entry]:
+def _draw_growth(axes: "Axes", lines: dict[str, Points]) -> list[Entry]:
     """Draw the growth of the disc's area over a decade of blur, above the steepest line."""
     long = [points for points in lines.values() if len(points) > 1]
     if not long:
@@ -176,13 +180,13 @@ def write_plot(path: Path, times: MethodReport, errors: ErrorReport | None, rend
     write_figure(path, figure)
 
 
-def _time_figure(times: MethodReport) -> Any:
+def _time_figure(times: MethodReport) -> "Figure":
     figure = new_figure(9, 5.5)
     time_panel(figure.subplots(), times)
     return figure
 
 
-def _whole_figure(times: MethodReport, errors: ErrorReport) -> Any:
+def _whole_figure(times: MethodReport, errors: ErrorReport) -> "Figure":
     figure = new_figure(13, 9)
     panels = figure.subplot_mosaic([["time", "error"], ["trade", "trade"]])
     time_panel(panels["time"], times)

@@ -1,7 +1,7 @@
 """Draw the chart of a report: the error of each method against its time."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 from heatlens.measure.chart import (
     Entry,
@@ -13,6 +13,10 @@ from heatlens.measure.chart import (
 )
 from heatlens.measure.study.measured import Row
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 _SECONDS_LEAST = 1e-6  # a clock may return 0, which a logarithmic axis does not have
 _FLIP_LEAST = 0.01  # the shortest axis, for methods that all equal the reference
 
@@ -22,7 +26,7 @@ def check_chart() -> None:
     new_figure(1.0, 1.0, extra="study")
 
 
-def error_chart(rows: Sequence[Row], best: Row) -> object:
+def error_chart(rows: Sequence[Row], best: Row) -> "Figure":
     """Return a figure with a point for each method: milliseconds, logarithmic, and FLIP from 0.
 
     The legend names the methods, the one with the largest error at the top, and marks `best`.
@@ -45,7 +49,7 @@ def error_chart(rows: Sequence[Row], best: Row) -> object:
     return figure
 
 
-def _show_a_decade(axes: Any) -> None:
+def _show_a_decade(axes: "Axes") -> None:
     """Widen the time axis to a factor of ten at least, around its middle."""
     low, high = axes.get_xlim()
     middle = (low * high) ** 0.5

@@ -82,7 +82,8 @@ def flattened_part(path: Path) -> Part:
     headers = read_headers(path)
     channels = deep_channels(path, headers, None, None)
     made, _ = _read(DeepPart(path, channels.part), channels, 1.0)
-    pixels = {name: made.color[..., k] for k, name in enumerate("RGBA")} | {"Z": made.depth_m}
+    pixels: dict[str, NDArray[np.generic]] = {}
+    pixels |= {name: made.color[..., k] for k, name in enumerate("RGBA")} | {"Z": made.depth_m}
     kept = [SimpleNamespace(name=name, xSampling=1, ySampling=1) for name in pixels]
     header = headers[channels.part] | {"channels": kept, "type": OpenEXR.scanlineimage}
     return header, pixels

@@ -3,10 +3,10 @@
 import io
 import os
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import OpenEXR
+from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.files.atomic_file import write_whole
@@ -30,14 +30,14 @@ _MEASURES = ("z", "depth", "coc")  # these need more digits than a half float ha
 
 def write_exr(
     path: str | os.PathLike[str],
-    channels: Mapping[str, np.ndarray[Any, Any]],
+    channels: Mapping[str, NDArray[np.generic]],
     data_window: Box,
     display_window: Box,
     pixel_aspect_ratio: float = 1.0,
-    attributes: Mapping[str, Any] | None = None,
+    attributes: Mapping[str, object] | None = None,
     half: bool = True,
     compression: str = "zip",
-    kept: Mapping[str, np.ndarray[Any, Any]] | None = None,
+    kept: Mapping[str, NDArray[np.generic]] | None = None,
 ) -> None:
     """Write `channels` by name, each (H, W) over `data_window`; Z, depth and coc stay float.
 
@@ -69,8 +69,8 @@ def write_exr(
 
 
 def _stored(
-    name: str, values: np.ndarray[Any, Any], shape: tuple[int, int], half: bool
-) -> np.ndarray[Any, Any]:
+    name: str, values: NDArray[np.generic], shape: tuple[int, int], half: bool
+) -> NDArray[np.generic]:
     """Return `values` in the type and memory order of the file.
 
     The array must be contiguous: the library writes the memory of a view, not its elements.

@@ -6,16 +6,16 @@ The focus distance is in metres; focal length and sensor size are in millimetres
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from heatlens.model.lens_model import LensModel
+from heatlens.model.option import Values
 from heatlens.plate.header.shoot_names import ShootLens, is_of_shoot, shoot_lens
 from heatlens.plate.header.written_by import rendered_by
 from heatlens.plate.plate import CameraHeader
 
-Header = dict[str, Any]
+Header = Values
 
 # Each field of CameraHeader and the attributes that give it, most specific to pinholes first.
 _ATTRIBUTES = {
@@ -35,7 +35,7 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
     A value that no lens can have (zero, negative, not a number) counts as missing, and `refused`
     names it; only the focus may be infinite.
     """
-    values: dict[str, Any] = {}
+    values: Values = {}
     sources: dict[str, str] = {}
     for name, attributes in _ATTRIBUTES.items():
         for attribute in attributes:

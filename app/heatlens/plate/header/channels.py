@@ -8,12 +8,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.plate.header.views import view_of, views_of, without_view
 
 Header = dict[str, Any]
-Part = tuple[Header, dict[str, NDArray[Any]]]
+Part = tuple[Header, dict[str, NDArray[np.generic]]]
 
 _NAMES_LISTED = 20
 
@@ -81,9 +82,9 @@ def flat_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
     return tuple(ref for ref in list_channels(headers) if (ref.part, ref.key) in sampled)
 
 
-def pixels_of(parts: Sequence[Part], ref: ChannelRef) -> NDArray[Any]:
+def pixels_of(parts: Sequence[Part], ref: ChannelRef) -> NDArray[np.generic]:
     """Return the channel's values (H, W), float16, float32 or uint32 as in the file."""
-    pixels: NDArray[Any] = parts[ref.part][1][ref.key]
+    pixels: NDArray[np.generic] = parts[ref.part][1][ref.key]
     return pixels
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from heatlens.base.errors import InputError
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.lens import Lens
+from heatlens.model.option import Values
 from heatlens.plate.header.camera_header import lens_model_of
 from heatlens.plate.header.start_lens import StartLens
 from heatlens.plate.plate import Plate
@@ -73,7 +74,7 @@ def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
     return StartLens(Lens(**values), sources)
 
 
-def _opening(given: Mapping[str, object]) -> dict[str, Any]:
+def _opening(given: Mapping[str, object]) -> Values:
     return {name: given[name] for name in APERTURE_FIELDS if name in given}
 
 

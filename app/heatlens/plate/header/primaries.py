@@ -7,9 +7,9 @@ OpenEXR documentation, a header without such an attribute means Rec. 709.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 _D65 = (0.3127, 0.3290)
 _ACES_WHITE = (0.32168, 0.33767)
@@ -99,7 +99,7 @@ def _by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
     return HeaderPrimaries("chromaticities", text, None, own)
 
 
-def _are_valid(values: np.ndarray[Any, Any]) -> bool:
+def _are_valid(values: NDArray[np.generic]) -> bool:
     """Return True for three primaries that span an area, and a white inside it."""
     red, green, blue, white = values.reshape(4, 2).astype(np.float64)
     if not np.isfinite(values).all() or white[1] <= 0:
@@ -111,12 +111,12 @@ def _are_valid(values: np.ndarray[Any, Any]) -> bool:
     return bool((shares > 0).all())
 
 
-def _by_container(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
+def _by_container(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
     """Recognise SMPTE ST 2065-4: files with this flag hold ACES2065-1 and nothing else."""
     if attributes.get("acesImageContainerFlag") != 1:
         return None
     return HeaderPrimaries("acesImageContainerFlag", "1", AP0)
 
 
-def _are_near(values: np.ndarray[Any, Any], known: Primaries) -> bool:
+def _are_near(values: NDArray[np.floating], known: Primaries) -> bool:
     return bool(np.all(np.abs(values - known.chromaticities) <= TOLERANCE))

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from heatlens.model.units import FOOT_M, INCH_M
+from heatlens.plate.header.channels import Header
 from heatlens.plate.header.shoot_values import (
     distance,
     focal_length,
@@ -80,7 +81,7 @@ def shoot_lens(
     missing. Impossible values count as unreadable.
     """
     names = {_plain(name): name for name in entries}
-    values: dict[str, Any] = {}
+    values: Header = {}
     sources: dict[str, str] = {}
     unreadable: dict[str, str] = {}
     conflicts: dict[str, str] = {}

@@ -11,12 +11,13 @@ from heatlens.base.errors import LensError
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
+from heatlens.model.option import Values
 from heatlens.plate.header.camera_header import lens_model_of
 from heatlens.plate.plate import Plate
 
 _OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "close_focus_m")  # headers do not have these
 # A normal lens on full frame at a medium stop, with which every change of a control is visible.
-_USUAL: dict[str, Any] = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
+_USUAL: Values = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ def start_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
     Without a focus distance, the focus is on the middle of the picture. Raises LensError if the
     given values are impossible.
     """
-    values: dict[str, Any] = {}
+    values: Values = {}
     sources: dict[str, str] = {}
     for name, usual in _USUAL.items():
         header = getattr(plate.camera, name)
