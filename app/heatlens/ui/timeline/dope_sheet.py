@@ -34,10 +34,7 @@ def _dot(desk: TimeDesk, middle: ImVec2) -> None:
     is_here = desk.editing.frame in desk.editing.shot.camera_key_frames
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
     if imgui.invisible_button("dot camera", ImVec2(2 * side, 2 * side)):
-        if is_here:
-            desk.scenes.delete_key()
-        else:
-            desk.scenes.set_key()
+        desk.scenes.toggle_key()
     probe.note("dot camera")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Key of the camera at this frame")

@@ -1,0 +1,64 @@
+"""Draw the pictures of panels that app/MANUAL.md shows, as the program draws them.
+
+    .venv/bin/python tests/manual_pictures.py
+
+The window is drawn without a display, with the still life; the Scene tab with the demo.
+"""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import moderngl
+from imgui_bundle import imgui
+from PIL import Image
+
+from heatlens.gpu.context import headless_context
+from heatlens.scene.scene_name import DEMO
+from support.gui import Gui, gui_of
+
+ASSETS = Path(__file__).parents[1] / "assets"
+SIZE, SCALE = (1500, 2100), 1.25
+_MARGIN = 52  # of a panel around its controls, in screen units
+COLORS = 96  # few enough for small files; panels have flat colours
+OF_PLATE, OF_SCENE = ("Lens", "Plate", "Guides", "Export"), ("Scene",)
+
+
+def panel_picture(gui: Gui, name: str) -> Image.Image:
+    """Return what the window shows of a panel, from its tab to its last control."""
+    imgui.set_window_focus(name)
+    gui.frame(2)
+    exports = gui.session.files.exports
+    exports.settings = replace(exports.settings, folder="~/shots/still_life")
+    gui.frame(2)
+    window = imgui.internal.find_window_by_name(name)
+    x0, y0 = window.pos.x, window.pos.y
+    width, height = window.size.x, min(window.size.y, window.content_size.y + _MARGIN)
+    box = [round(SCALE * value) for value in (x0, y0, x0 + width, y0 + height)]
+    return Image.fromarray(gui.screenshot().copy()).crop(tuple(box))
+
+
+def main() -> None:
+    """Write the pictures to assets/manual."""
+    folder = ASSETS / "manual"
+    folder.mkdir(exist_ok=True)
+    ctx = headless_context()
+    shots = Path("/tmp/shots")  # as the Plate tab shows it, on every machine
+    shots.mkdir(exist_ok=True)
+    plate = shutil.copy(ASSETS / "still_life.exr", shots)
+    for source, names in ((plate, OF_PLATE), (DEMO, OF_SCENE)):
+        _write(ctx, source, names, folder)
+    shutil.rmtree(shots)
+    ctx.release()
+
+
+def _write(ctx: moderngl.Context, source: str, names: tuple[str, ...], folder: Path) -> None:
+    with gui_of(ctx, source, size=SIZE, scale=SCALE) as gui:
+        for name in names:
+            path = folder / f"{name.lower()}.png"
+            panel_picture(gui, name).quantize(COLORS).save(path, optimize=True)
+            print(path, path.stat().st_size)
+
+
+if __name__ == "__main__":
+    main()
