@@ -16,8 +16,8 @@ from heatlens.commands.options.field_options import (
     typed_fields,
     unasked,
 )
+from heatlens.model.display_options import DisplayOptions
 from heatlens.model.lens import Lens
-from heatlens.model.look_options import LookOptions
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.option import options_of, type_of, words_of
 from heatlens.model.plate_options import PlateOptions
@@ -79,7 +79,7 @@ def test_what_is_typed_is_the_value(record):
         assert replace(record, **parsed(kind, *words)) == other
 
 
-@pytest.mark.parametrize("record", [DefocusSettings(), LookOptions()])
+@pytest.mark.parametrize("record", [DefocusSettings(), DisplayOptions()])
 def test_the_words_of_a_value_are_read_as_that_value(record):
     """So does the window hand its settings to the command that exports."""
     kind = type(record)

@@ -16,8 +16,8 @@ from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.export.job import job_text, read_job
 from heatlens.export.options import ExportOptions
+from heatlens.model.display_options import DisplayOptions
 from heatlens.model.guides import Guides
-from heatlens.model.look_options import LookOptions
 from support.other_values import with_all_fields_other
 
 _BEGIN = """
@@ -83,7 +83,7 @@ def test_the_job_of_the_window_and_its_panel_have_it(tmp_path):
         from heatlens.commands.export_options import add_export_options
         from heatlens.commands.options.field_options import fill_fields
         from heatlens.export.job import read_job
-        from heatlens.model.look_options import LookOptions
+        from heatlens.model.display_options import DisplayOptions
         from heatlens.session.exports.export_settings import ExportSettings
         from heatlens.ui import widgets
         from heatlens.ui.panels.export_panel import export_panel
@@ -107,7 +107,7 @@ def test_the_job_of_the_window_and_its_panel_have_it(tmp_path):
             imgui.end()
             imgui.render()
             assert getattr(settings, name) == value
-            (folder / "job.json").write_text(settings.job(LookOptions()))
+            (folder / "job.json").write_text(settings.job(DisplayOptions()))
             told = read_job(folder / "job.json")
             assert getattr(told[0], name) == value
             parser = argparse.ArgumentParser()
@@ -146,7 +146,7 @@ def test_another_choice_is_another_picture(tmp_path):
 
 def test_a_job_comes_back_with_every_field(tmp_path):
     options = with_all_fields_other(ExportOptions())
-    look, guides = with_all_fields_other(LookOptions()), with_all_fields_other(Guides())
+    look, guides = with_all_fields_other(DisplayOptions()), with_all_fields_other(Guides())
     (tmp_path / "job.json").write_text(job_text(options, look, guides))
     assert read_job(tmp_path / "job.json") == (options, look, guides)
 
@@ -168,7 +168,7 @@ def test_a_damaged_job_names_the_place(tmp_path, entry, told):
 def test_a_job_is_taken_as_if_it_were_typed_and_what_is_typed_goes_first(tmp_path, capsys):
     job = tmp_path / "job.json"
     job.write_text(
-        job_text(ExportOptions(frames="2-3", burn_in=True), LookOptions(gamma=1.5), Guides(2.39))
+        job_text(ExportOptions(frames="2-3", burn_in=True), DisplayOptions(gamma=1.5), Guides(2.39))
     )
     words = ["export", "demo", "-o", str(tmp_path / "n.####.png"), "--f-stop", "2"]
     assert main([*words, "--size", "32x18", "--submit", "openjd", "--job", str(job)]) == 0

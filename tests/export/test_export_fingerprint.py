@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.export.fingerprint import fingerprint_of
-from heatlens.export.job import ExportJob, Look
+from heatlens.export.job import DisplayLook, ExportJob
 from heatlens.export.options import ExportOptions
 from heatlens.export.output import parse_output
 from heatlens.model.lens import Lens
@@ -52,7 +52,7 @@ def fingerprint(job=JOB, frame=1001, lens=LENS, stamp=(5, 6), is_black=False) ->
         {"job": replace(JOB, shot=replace(JOB.shot, defocus=replace(QUICK, quality=Quality.FILM)))},
         {"job": replace(JOB, shot=replace(JOB.shot, plate_options=PlateOptions(near_m=1.0)))},
         {"job": PICTURES},
-        {"job": replace(PICTURES, look=Look(exposure_stops=1.0))},
+        {"job": replace(PICTURES, look=DisplayLook(exposure_stops=1.0))},
         {"job": replace(PICTURES, options=ExportOptions(burn_in=True))},
         {"job": replace(PICTURES, options=ExportOptions(burn_in=True, unit="ft"))},
         {"job": replace(PICTURES, options=ExportOptions(burn_in=True, burn_in_text="{frame}"))},
@@ -83,7 +83,7 @@ def test_what_decides_no_pixel_is_not(missing, force):
         JOB, shot=shot, frames=(1001,), options=ExportOptions(missing=missing, force=force)
     )
     assert fingerprint(other) == fingerprint()
-    assert fingerprint(replace(JOB, look=Look(exposure_stops=2.0))) == fingerprint()
+    assert fingerprint(replace(JOB, look=DisplayLook(exposure_stops=2.0))) == fingerprint()
     assert fingerprint(replace(PICTURES, options=ExportOptions(is_float=True))) == fingerprint(
         PICTURES
     )

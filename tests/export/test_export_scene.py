@@ -14,7 +14,7 @@ from heatlens.color.view_transform import srgb_transform
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.export.fingerprint import fingerprint_of
-from heatlens.export.job import ExportJob, Look
+from heatlens.export.job import DisplayLook, ExportJob
 from heatlens.export.output import parse_output
 from heatlens.export.plan import frames_of, planned
 from heatlens.model.frames import FrameRange
@@ -176,7 +176,7 @@ def test_what_decides_a_picture_of_a_scene_is_in_the_fingerprint(square, tmp_pat
         of_shot(defocus=replace(DRAFT, method=Method.RAYTRACED)),
         of_shot(defocus=replace(DRAFT, views=67)),
         mark(replace(job, pinhole=True)),
-        mark(replace(job, look=Look(gamma=2.0))),
+        mark(replace(job, look=DisplayLook(gamma=2.0))),
     ]
     assert len({mark(job), *others}) == len(others) + 1
     origin = planned(job).frames[0].origin

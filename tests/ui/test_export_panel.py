@@ -17,10 +17,10 @@ from heatlens.export.job import read_job
 from heatlens.export.options import ExportOptions
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
+from heatlens.model.display_options import DisplayOptions
 from heatlens.model.frames import FrameRange
 from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.lens import Lens
-from heatlens.model.look_options import LookOptions
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.exr.exr_read import read_parts
@@ -200,7 +200,7 @@ def test_a_wish_is_a_job_for_the_command(tmp_path) -> None:
         return read_job(tmp_path / "job.json")
 
     wish = proposed_settings(tmp_path / "bar.v2.1001.exr")
-    seen = LookOptions(display="sRGB", view="ACES", exposure_stops=0.5)
+    seen = DisplayOptions(display="sRGB", view="ACES", exposure_stops=0.5)
     assert wish.output == str(tmp_path / "bar_dof" / "bar.####.exr")
     assert told(wish) == (ExportOptions(),)
     single = replace(proposed_settings(tmp_path / "still.exr"), is_single=True)

@@ -9,8 +9,8 @@ from heatlens.base.errors import InputError
 from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.commands.export_submit import submit
+from heatlens.commands.options.display_options import say_seen_through
 from heatlens.commands.options.field_options import fill_fields
-from heatlens.commands.options.look_options import say_seen_through
 from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.output.export_progress import failure_reported, progress_of
 from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot

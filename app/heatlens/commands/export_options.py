@@ -8,16 +8,16 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.options.blur_options import add_blur_options, settings_of
-from heatlens.commands.options.field_options import add_fields, typed_fields
-from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
-from heatlens.commands.options.kept_option import kept_names
-from heatlens.commands.options.lens_options import add_lens_options
-from heatlens.commands.options.look_options import (
-    add_look_options,
+from heatlens.commands.options.display_options import (
+    add_display_options,
     color_header,
     look_of,
     transform_of,
 )
+from heatlens.commands.options.field_options import add_fields, typed_fields
+from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
+from heatlens.commands.options.kept_option import kept_names
+from heatlens.commands.options.lens_options import add_lens_options
 from heatlens.commands.options.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
@@ -32,7 +32,7 @@ from heatlens.commands.options.value_types import whole
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.burn_in import checked_template
-from heatlens.export.job import ExportJob, Look
+from heatlens.export.job import DisplayLook, ExportJob
 from heatlens.export.options import EXR, FRAMES, LOOK, USUAL_COMPRESSION, ExportOptions, of_group
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
@@ -48,7 +48,7 @@ def add_export_options(parser: argparse.ArgumentParser) -> None:
     """Add every option but the shot and the output."""
     _add_frame_options(parser)
     _add_exr_options(parser)
-    _add_look_options(parser)
+    _add_display_options(parser)
     add_blur_options(parser)
     add_lens_options(parser)
     add_plate_options(parser)
@@ -92,9 +92,9 @@ def _add_exr_options(parser: argparse.ArgumentParser) -> None:
     add_fields(parser.add_argument_group("EXR"), ExportOptions, of_group(EXR))
 
 
-def _add_look_options(parser: argparse.ArgumentParser) -> None:
+def _add_display_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of all pictures, and those that only frames of a shot have."""
-    group = add_look_options(parser)
+    group = add_display_options(parser)
     add_fields(group, ExportOptions, of_group(LOOK))
     add_fields(group, Guides)
 
@@ -137,7 +137,7 @@ def _kept_names(args: argparse.Namespace, shot: Shot) -> tuple[str, ...]:
 
 def _check_kind(args: argparse.Namespace, output: Output) -> None:
     """Refuse options that the kind of output file does not support, instead of ignoring them."""
-    wrong = given(args, _add_look_options if output.is_exr else _add_exr_options)
+    wrong = given(args, _add_display_options if output.is_exr else _add_exr_options)
     if wrong and output.is_exr:
         raise InputError(
             f"{', '.join(wrong)}: EXR frames stay scene-linear and clean for further work. Export "
@@ -238,10 +238,10 @@ def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
     return transform_of(look_of(args), _color_header(shot))
 
 
-def _look(args: argparse.Namespace, shot: Shot) -> Look:
+def _look(args: argparse.Namespace, shot: Shot) -> DisplayLook:
     asked, transform = look_of(args), _transform(args, shot)
     guides = Guides(**typed_fields(args, Guides))
-    return Look(transform, asked.exposure_stops, asked.gamma, guides)
+    return DisplayLook(transform, asked.exposure_stops, asked.gamma, guides)
 
 
 def _color_header(shot: Shot) -> Header:

@@ -9,16 +9,16 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.color.color_config import load_color_config
 from heatlens.commands.options.blur_options import add_blur_options, settings_of
-from heatlens.commands.options.frame_command import add_frame_command, check_one_frame
-from heatlens.commands.options.given_options import given, refuse_unused
-from heatlens.commands.options.kept_option import add_keep_option, kept_names
-from heatlens.commands.options.look_options import (
-    add_look_options,
+from heatlens.commands.options.display_options import (
+    add_display_options,
     color_header,
     look_of,
     say_seen_through,
     transform_of,
 )
+from heatlens.commands.options.frame_command import add_frame_command, check_one_frame
+from heatlens.commands.options.given_options import given, refuse_unused
+from heatlens.commands.options.kept_option import add_keep_option, kept_names
 from heatlens.commands.options.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
@@ -30,7 +30,7 @@ from heatlens.commands.output.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.defocus.solver_choice import settled_solver
-from heatlens.export.job import Look
+from heatlens.export.job import DisplayLook
 from heatlens.files.output_check import check_space, make_folder
 from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
@@ -98,7 +98,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     add_keep_option(parser)
     parser.add_argument("--stats", action="store_true", help="say where the time goes")
-    add_look_options(parser)
+    add_display_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -186,7 +186,7 @@ def _is_exr(args: argparse.Namespace) -> bool:
 
 
 def _check_look(args: argparse.Namespace) -> None:
-    wrong = given(args, add_look_options)
+    wrong = given(args, add_display_options)
     if wrong and _is_exr(args):
         if args.ocio is not None:
             load_color_config(args.ocio)  # a file that is missing is the first thing to mend
@@ -217,7 +217,7 @@ def _encode(args: argparse.Namespace) -> Encode:
     first = single_source(args.plate, plate_options(args)).first_file
     header = color_header(first, args.color_layer, args.eye)
     asked = look_of(args)
-    look = Look(transform_of(asked, header), asked.exposure_stops, asked.gamma)
+    look = DisplayLook(transform_of(asked, header), asked.exposure_stops, asked.gamma)
 
     def encode(light: FloatArray) -> FloatArray:
         say_seen_through(look.transform)

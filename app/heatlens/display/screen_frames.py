@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import moderngl
 
-Look = tuple[object, ...]
+ScreenLook = tuple[object, ...]
 Draw = Callable[[moderngl.Texture], None]
 
 MOST_BYTES = 512 << 20
@@ -18,7 +18,7 @@ MOST_BYTES = 512 << 20
 @dataclass(eq=False)
 class _Frame:
     texture: moderngl.Texture
-    look: Look
+    look: ScreenLook
 
 
 class ScreenFrames:
@@ -30,7 +30,7 @@ class ScreenFrames:
         self._held: dict[str, _Frame] = {}
         self.bytes_in_use = 0
 
-    def holds(self, key: str, look: Look) -> bool:
+    def holds(self, key: str, look: ScreenLook) -> bool:
         """Return True if the frame is kept with this look."""
         return key in self._held and self._held[key].look == look
 
@@ -42,7 +42,7 @@ class ScreenFrames:
         return kept + _bytes(size) <= self.most_bytes
 
     def texture(
-        self, key: str, look: Look, size: tuple[int, int], wanted: Collection[str], draw: Draw
+        self, key: str, look: ScreenLook, size: tuple[int, int], wanted: Collection[str], draw: Draw
     ) -> moderngl.Texture | None:
         """Return the frame, drawn by `draw` if it is missing; None if it does not fit.
 

@@ -23,7 +23,7 @@ from heatlens.source.pinhole import Pinhole
 MIPMAPS_UNDER = 0.6  # screen pixels per texel below which a picture without mipmaps would alias
 
 Key = tuple[object, ...]
-Look = tuple[float, float, int, bool]  # exposure, gamma, version of the transform, mipmaps
+ScreenLook = tuple[float, float, int, bool]  # exposure, gamma, version of the transform, mipmaps
 
 
 class _Target:
@@ -161,7 +161,7 @@ class ScreenPictures:
         return target.texture
 
     def _display(
-        self, source: moderngl.Texture, out: moderngl.Texture, look: Look, is_enlarged: bool
+        self, source: moderngl.Texture, out: moderngl.Texture, look: ScreenLook, is_enlarged: bool
     ) -> None:
         """Write display values, sharpened in advance if the picture will be enlarged."""
         if not is_enlarged:
@@ -171,7 +171,7 @@ class ScreenPictures:
         self.display.run(source, shown, *look[:2])
         self._enlarge.run(shown, out)
 
-    def _look(self, view: ViewState) -> Look:
+    def _look(self, view: ViewState) -> ScreenLook:
         return view.exposure_stops, view.gamma, self.transform_version, self.with_mipmaps
 
     def _finish(self, texture: moderngl.Texture) -> None:

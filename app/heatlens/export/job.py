@@ -10,8 +10,8 @@ from heatlens.export.options import ExportOptions
 from heatlens.export.output import Output
 from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.files.json_record import read_json, record_to_json
+from heatlens.model.display_options import DisplayOptions
 from heatlens.model.guides import NO_GUIDES, Guides
-from heatlens.model.look_options import LookOptions
 from heatlens.model.shot import Shot
 from heatlens.source.named import checked_source
 
@@ -20,8 +20,8 @@ _GAMMA_MOST = 10.0
 
 
 @dataclass(frozen=True)
-class Look:
-    """How display pictures are made of light.
+class DisplayLook:
+    """How light becomes the display values of pictures and movies.
 
     Raises InputError if the exposure or the gamma is out of range.
     """
@@ -58,7 +58,7 @@ class ExportJob:
     frames: tuple[int, ...]
     output: Output
     options: ExportOptions = field(default_factory=ExportOptions)
-    look: Look = field(default_factory=Look)
+    look: DisplayLook = field(default_factory=DisplayLook)
     keep: tuple[str, ...] = ()
     pinhole: bool = False
     beside: PinholeOptions = field(default_factory=PinholeOptions)
@@ -72,10 +72,10 @@ class ExportJob:
 
 
 _VERSION, _NEWEST = "heatlens_export_job", 1
-_KINDS: dict[str, type] = {"options": ExportOptions, "look": LookOptions, "guides": Guides}
+_KINDS: dict[str, type] = {"options": ExportOptions, "look": DisplayOptions, "guides": Guides}
 
 
-def job_text(*records: ExportOptions | LookOptions | Guides) -> str:
+def job_text(*records: ExportOptions | DisplayOptions | Guides) -> str:
     """Return records of options as the text of a file that `read_job` can read."""
     entries = {name: r for name, kind in _KINDS.items() for r in records if isinstance(r, kind)}
     told = {name: record_to_json(record) for name, record in entries.items()}

@@ -8,7 +8,7 @@ from heatlens.display.display_pass import DisplayPass
 from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.drawn_guides import with_guides
 from heatlens.export.frame_files import RenderedFrame, frame_timecode
-from heatlens.export.job import Look
+from heatlens.export.job import DisplayLook
 from heatlens.export.pinhole_plate import pinhole_plate
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.sequence_check import Remark, SequenceCheck
@@ -26,7 +26,7 @@ class ShownPictures:
     only a part are completed.
     """
 
-    def __init__(self, ctx: moderngl.Context, look: Look) -> None:
+    def __init__(self, ctx: moderngl.Context, look: DisplayLook) -> None:
         self._ctx = ctx
         self._look = look
         self._pass = DisplayPass(ctx)

@@ -42,7 +42,7 @@ _OVERSCAN_FROM_VIEWS = 16  # with fewer something moves, and nobody looks at the
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class DrawnScene:
     """A pinhole picture on the GPU, half and float as in a file, and as a plate."""
 
     plate: Plate
@@ -87,7 +87,7 @@ class SceneRenderer:
         self._crop = CropPass(ctx)
         self._ctx = ctx
         self._pool = TexturePool(ctx)
-        self._held: tuple[object, Look] | None = None
+        self._held: tuple[object, DrawnScene] | None = None
         self._views = 0  # in it
         self._bank = 0  # of two sets of textures: one is held while the other is drawn
         self._pinhole = Antialias(ctx, self._raster)
@@ -127,20 +127,20 @@ class SceneRenderer:
             return
         views, bank = views or PINHOLE_VIEWS, 1 - self._bank
         drawn = self._hurried if views < _OVERSCAN_FROM_VIEWS else self._whole
-        look = yield from drawn(_Request(shot, frame, views, bank, is_for_file), key)
+        scene = yield from drawn(_Request(shot, frame, views, bank, is_for_file), key)
         self._let_go()
         self._bank, self._views = bank, views
-        self._held = key, look
+        self._held = key, scene
 
-    def _hurried(self, request: "_Request", key: object) -> Generator[str, None, Look]:
+    def _hurried(self, request: "_Request", key: object) -> Generator[str, None, DrawnScene]:
         """Draw the frame alone, by few samples a pixel; a single one is at its middle."""
         view = self._view(request.shot, request.frame, request.size)
         color, depth = self._textures("pinhole", request.bank, request.size)
         yield from self._colored(view, math.isqrt(request.views), 1, key, color, request.frame)
         yield from self._deep(view, request.frame, depth)
-        return self._looked(request, color, depth)
+        return self._drawn(request, color, depth)
 
-    def _whole(self, request: "_Request", key: object) -> Generator[str, None, Look]:
+    def _whole(self, request: "_Request", key: object) -> Generator[str, None, DrawnScene]:
         """Draw the picture with a margin on every side, and of many samples what is behind it."""
         fine = 1 if request.is_for_file else fineness(self._ctx, request.size)
         margin = margin_px(self._ctx, request.size)
@@ -159,21 +159,21 @@ class SceneRenderer:
             )
         overscan = yield from self._in_own_pixels(request, overscan)
         color, depth = self._framed(request, overscan)
-        return self._looked(request, color, depth, overscan, peeled)
+        return self._drawn(request, color, depth, overscan, peeled)
 
     def _textures(self, name: str, bank: int, size: tuple[int, int]) -> Drawn:
         """Return textures for colour and depth."""
         color = self._pool.texture(f"{name} colour {bank}", size, 4, "f2")
         return color, self._pool.texture(f"{name} depth {bank}", size, 1)
 
-    def _looked(
+    def _drawn(
         self,
         request: "_Request",
         color: moderngl.Texture,
         depth: moderngl.Texture,
         overscan: Overscan | None = None,
         peeled: Peeled | None = None,
-    ) -> Look:
+    ) -> DrawnScene:
         surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
         seen = (
             self.pose_at(request.shot, request.frame),
@@ -183,7 +183,7 @@ class SceneRenderer:
         plate = plate_of_scene(self.scene.path, pixels, surveyed, seen)
         notes = () if peeled is None else peeled.notes
         plate = replace(plate, notes=notes, surfaces_lost=" ".join(notes))
-        return Look(plate, pixels, color, depth, surveyed.dioptres, overscan, peeled)
+        return DrawnScene(plate, pixels, color, depth, surveyed.dioptres, overscan, peeled)
 
     def _colored(
         self,
@@ -243,7 +243,7 @@ class SceneRenderer:
         return pose, lens.focal_length_mm, lens.sensor_width_mm, size, self._moment(frame)
 
     @property
-    def held(self) -> Look:
+    def held(self) -> DrawnScene:
         """The latest pinhole picture; `look` has to have been at its end."""
         assert self._held is not None
         return self._held[1]

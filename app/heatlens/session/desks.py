@@ -31,7 +31,7 @@ from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.pictures.live_picture import LivePicture
 from heatlens.session.pictures.look_commands import LookCommands
 from heatlens.session.pictures.picture_commands import PictureCommands
-from heatlens.session.pictures.picture_view import PictureLook, PictureView
+from heatlens.session.pictures.picture_view import PictureDisplay, PictureView
 from heatlens.session.pictures.reference import ReferenceLoader
 from heatlens.session.pictures.view_commands import ViewCommands
 from heatlens.session.pictures.visible_work import VisibleWork
@@ -77,7 +77,7 @@ class PictureDesk:
         self.color = ColorChoice(start.ocio, say)
         first = shared.preferences.first_view(start.view)
         self.view = PictureView(self.color.with_names(first))
-        self.look = PictureLook(editing, self.view, self.color)
+        self.look = PictureDisplay(editing, self.view, self.color)
         self.references = ReferenceLoader(self.renderer.ctx, say, wake)
         self.commands = ViewCommands(self.view, source, editing, self.references, say)
         self.sides = CompareSides(self.renderer)

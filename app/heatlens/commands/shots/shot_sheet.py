@@ -5,8 +5,8 @@ import json
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.commands.options.look_options import (
-    add_look_options,
+from heatlens.commands.options.display_options import (
+    add_display_options,
     color_header,
     look_of,
     transform_of,
@@ -16,7 +16,7 @@ from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import tell
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.shot_file import SHOT_SUFFIX, read_shot
-from heatlens.export.job import Look
+from heatlens.export.job import DisplayLook
 from heatlens.export.sheet.frames import sheet_entries
 from heatlens.export.sheet.page import PURPOSE, write_sheet
 from heatlens.export.sheet.rows import sheet_frames
@@ -71,7 +71,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         default="terminal",
         help="json: a line on stdout for each picture, and one with a message if it fails",
     )
-    add_look_options(parser)
+    add_display_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -120,10 +120,10 @@ def _frames_of(args: argparse.Namespace, shot: Shot) -> FrameRange:
     return shot.played or FrameRange(min(frames), max(frames))
 
 
-def _look_of(args: argparse.Namespace, shot: Shot) -> Look:
+def _look_of(args: argparse.Namespace, shot: Shot) -> DisplayLook:
     asked, options = look_of(args), shot.plate_options
     header = color_header(source_of(shot).first_file, options.color_layer, options.eye)
-    return Look(transform_of(asked, header), asked.exposure_stops, asked.gamma)
+    return DisplayLook(transform_of(asked, header), asked.exposure_stops, asked.gamma)
 
 
 def _renderer() -> FrameRenderer:

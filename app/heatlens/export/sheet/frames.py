@@ -7,7 +7,7 @@ from itertools import zip_longest
 
 from heatlens.base.errors import HeatlensError
 from heatlens.export.frame_files import RenderedFrame, frame_timecode
-from heatlens.export.job import ExportJob, Look
+from heatlens.export.job import DisplayLook, ExportJob
 from heatlens.export.options import ExportOptions
 from heatlens.export.output import parse_output
 from heatlens.export.plan import planned
@@ -27,7 +27,7 @@ _PROXY = 0.5  # scale of the pictures
 
 
 def sheet_entries(
-    shot: Shot, frames: FrameRange, look: Look, make_renderer: Callable[[], FrameRenderer]
+    shot: Shot, frames: FrameRange, look: DisplayLook, make_renderer: Callable[[], FrameRenderer]
 ) -> Iterator[SheetEntry]:
     """Return a row with a picture for each key of the focus in `frames`, and for both ends.
 

@@ -12,7 +12,7 @@ from heatlens.session.exports.export_settings import ExportSettings, proposed_se
 from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker
 from heatlens.session.opened.open_source import OpenSource
-from heatlens.session.pictures.picture_view import PictureLook
+from heatlens.session.pictures.picture_view import PictureDisplay
 from heatlens.session.shot.editing import Editing
 from heatlens.session.time.timeline import Timeline
 
@@ -25,7 +25,7 @@ class ExportCommands(Worker):
         source: OpenSource,
         editing: Editing,
         timeline: Timeline,
-        look: PictureLook,
+        look: PictureDisplay,
         shot_name: Callable[[], str],
         say: Callable[[str], None],
         wake: Callable[[], None],

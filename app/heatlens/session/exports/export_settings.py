@@ -6,8 +6,8 @@ from pathlib import Path
 from heatlens.base.paths import folder_to_write_in
 from heatlens.export.job import job_text
 from heatlens.export.options import ExportOptions, in_panel
+from heatlens.model.display_options import DisplayOptions
 from heatlens.model.guides import NO_GUIDES, Guides
-from heatlens.model.look_options import LookOptions
 from heatlens.model.settings import Quality
 from heatlens.model.shot import Shot
 
@@ -71,7 +71,7 @@ class ExportSettings(ExportOptions):
             return shot
         return replace(shot, defocus=replace(shot.defocus, quality=Quality(self.quality)))
 
-    def job(self, look: LookOptions, guides: Guides = NO_GUIDES, shot: str = "") -> str:
+    def job(self, look: DisplayOptions, guides: Guides = NO_GUIDES, shot: str = "") -> str:
         """Return the options as `heatlens export --job` reads them; EXR has no look, no guides.
 
         `shot` is the name of the shot in the burn-in.

@@ -9,7 +9,7 @@ from heatlens.session.loop.worker import Worker
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.live_picture import LivePicture
 from heatlens.session.pictures.picture_saver import PictureSaver, Snapshot, snapshot
-from heatlens.session.pictures.picture_view import PictureLook
+from heatlens.session.pictures.picture_view import PictureDisplay
 from heatlens.session.shot.editing import Editing
 
 
@@ -20,7 +20,7 @@ class PictureCommands(Worker):
         self,
         source: OpenSource,
         editing: Editing,
-        look: PictureLook,
+        look: PictureDisplay,
         live: LivePicture,
         say: Callable[[str], None],
         wake: Callable[[], None],

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.model.display_options import DisplayOptions
 from heatlens.model.guides import Guides
-from heatlens.model.look_options import LookOptions
 from heatlens.model.view import Compare, ViewState
 from heatlens.model.view_geometry import ViewGeometry, Viewport
 from heatlens.session.pictures.color_choice import ColorChoice
@@ -45,7 +45,7 @@ class PictureView:
         return is_bare and self.state.depth_of_field and not self.is_lens_held_off
 
 
-class PictureLook:
+class PictureDisplay:
     """View transform, exposure and gamma of the picture that the window shows."""
 
     def __init__(self, editing: Editing, view: PictureView, color: ColorChoice) -> None:
@@ -58,16 +58,16 @@ class PictureLook:
         """The mattes and lines over the picture."""
         return self._view.state.guides
 
-    def options(self) -> LookOptions:
+    def options(self) -> DisplayOptions:
         """Return the look as options of the command line."""
         view = self._view.state.exposed_through(self._editing.lens)
-        named = LookOptions(
+        named = DisplayOptions(
             ocio=self._color.path or None,
             display=view.display or None,
             view=view.view or None,
             input_space=view.input_space or None,
         )
-        look = LookOptions() if self._color.config is None else named
+        look = DisplayOptions() if self._color.config is None else named
         return replace(look, gamma=view.gamma, exposure_stops=view.exposure_stops)
 
     def encode(self, light: NDArray[np.float32]) -> NDArray[np.float32]:

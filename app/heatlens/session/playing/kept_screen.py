@@ -19,7 +19,9 @@ from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.rendered_pull import RenderedPull
 from heatlens.session.shot.editing import Editing
 
-Look = tuple[float, float, int, bool]  # exposure in stops, gamma, view transform, with mipmaps
+ScreenLook = tuple[
+    float, float, int, bool
+]  # exposure in stops, gamma, view transform, with mipmaps
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,12 +130,12 @@ class KeptScreen:
         plate = self._source.picture.renderer.loaded
         return screen.a(shown, shown.key, plate, view, shown.texture)
 
-    def _look(self, view: ViewState, size: tuple[int, int]) -> Look:
+    def _look(self, view: ViewState, size: tuple[int, int]) -> ScreenLook:
         zoom = self._view.zoom * self._source.picture_shape(self._editing.shot).height_px / size[1]
         version = self._screen.transform_version
         return view.exposure_stops, view.gamma, version, zoom < MIPMAPS_UNDER
 
-    def _draw(self, shown: KeptFrame, look: Look, out: moderngl.Texture) -> None:
+    def _draw(self, shown: KeptFrame, look: ScreenLook, out: moderngl.Texture) -> None:
         self.uploaded(shown)
         self._screen.display.run(shown.texture, out, *look[:2])
         if look[-1]:

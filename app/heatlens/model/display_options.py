@@ -1,4 +1,4 @@
-"""How light becomes a picture for the eye, as a person chooses it."""
+"""The options of the view transform: how light becomes display values."""
 
 from dataclasses import dataclass, field
 
@@ -8,7 +8,7 @@ PLAIN_VIEW = "sRGB curve"
 
 
 @dataclass(frozen=True)
-class LookOptions:
+class DisplayOptions:
     """The view of an OpenColorIO config that pictures and movies are made with.
 
     ocio            path or name of the config; None: $OCIO, else a built-in one

@@ -12,24 +12,24 @@ from heatlens.color.input_space import input_space_of
 from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
 from heatlens.commands.options.field_options import add_fields, typed_fields
 from heatlens.commands.output.say import say
-from heatlens.model.look_options import PLAIN_VIEW, LookOptions
+from heatlens.model.display_options import PLAIN_VIEW, DisplayOptions
 from heatlens.plate.header.channels import Header
 from heatlens.plate.parts.header_read import read_color_header
 
 
-def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
+def add_display_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
     """Add --ocio, --display, --view, --input-space, --gamma and --exposure; return their group."""
     group = parser.add_argument_group(
         "look",
         "For pictures and movies; EXR stays scene-linear. The default looks as in the window.",
     )
-    add_fields(group, LookOptions)
+    add_fields(group, DisplayOptions)
     return group
 
 
-def look_of(args: argparse.Namespace) -> LookOptions:
+def look_of(args: argparse.Namespace) -> DisplayOptions:
     """Return the options of the look as a value."""
-    return LookOptions(**typed_fields(args, LookOptions))
+    return DisplayOptions(**typed_fields(args, DisplayOptions))
 
 
 def color_header(path: Path | None, color_layer: str | None, eye: str | None = None) -> Header:
@@ -45,7 +45,7 @@ def color_header(path: Path | None, color_layer: str | None, eye: str | None = N
         return {}
 
 
-def transform_of(look: LookOptions, attributes: Header) -> ViewTransform:
+def transform_of(look: DisplayOptions, attributes: Header) -> ViewTransform:
     """Return the view transform of the options for a plate whose header has `attributes`.
 
     Doubtful choices are printed. Raises InputError if the config cannot be used, or does not have
@@ -67,7 +67,7 @@ def say_seen_through(transform: ViewTransform) -> None:
     say(f"seen through {transform.view} on {transform.display}")
 
 
-def _config(look: LookOptions) -> ColorConfig | None:
+def _config(look: DisplayOptions) -> ColorConfig | None:
     """Load the config; return None if the plain sRGB curve was requested."""
     if look.view == PLAIN_VIEW and look.ocio is None and look.display is None:
         return None
