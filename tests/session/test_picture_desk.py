@@ -1,0 +1,513 @@
+"""How a picture is looked at, measured, compared, saved and copied, without a window."""
+
+import math
+import stat
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from heatlens.base.errors import GpuError, HeatlensError, InputError
+from heatlens.gpu.textures import download
+from heatlens.model.lens import Lens
+from heatlens.model.look import Look
+from heatlens.model.settings import Bokeh, Method, Quality
+from heatlens.model.shot import Shot
+from heatlens.model.view import Against, Compare, ViewState
+from heatlens.model.view_geometry import PictureShape, Viewport
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.read import read_plate
+from heatlens.session.loop.speed import Speed
+from heatlens.session.opened.gpu_picture import GpuPicture
+from heatlens.session.pictures.clipboard import copy_png, tools
+from heatlens.session.pictures.color_choice import ColorChoice
+from heatlens.session.pictures.look_commands import LookCommands, pixels_of_still, still_of
+from heatlens.session.pictures.picture_view import PictureView
+from heatlens.session.pictures.reference import ReferenceLoader
+from heatlens.session.pictures.ruler import Intrinsics
+from heatlens.session.session import Session
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shot.editing import Editing
+from heatlens.session.shot.start import Start
+from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH, begun, settled, turn, until
+from support.plates import coc_plate_of, plate_of
+from support.tev_peers import wait_until
+from support.window_plates import QUICK, room_file
+
+LENS = Lens(50.0, 2.0, 3.0, 36.0)
+
+
+@pytest.fixture
+def view(walls):
+    return walls.pictures.commands
+
+
+# The ruler
+
+
+def test_a_pixel_lies_where_a_pinhole_camera_sees_it():
+    camera = Intrinsics(50.0, 36.0, PictureShape(36, 24))
+    # One pixel is 1 mm of the sensor: at 50 m a metre.
+    assert camera.point_m((18, 12), 50.0) == pytest.approx((0.5, 0.5, 50.0))
+    assert camera.point_m((0, 0), 50.0) == pytest.approx((-17.5, -11.5, 50.0))
+    wide = Intrinsics(50.0, 36.0, PictureShape(36, 24, pixel_aspect=2.0))
+    assert wide.point_m((19, 11), 50.0) == pytest.approx((1.5, -0.25, 50.0))
+
+
+def test_two_presses_measure_the_distance_in_space(walls, view):
+    ruler = view.ruler
+    view.toggle_ruler()
+    assert ruler.is_on and ruler.why_not() == "" and not walls.messages.text
+    ruler.press(LEFT)
+    assert ruler.points == (LEFT,) and ruler.measured() is None
+    across = (RIGHT[0] - LEFT[0], 0)
+    pitch = 36.0 / WIDTH / 50.0
+    x0, x1 = ((at[0] + 0.5 - WIDTH / 2) * pitch for at in (LEFT, RIGHT))
+    wanted = math.dist((2 * x0, 0.0, 2.0), (8 * x1, 0.0, 8.0))
+    for measured in (ruler.measured(RIGHT), ruler.press(RIGHT) or ruler.measured()):
+        assert measured.depths_m == (2.0, 8.0)
+        assert measured.distance_m == pytest.approx(wanted, rel=1e-2)
+    assert across and ruler.measured(LEFT) == ruler.measured()  # two points are enough
+    ruler.press((20, 20))
+    assert ruler.points == ((20, 20),)
+    ruler.drag((20, 20))
+    assert ruler.points == ((20, 20),)
+    ruler.drag((21, 20))
+    ruler.drag((22, 20))
+    assert ruler.points == ((20, 20), (22, 20))
+    ruler.drag((9999, 20))
+    ruler.press((9999, 20))
+    assert ruler.points == ((20, 20), (22, 20)) and ruler.measured((9999, 20)) is not None
+    view.toggle_ruler()
+    assert not ruler.is_on and ruler.points == ()
+    assert not view.leave()
+
+
+def test_escape_leaves_the_ruler_before_the_grid(walls, view):
+    view.toggle_compare(Compare.GRID)
+    view.toggle_ruler()
+    assert walls.facts.view.compare is Compare.OFF and view.ruler.is_on
+    view.change(compare=Compare.GRID)
+    assert view.leave() and not view.ruler.is_on and walls.facts.view.compare is Compare.GRID
+    assert view.leave() and walls.facts.view.compare is Compare.OFF
+    view.toggle_compare(Compare.WIPE)
+    assert not view.leave() and walls.facts.view.compare is Compare.WIPE
+
+
+def test_what_cannot_be_measured_says_why(walls, view):
+    ruler, picture = view.ruler, walls.source.picture
+    grey = np.ones((4, 6, 3), np.float32)
+    picture.plate = coc_plate_of(grey, np.ones((4, 6), np.float32))
+    assert "no distances" in ruler.why_not() and not ruler.is_inside((2, 2))
+    sky = np.full((4, 6), np.inf, np.float32)
+    sky[:, :3] = 2.0
+    picture.plate = plate_of(grey, sky)
+    ruler.points = ((1, 1), (4, 1))
+    assert ruler.measured() is None or math.isinf(ruler.measured().distance_m)
+    ruler.leave()
+    ruler.toggle()
+    assert "tells no lens" in walls.messages.text
+    picture.plate = None
+    assert "Nothing is open" in ruler.why_not() and ruler.measured((1, 1)) is None
+    assert not ruler.is_inside((1, 1))
+
+
+# The view
+
+
+def test_exposure_goes_in_quarter_stops_and_comes_back(walls, view):
+    view.expose(3)
+    assert walls.facts.view.exposure_stops == 0.75
+    view.expose(-1)
+    view.change(gamma=2.0)
+    assert walls.facts.view.exposure_stops == 0.5
+    view.reset_exposure_and_gamma()
+    assert (walls.facts.view.exposure_stops, walls.facts.view.gamma) == (0.0, 1.0)
+
+
+def test_units_guides_and_switches_toggle(walls, view):
+    for unit in ("ft", "m"):
+        view.toggle_unit()
+        assert walls.facts.view.unit == unit
+    for aspect, shown in ((2.39, 2.39), (1.85, 1.85), (1.85, None)):
+        view.toggle_matte(aspect)
+        assert walls.facts.view.guides.aspect == shown
+    for is_on in (True, False):
+        view.toggle_guide("thirds")
+        view.toggle("is_peaking")
+        assert walls.facts.view.guides.thirds is is_on is walls.facts.view.is_peaking
+
+
+def test_zoom_is_about_the_middle_and_one_to_one_is_one_pixel(walls, view):
+    walls.pictures.view.viewport = Viewport((0.0, 0.0), (96.0, 64.0))
+    view.one_to_one()
+    assert walls.facts.view.zoom == 1.0
+    view.zoom(2.0)
+    assert walls.facts.view.zoom == 2.0
+    assert walls.facts.view.center_px == pytest.approx((WIDTH / 2, HEIGHT / 2))
+    view.fit()
+    assert walls.facts.view.zoom is None is walls.facts.view.center_px
+
+
+def test_b_is_the_pinhole_a_method_or_a_reference(walls, view):
+    view.compare_with(Method.SCATTER)
+    state = walls.facts.view
+    assert (state.compare, state.against, state.b_method) == (
+        *(Compare.WIPE, Against.METHOD, Method.SCATTER),
+    )
+    view.change(compare=Compare.FLIP)
+    view.compare_with(None)
+    assert (walls.facts.view.compare, walls.facts.view.against) == (Compare.FLIP, Against.PINHOLE)
+    view.swap_b()
+    assert walls.facts.view.against is Against.PINHOLE and "No reference" in walls.messages.text
+    walls.pictures.references.current = object()
+    view.swap_b()
+    assert walls.facts.view.against is Against.REFERENCE
+    view.swap_b()
+    assert walls.facts.view.against is Against.PINHOLE
+    walls.pictures.references.current = None
+
+
+def test_a_reference_is_read_and_the_one_before_stays_where_it_fails(ctx, tmp_path):
+    said = []
+    loader = ReferenceLoader(ctx, said.append, lambda: None)
+    loader.poll()
+    assert loader.current is None
+    path = room_file(tmp_path / "r.exr", 8, 6)
+    loader.open(path)
+    wait_until(lambda: loader.poll() or loader.current is not None)
+    found = loader.current
+    assert found.path == path and said == ["B is r.exr."] and found.texture.size == (8, 6)
+    np.testing.assert_allclose(download(found.texture), read_plate(path).color, rtol=1e-3)
+    (tmp_path / "bad.exr").write_bytes(b"damaged")
+    loader.open(tmp_path / "bad.exr")
+    with pytest.raises(HeatlensError, match=r"bad\.exr"):
+        wait_until(lambda: loader.poll() or False)
+    assert loader.current is found
+    loader.open(room_file(tmp_path / "s.exr", 9, 6))
+    wait_until(lambda: loader.poll() or loader.current is not found)
+    assert loader.current.texture.size == (9, 6)
+    loader.current.texture.release()
+
+
+# Looks
+
+
+@pytest.fixture
+def said():
+    return []
+
+
+@pytest.fixture
+def looks(said):
+    shot = Shot(LENS, looks=tuple(Look(name, LENS) for name in "ABCDE"))
+    return LookCommands(Editing(shot, said.append), PictureView(), said.append)
+
+
+def state(looks):
+    return looks._view.state
+
+
+def test_back_goes_to_and_fro(looks, said):
+    looks.back()
+    assert "no lens to go back to" in said[-1]
+    other = replace(LENS, f_stop=8.0)
+    looks._editing.edit_lens(other)
+    looks.go(0)
+    assert looks._editing.lens == LENS and not looks._editing.is_unsettled
+    for lens in (other, LENS, other):
+        looks.back()
+        assert looks._editing.lens == lens
+    looks.go_to("C")
+    assert looks._editing.lens == LENS
+    looks.go_to("none")
+    looks.go_to("C")  # the same again is no way back to itself
+    looks.back()
+    assert looks._editing.lens == other
+
+
+def test_only_nine_looks_have_a_key(looks, said):
+    for number in range(6, 11):
+        looks.keep()
+        assert (f"Ctrl+{number}" in said[-1]) is (number <= 9)
+    looks.still_now = lambda: "abc"
+    looks.keep()
+    assert looks.looks[-1].still == "abc"
+
+
+def test_two_looks_are_compared_and_stay_different(looks, said):
+    a, b, c, *_ = looks.looks
+    looks.compare(b)
+    looks.compare_as_a(a)
+    assert (state(looks).a_look, state(looks).b_look) == ("A", "B")
+    looks.compare_as_a(b)
+    assert (state(looks).a_look, state(looks).b_look) == ("B", "A")
+    looks.compare_as_a(b)
+    assert state(looks).a_look == "" and state(looks).compare is Compare.WIPE
+    looks.compare_as_a(c)
+    looks.compare(c)
+    assert (state(looks).a_look, state(looks).b_look) == ("", "C")
+    looks._view.state = replace(state(looks), compare=Compare.DIFFERENCE, a_look="A")
+    looks.compare(b)
+    assert state(looks).compare is Compare.DIFFERENCE and state(looks).a_look == "A"
+    looks._view.state = ViewState(a_look="A")  # left from before
+    looks.compare(b)
+    assert state(looks).a_look == "" and state(looks).against is Against.LOOK
+    looks._editing.do(replace(looks._editing.shot, looks=(a,)))
+    looks.compare_as_a(a)
+    assert "second look is needed" in said[-1] and state(looks).a_look == ""
+
+
+def test_the_grid_has_four_looks_and_a_fifth_replaces_the_first(looks, said):
+    looks.toggle_grid()
+    assert state(looks).compare is Compare.GRID
+    looks.toggle_in_grid(looks.looks[4])
+    assert state(looks).grid == ("B", "C", "D", "E")
+    looks.toggle_in_grid(looks.looks[2])
+    assert state(looks).grid == ("B", "D", "E")
+    looks.toggle_in_grid(looks.looks[0])
+    assert state(looks).grid == ("B", "D", "E", "A")
+    looks.toggle_grid()
+    assert state(looks).compare is Compare.OFF
+    looks._editing.do(Shot(LENS))
+    looks.toggle_grid()
+    assert state(looks).compare is Compare.OFF and "no looks yet" in said[-1]
+
+
+def test_a_still_is_a_small_jpeg():
+    pixels = np.zeros((20, 30, 3), np.uint8)
+    pixels[:, 15:] = (200, 100, 50)
+    back = pixels_of_still(still_of(pixels))
+    assert back.shape == (20, 30, 3) and abs(back.astype(int) - pixels).mean() < 6
+    assert pixels_of_still(still_of(np.zeros((1, 1024, 3), np.uint8))) is not None
+    for wrong in (still_of(np.zeros((1, 1025, 3), np.uint8)), "no base64!", "aGVsbG8="):
+        assert pixels_of_still(wrong) is None
+
+
+@pytest.fixture
+def grid(ctx, renderer, tmp_path):
+    """Return a session that shows two looks of a plate in a grid."""
+    plate = room_file(tmp_path / "room.exr", 48, 32)
+    session = Session(
+        renderer,
+        Start(str(plate), defocus=QUICK),
+        preferences=Preferences.load(tmp_path / "preferences"),
+    )
+    session.begin()
+    settled(session)
+    shot = session.editing.shot
+    looks = (Look(name, replace(shot.lens, f_stop=f_stop)) for name, f_stop in (("A", 2), ("B", 8)))
+    session.editing.do(replace(shot, looks=tuple(looks)))
+    session.pictures.looks.toggle_grid()
+    yield session
+    session.close()
+
+
+def test_a_grid_shows_the_frame_through_each_look(grid, renderer):
+    pictures = grid.pictures.sides.looks
+    settled(grid)
+    until(grid, lambda: None not in map(pictures.of, "AB"), "both looks")
+    until(grid, lambda: not any(map(pictures.is_coming, "AB")), "whole pictures")
+    shot = grid.editing.shot
+    for look in shot.looks:
+        shown = pictures.of(look.name)
+        own = renderer.pixels(shot.through(look))
+        np.testing.assert_allclose(download(shown.texture), own, atol=2e-3, rtol=2e-3)
+    assert len(pictures.shown) == 2 and pictures.of("C") is None
+    assert not pictures.is_working and not pictures.wants_work()
+    first = pictures.of("A")
+    grid.editing.do(replace(shot, looks=shot.looks[1:]))
+    turn(grid)
+    assert pictures.of("A") is None and pictures.of("B") is not None and first is not None
+    grid.pictures.looks.toggle_grid()
+    turn(grid)
+    assert pictures.shown == ()
+
+
+# Saving and copying
+
+
+def test_the_whole_picture_is_saved_as_the_renderer_makes_it(grid, renderer, tmp_path):
+    grid.pictures.looks.toggle_grid()
+    saving = grid.pictures.saving
+    saving.save(tmp_path / "out.exr")
+    assert saving.saver.is_busy and "saving out.exr" in grid.messages.text
+    until(grid, lambda: not saving.saver.is_busy, "the file")
+    assert grid.messages.text == f"Saved {tmp_path / 'out.exr'}."
+    ((_, channels),) = read_parts(tmp_path / "out.exr")
+    saved = np.stack([channels[name] for name in "RGB"], axis=-1)
+    np.testing.assert_allclose(saved, renderer.pixels(grid.editing.shot)[..., :3], rtol=2e-3)
+    source = grid.editing.shot.source
+    saving.save(type(tmp_path)(source))
+    until(grid, lambda: not saving.saver.is_busy, "the refusal")
+    assert "room.exr" in grid.messages.text and "Saved" not in grid.messages.text
+    saving.save(tmp_path / "left.exr")
+    grid.editing.frame += 1
+    turn(grid)
+    assert "left before" in grid.messages.text and not (tmp_path / "left.exr").exists()
+
+
+def test_nothing_is_copied_where_nothing_is_open(tmp_path):
+
+    session = begun(tmp_path / "preferences")
+    session.pictures.saving.copy()
+    assert "Nothing is open" in session.messages.text
+    session.close()
+
+
+def tool(folder, name, script):
+    path = folder / name
+    path.write_text(f"#!/bin/sh\n{script}\n")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return str(path)
+
+
+def test_each_system_has_its_tool(tmp_path):
+    path = tmp_path / 'a "b" c.png'
+    (mac,) = tools(path, "darwin", {})
+    assert mac.argv[:2] == ("osascript", "-e") and '\\"b\\"' in mac.argv[2] and not mac.reads_stdin
+    (windows,) = tools(tmp_path / "it's.png", "win32", {})
+    assert windows.argv[0] == "powershell" and "it''s.png" in windows.argv[-1]
+    assert [t.argv[0] for t in tools(path, "linux", {"DISPLAY": ":0"})] == ["xclip"]
+    both = tools(path, "linux", {"DISPLAY": ":0", "WAYLAND_DISPLAY": "w"})
+    assert [t.argv[0] for t in both] == ["wl-copy", "xclip"] and all(t.reads_stdin for t in both)
+    assert tools(path, "linux", {"DISPLAY": ""}) == ()
+
+
+@pytest.mark.parametrize(
+    ("platform", "environ", "word"),
+    [
+        ("darwin", {}, "osascript"),
+        ("win32", {}, "powershell"),
+        ("linux", {"WAYLAND_DISPLAY": "w", "DISPLAY": ":0"}, "wl-clipboard"),
+        ("linux", {"DISPLAY": ":0"}, "xclip"),
+        ("linux", {}, "no desktop"),
+    ],
+)
+def test_a_missing_tool_is_named(tmp_path, platform, environ, word):
+    with pytest.raises(InputError, match=word):
+        copy_png(tmp_path / "a.png", platform, environ, lambda name: None)
+
+
+def test_the_picture_goes_to_the_first_tool_that_takes_it(tmp_path, monkeypatch):
+    picture = tmp_path / "a.png"
+    Image.new("RGB", (2, 2)).save(picture)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    environ = {"DISPLAY": ":0", "WAYLAND_DISPLAY": "w"}
+    tool(tmp_path, "wl-copy", "echo no compositor; exit 3")
+    tool(tmp_path, "xclip", f"cat > {tmp_path}/copied")
+    copy_png(picture, "linux", environ, lambda name: name)
+    assert (tmp_path / "copied").read_bytes() == picture.read_bytes()
+    tool(tmp_path, "xclip", "exit 4")
+    with pytest.raises(InputError, match="wl-copy: no compositor"):
+        copy_png(picture, "linux", environ, lambda name: name)
+    with pytest.raises(InputError, match="xclip: exit code 4"):
+        copy_png(picture, "linux", {"DISPLAY": ":0"}, lambda name: name)
+
+
+# The lens, the time of the window, the picture on the GPU
+
+
+def test_focus_is_nudged_by_a_share_of_the_bar_and_reset(walls):
+    lens = walls.lens.commands
+    start = walls.facts.lens
+    most = walls.source.picture.histogram.most_dioptres
+    lens.nudge_focus(10.0)
+    assert 1 / walls.facts.lens.focus_distance_m == pytest.approx(0.25 + 10 / 250 * most)
+    lens.nudge_focus(-1000.0)
+    assert math.isinf(walls.facts.lens.focus_distance_m)
+    lens.reset()
+    assert walls.facts.lens == start
+    lens.focus_at_infinity()
+    assert math.isinf(walls.facts.lens.focus_distance_m)
+    lens.focus_at((9999, 5))
+    assert math.isinf(walls.facts.lens.focus_distance_m)
+    for values, command, field in (
+        (list(Bokeh), lens.next_bokeh, "bokeh"),
+        (list(Quality), lens.next_quality, "quality"),
+    ):
+        before = getattr(walls.editing.shot.defocus, field)
+        seen = []
+        for _ in values:
+            command()
+            seen.append(getattr(walls.editing.shot.defocus, field))
+        assert set(seen) == set(values) and seen[-1] is before
+
+
+def test_what_is_left_of_a_frame_is_for_the_picture():
+    gpu = Speed()
+    assert gpu.budget_s == 0.012 and gpu.mean_ms() is None is gpu.pictures_per_second()
+    assert math.isinf(gpu.answer_s)
+    gpu.has_window = True
+    assert gpu.answer_s == 2 * 0.012
+    slow = Speed(is_software=True)
+    assert slow.budget_s == pytest.approx(0.068 - 0.02)
+    slow.is_for_ring = True
+    assert slow.budget_s == pytest.approx(0.04 - 0.02)
+    slow.frame(0.1, 0.05, is_held=False)
+    assert slow.window_s == pytest.approx(0.02 + 0.2 * (0.05 - 0.02))
+    slow.window_s = 1.0
+    assert slow.budget_s == 0.012
+    slow.frame(0.3, 0.0, is_held=True)
+    assert slow.mean_ms() == pytest.approx(200.0) and slow.pictures_per_second() is None
+    slow.frame(0.2, 0.1, is_held=True)
+    assert slow.pictures_per_second() == pytest.approx(5.0)
+    for _ in range(40):
+        slow.frame(0.1, 0.0, is_held=False)
+    assert len(slow.frames_s) == 30
+
+
+def test_an_error_while_drawing_is_a_problem_of_the_frame(renderer):
+    picture = GpuPicture(renderer)
+    assert not (picture.is_finer or picture.is_black or picture.is_settled) and not picture.version
+    grey, depth = np.ones((4, 6, 3), np.float32), np.full((4, 6), 2.0, np.float32)
+    picture.count_again()
+    assert picture.version == 0  # there is none yet
+    picture.load(plate_of(grey, depth))
+    assert picture.version == 1 and picture.histogram is not None and picture.upload_s > 0
+    axis = picture.histogram.most_dioptres
+    picture.reach(0.1)
+    longer = picture.histogram.most_dioptres
+    assert longer > axis
+    picture.reach(1.0)
+    assert picture.histogram.most_dioptres == longer  # never shorter
+    picture.begin_axis()
+    picture.load(plate_of(grey, depth))
+    assert picture.histogram.most_dioptres == axis
+    picture.count_again()
+    assert picture.version == 3
+    plate = picture.plate
+    with picture.drawing():
+        raise InputError("no lens")
+    assert picture.problem == "no lens" and picture.plate is plate
+    with picture.drawing():
+        renderer.load(plate_of(grey, depth))
+    assert picture.plate is renderer.loaded.plate is not plate and picture.version == 4
+    with picture.drawing():
+        raise GpuError("no memory")
+    assert picture.plate is None and picture.problem == "no memory"
+    picture.ask(7)
+    assert (picture.problem, picture.frame, picture.is_black) == ("", 7, False)
+    picture.load(coc_plate_of(grey, depth))
+    assert picture.histogram is None
+
+
+def test_a_view_keeps_names_that_the_config_has():
+    said = []
+    color = ColorChoice(None, said.append)
+    assert color.displays() and color.input_spaces() is not None and not said
+    view = color.with_names(ViewState(display="no display", view="no view", input_space="none"))
+    assert view.display in color.displays() and view.view in color.views(view.display)
+    assert view.input_space == "" and view.view == color.usual_view(view.display)
+    assert color.with_names(view) == view and color.chosen_view(view) == ""
+    (*_, other) = color.views(view.display)
+    chosen = replace(view, view=other)
+    assert color.with_names(chosen) == chosen and color.chosen_view(chosen) == other
+    assert color.of_plate(chosen, {}) == chosen  # a chosen one stays
+    with pytest.raises(HeatlensError):
+        ColorChoice("/no/such/config.ocio", said.append)
+
+
+def test_the_first_frame_is_where_the_walls_begin(walls):
+    assert walls.editing.frame == FIRST
