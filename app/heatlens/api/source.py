@@ -130,12 +130,8 @@ class Source(Asked, Closing):
         a file that cannot be read, a picture too large for this machine, and for doubts if the
         source was opened with `strict=True`.
         """
-        values = {
-            "focal_length_mm": focal_length_mm,
-            "sensor_width_mm": sensor_width_mm,
-            "f_stop": f_stop,
-            "focus_distance_m": focus_distance_m,
-        }
+        of_lens = (focal_length_mm, sensor_width_mm, f_stop, focus_distance_m)
+        values = dict(zip(LENS_VALUES, of_lens, strict=True))
         with python_words():
             check_names("render", more)
             request = _request(lens, frame, values, focus_at, lens_model, more)
@@ -213,15 +209,22 @@ def _request(
     if not (lens is None or isinstance(lens, Lens)):
         raise InputError(f"lens must be a heatlens.Lens, got {shown(lens)}.")
     given = {} if lens is None else _values_of(lens)
-    of_lens = {**values, **{name: more[name] for name in APERTURE_FIELDS if name in more}}
-    given |= values_of(Lens, {n: value for n, value in of_lens.items() if value is not None})
+    given |= values_of(Lens, _told({**values, **_among(APERTURE_FIELDS, more)}))
     if lens_model is not None:
         given["model"] = known(LensModel, "lens_model", lens_model)
     if focus_at is not None and values["focus_distance_m"] is not None:
         raise InputError("Give focus_distance_m or focus_at, not both.")
     pixel = None if focus_at is None else pair("focus_at", "a pixel (x, y)", focus_at)
-    blur = values_of(DefocusSettings, {name: more[name] for name in BLUR if name in more})
+    blur = values_of(DefocusSettings, _among(BLUR, more))
     return _Request(None if frame is None else whole("frame", frame), given, pixel, blur)
+
+
+def _among(names: Iterable[str], given: Mapping[str, object]) -> dict[str, object]:
+    return {name: given[name] for name in names if name in given}
+
+
+def _told(given: Mapping[str, object]) -> dict[str, object]:
+    return {name: value for name, value in given.items() if value is not None}
 
 
 class OnePlate(Source):

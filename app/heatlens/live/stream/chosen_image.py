@@ -131,13 +131,19 @@ def _depth_of(image: TevImage, name: str | None, is_coc: bool) -> _DepthBeside |
         return _DepthBeside(image, key or next(iter(image.planes)), name)
     ref = _own_depth(image, name, is_coc)
     word = next(filter(DEPTH_WORDS.__contains__, _words(image.name)), "")
-    if ref is not None and not word and _has_color(image):
-        return None  # a separate picture, whose depth may belong to another moment
     if ref is not None:
+        if not word and _has_color(image):
+            return None  # a separate picture, whose depth may belong to another moment
         return _DepthBeside(image, ref.key, f"{word or 'depth'}.{ref.leaf}")
-    if name is None and word and not {"r", "g", "b"} - {key.lower() for key in image.planes}:
-        return _DepthBeside(image, next(k for k in image.planes if k.lower() == "r"), f"{word}.R")
-    if name is None and word and len(image.planes) == 1:
+    return _called_depth(image, word) if name is None and word else None
+
+
+def _called_depth(image: TevImage, word: str) -> _DepthBeside | None:
+    """Return the red or only channel of an image whose name has the `word` for a depth."""
+    by_letter = {key.lower(): key for key in reversed(image.planes)}
+    if {"r", "g", "b"} <= by_letter.keys():
+        return _DepthBeside(image, by_letter["r"], f"{word}.R")
+    if len(image.planes) == 1:
         return _DepthBeside(image, next(iter(image.planes)), f"{word}.V")
     return None
 

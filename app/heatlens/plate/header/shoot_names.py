@@ -8,12 +8,10 @@ unit, case and punctuation, so that "Lens Focus Distance", "lens_focus_distance_
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from heatlens.model.units import FOOT_M, INCH_M
-from heatlens.plate.header.channels import Header
 from heatlens.plate.header.shoot_values import (
     distance,
     focal_length,
@@ -80,50 +78,73 @@ def shoot_lens(
     and that over the unit in a name. Zero, which cameras write for unknown values, counts as
     missing. Impossible values count as unreadable.
     """
-    names = {_plain(name): name for name in entries}
-    values: Header = {}
+    told = _Entries(entries, unit_m, given_m)
+    values: dict[str, float] = {}
     sources: dict[str, str] = {}
     unreadable: dict[str, str] = {}
     conflicts: dict[str, str] = {}
-
-    def take(target: str, known: tuple[str, ...], parse: Callable[[str], float | None]) -> None:
-        for name in (names[plain] for plain in known if plain in names):
-            if is_missing(entries[name]):
-                continue
-            value = parse(name)
-            if value is None:
-                unreadable.setdefault(target, name)
-            elif target not in values:
-                values[target], sources[target] = value, name
-            elif not _are_alike(values[target], value):
-                conflicts.setdefault(target, name)
-        if target in values:
-            unreadable.pop(target, None)
-
-    def unit_of(name: str) -> float | None:
-        told = distance(entries[name])
-        own_m = None if told is None else told.unit_m
-        return own_m or given_m or _unit_of(name, names, entries) or unit_m
-
-    def metres(name: str) -> float | None:
-        told = distance(entries[name])
-        return None if told is None else told.in_metres(unit_of(name) or 1.0)
-
-    def millimetres(name: str) -> float | None:
-        told = focal_length(entries[name])
-        return None if told is None else told.in_millimetres(_named_unit(name))
-
-    take("focus_distance_m", _FOCUS, metres)
-    take("focal_length_mm", _LENGTH, millimetres)
-    take("f_stop", _F_STOP, lambda name: stop(entries[name]))
-    take("t_stop", _LINEAR_IRIS, lambda name: linear_iris(entries[name]))
-    take("t_stop", _T_STOP, lambda name: stop(entries[name]))
-    take("squeeze", _SQUEEZE, lambda name: squeeze(entries[name]))
+    for target, name, value in told.values():
+        if value is None:
+            unreadable.setdefault(target, name)
+        elif target not in values:
+            values[target], sources[target] = value, name
+        elif not _are_alike(values[target], value):
+            conflicts.setdefault(target, name)
     focus = sources.get("focus_distance_m")
-    has_unit = focus is None or unit_of(focus) is not None
     return ShootLens(
-        **values, sources=sources, has_unit=has_unit, unreadable=unreadable, conflicts=conflicts
+        **values,
+        sources=sources,
+        has_unit=focus is None or told.unit_of(focus) is not None,
+        unreadable={target: name for target, name in unreadable.items() if target not in values},
+        conflicts=conflicts,
     )
+
+
+class _Entries:
+    """Entries with what is known of the units of distances: see `shoot_lens`."""
+
+    def __init__(
+        self, entries: Mapping[str, object], unit_m: float | None, given_m: float | None
+    ) -> None:
+        self._entries, self._unit_m, self._given_m = entries, unit_m, given_m
+        self._names = {_plain(name): name for name in entries}
+
+    def values(self) -> Iterator[tuple[str, str, float | None]]:
+        """Yield field, entry and value of each entry that is known; None for an unreadable one."""
+        readers: tuple[tuple[str, tuple[str, ...], Callable[[str], float | None]], ...] = (
+            ("focus_distance_m", _FOCUS, self._metres),
+            ("focal_length_mm", _LENGTH, self._millimetres),
+            ("f_stop", _F_STOP, lambda name: stop(self._entries[name])),
+            ("t_stop", _LINEAR_IRIS, lambda name: linear_iris(self._entries[name])),
+            ("t_stop", _T_STOP, lambda name: stop(self._entries[name])),
+            ("squeeze", _SQUEEZE, lambda name: squeeze(self._entries[name])),
+        )
+        for target, known, read in readers:
+            for name in (self._names[plain] for plain in known if plain in self._names):
+                if not is_missing(self._entries[name]):
+                    yield target, name, read(name)
+
+    def unit_of(self, name: str) -> float | None:
+        """Return the metres in the unit of the distance `name`; None if nothing tells them."""
+        told = distance(self._entries[name])
+        own_m = None if told is None else told.unit_m
+        return own_m or self._given_m or self._named_unit_of(name) or self._unit_m
+
+    def _named_unit_of(self, name: str) -> float | None:
+        named = _named_unit(name)
+        if named is not None:
+            return named
+        names = (self._names[plain] for plain in _DISTANCE_UNIT if plain in self._names)
+        units = (str(self._entries[name]).strip().lower() for name in names)
+        return next((_UNITS_M[unit] for unit in units if unit in _UNITS_M), None)
+
+    def _metres(self, name: str) -> float | None:
+        told = distance(self._entries[name])
+        return None if told is None else told.in_metres(self.unit_of(name) or 1.0)
+
+    def _millimetres(self, name: str) -> float | None:
+        told = focal_length(self._entries[name])
+        return None if told is None else told.in_millimetres(_named_unit(name))
 
 
 def not_understood(columns: Iterable[str]) -> str:
@@ -161,16 +182,6 @@ def _plain(name: str) -> str:
 def _without_unit(match: re.Match[str]) -> str:
     unit = match[1] or match[2]
     return "" if unit in _UNITS_M else match[0]
-
-
-def _unit_of(name: str, names: Mapping[str, str], entries: Mapping[str, Any]) -> float | None:
-    named = _named_unit(name)
-    if named is not None:
-        return named
-    units = (
-        str(entries[names[plain]]).strip().lower() for plain in _DISTANCE_UNIT if plain in names
-    )
-    return next((_UNITS_M[unit] for unit in units if unit in _UNITS_M), None)
 
 
 def _named_unit(name: str) -> float | None:

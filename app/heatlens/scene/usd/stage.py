@@ -42,14 +42,9 @@ class UsdStage:
         The times of further attributes count as well.
         """
         xformable = usd_module("UsdGeom").Xformable
-        hung = {}
-        for prim in prims:
-            while prim and not prim.IsPseudoRoot() and prim.GetPath() not in hung:
-                hung[prim.GetPath()], prim = prim, prim.GetParent()
-        moving = (xformable(prim) for prim in hung.values() if prim.IsA(xformable))
-        times = [time for xform in moving for time in xform.GetTimeSamples()]
-        times += [time for attribute in attributes for time in attribute.GetTimeSamples()]
-        if not times or min(times) == max(times):
+        moving = (xformable(prim) for prim in _with_ancestors(prims) if prim.IsA(xformable))
+        times = {time for xform in (*moving, *attributes) for time in xform.GetTimeSamples()}
+        if len(times) < 2:
             return None
         for time in (min(times), max(times)):
             check_frame(time)
@@ -82,6 +77,15 @@ def open_stage(path: Path) -> UsdStage:
     if up == "Z":
         to_metres = to_metres @ [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]]
     return UsdStage(path, stage, prims, unit_m, np.asarray(to_metres), rate)
+
+
+def _with_ancestors(prims: Iterable[UsdObject]) -> Iterable[UsdObject]:
+    """Return the prims and all that they hang from, each once."""
+    hung = {}
+    for prim in prims:
+        while prim and not prim.IsPseudoRoot() and prim.GetPath() not in hung:
+            hung[prim.GetPath()], prim = prim, prim.GetParent()
+    return hung.values()
 
 
 def kind_of(prim: UsdObject) -> str:
