@@ -72,15 +72,10 @@ def read_shoot_table(
         raise InputError(f"{path}: {table.too_wide}")
     unit_m = 1e-3 if _OF_RED <= set(rows[0]) else None
     lenses = [shoot_lens(row, unit_m, focus_unit_m) for row in rows]
-    notes = [*unreadable_notes(path, table, lenses), *conflict_notes(table, lenses)]
     tracks = _tracks(lenses)
-    notes += _unit_notes(lenses)
-    if tracks["f_stop"] is not None and _track("f_stop", lenses) is None:
-        notes.append(_T_AS_F)
+    notes = _notes(path, table, lenses, tracks)
     if all(track is None for track in tracks.values()):
         raise InputError(f"{path}: no row has a value of the lens. {_unknown(table)}".strip())
-    if any(tracks[name] is None for name in _TOLD) and (unknown := _unknown(table)):
-        notes.append(unknown)
     try:
         return CameraSamples(
             name=path.name.split(".")[0],
@@ -89,7 +84,7 @@ def read_shoot_table(
             frames_per_second=_rate(rows[0]),
             timecodes=_timecodes(rows) if first_frame is None else None,
             has_focus_unit=any(lens.has_unit and lens.focus_distance_m for lens in lenses),
-            notes=tuple(notes),
+            notes=notes,
         )
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
@@ -121,6 +116,20 @@ def _track(name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
     for value in known:
         held.append(value if value is not None else held[-1] if held else first)
     return tuple(held)
+
+
+def _notes(
+    path: Path, table: ShootTable, lenses: Sequence[ShootLens], tracks: Values
+) -> tuple[str, ...]:
+    """Return what is said of the values, and of columns that may hold missing ones."""
+    is_t_stop = tracks["f_stop"] is not None and _track("f_stop", lenses) is None
+    unknown = _unknown(table) if any(tracks[name] is None for name in _TOLD) else ""
+    return (
+        *unreadable_notes(path, table, lenses),
+        *conflict_notes(table, lenses),
+        *_unit_notes(lenses),
+        *filter(None, (_T_AS_F if is_t_stop else "", unknown)),
+    )
 
 
 def _unit_notes(lenses: Sequence[ShootLens]) -> list[str]:

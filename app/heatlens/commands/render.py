@@ -134,28 +134,29 @@ def _render(args: argparse.Namespace) -> None:
     if renderer.has_many_views:
         say(*renderer.loaded.plate.notes)
     render_done = time.perf_counter()
-    depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
-    kept, kept_attributes = kept_channels(plate, plate_options(args), wanted)
+    lens = shot.lens_at(frame)
     if args.deep:
         make_folder(args.output.parent)
-        attributes = {**plate.attributes, **lens_header(plate, shot.lens_at(frame))}
+        attributes = {**plate.attributes, **lens_header(plate, lens)}
         write_deep(args.output, plate, attributes, half=not args.float)
     else:
+        kept, kept_attributes = kept_channels(plate, plate_options(args), wanted)
         write_picture(
-            args.output,
-            pixels,
-            plate,
-            shot.lens_at(frame),
-            settings.proxy,
+            *(args.output, pixels, plate, lens, settings.proxy),
             half=not args.float,
             compression=args.compression or plate.compression or "zip",
             encode=encode,
-            more_channels=depth,
+            more_channels=_depth_beside(args, plate),
             more_attributes=kept_attributes,
             kept_channels=kept,
         )
     if args.stats:
         _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
+
+
+def _depth_beside(args: argparse.Namespace, plate: Plate) -> dict[str, FloatArray]:
+    """Return the depth channel of a picture without a lens."""
+    return {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
 
 
 def _check_room(args: argparse.Namespace, shot: Shot, renderer: FrameRenderer) -> None:

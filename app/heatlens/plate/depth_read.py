@@ -104,17 +104,23 @@ def _in_depth_file(
     several channels could be the depth.
     """
     is_coc = options.depth_convention.facts.is_coc
-    view = color.view if color else ""
     try:
         return choose_depth(path, headers, options.depth_channel, color, is_coc)
     except InputError:
-        usable = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
-        plain = [ref for ref in usable if ref.leaf.lower() not in ("a", "alpha")]
-        letters = {ref.leaf.lower() for ref in plain}
-        is_grey = letters == {"r", "g", "b"} and len(plain) == 3
-        if options.depth_channel is not None or not (len(plain) == 1 or is_grey):
+        only = _only_channel(headers, color.view if color else "")
+        if options.depth_channel is not None or only is None:
             raise
-        return next((ref for ref in plain if ref.leaf.lower() == "r"), plain[0])
+        return only
+
+
+def _only_channel(headers: Sequence[Header], view: str) -> ChannelRef | None:
+    """Return the only channel of a view besides alpha, or the red one of three that are grey."""
+    usable = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
+    plain = [ref for ref in usable if ref.leaf.lower() not in ("a", "alpha")]
+    if len(plain) == 1:
+        return plain[0]
+    by_letter = {ref.leaf.lower(): ref for ref in plain}
+    return by_letter["r"] if len(plain) == 3 and by_letter.keys() == {"r", "g", "b"} else None
 
 
 def _read(

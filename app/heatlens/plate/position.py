@@ -7,7 +7,6 @@ belongs to them. That matrix is made for points as rows; some programs write it 
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +39,7 @@ def position_channels(
     """
     layers: dict[tuple[int, str], dict[str, ChannelRef]] = {}
     for ref in flat_channels(headers):
-        if _is_position(ref) and (not view or ref.view in ("", view)):
+        if _is_position(ref, view):
             layers.setdefault((ref.part, ref.layer), {})[ref.leaf.lower()] = ref
     for (_, layer), group in layers.items():
         names = {layer.lower(), *(part for ref in group.values() for part in _names_of(ref))}
@@ -76,9 +75,11 @@ def depth_of_positions(
     )
 
 
-def _is_position(ref: ChannelRef) -> bool:
+def _is_position(ref: ChannelRef, view: str) -> bool:
+    if view and ref.view not in ("", view):
+        return False
     word = ref.plain_layer.rpartition(".")[2].lower()
-    return "".join(letter for letter in word if letter.isalnum()) in _LAYERS
+    return "".join(filter(str.isalnum, word)) in _LAYERS
 
 
 def _names_of(ref: ChannelRef) -> tuple[str, str]:
@@ -97,7 +98,7 @@ def _cameras(headers: Sequence[Header]) -> Iterator[tuple[Matrix, str]]:
 
 def _matrix_of(headers: Sequence[Header]) -> Matrix | None:
     for header in headers:
-        value: Any = header.get(_MATRIX)
+        value = header.get(_MATRIX)
         if value is not None and np.shape(value) == (4, 4) and np.isfinite(value).all():
             return np.asarray(value, np.float64)
     return None

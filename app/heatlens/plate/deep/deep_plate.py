@@ -49,6 +49,8 @@ def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
     has_alpha = bool((made.color[..., 3] < OPAQUE).any())
     if not has_alpha:
         made.color[..., 3] = 1.0
+    lost = _merge_sentence(path, made)
+    said = (_surfaces_sentence(path, made), *channels.color.notes, *faults.sentences(path))
     return Plate(
         path=path,
         pixels=ReadPixels(made.color, made.depth_m),
@@ -60,16 +62,10 @@ def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
         depth=_depth_report(channels, made),
         aovs=tuple(ref.full_name for ref in list_channels(headers)),
         attributes=_attributes(header, channels),
-        notes=(
-            _surfaces_sentence(path, made),
-            *channels.color.notes,
-            *faults.sentences(path),
-            *filter(None, (_merge_sentence(path, made),)),
-            *aspect_notes,
-        ),
+        notes=(*said, *filter(None, [lost]), *aspect_notes),
         views=views_of(headers),
         fragments=made.lists,
-        surfaces_lost=_merge_sentence(path, made),
+        surfaces_lost=lost,
         behind=() if made.lists is None else (_report(made),),
     )
 

@@ -78,18 +78,14 @@ def read_depth(
         converted = _convert(raw, convention, options)
     depth = converted.values
     depth[converted.infinite] = np.inf
-    bounded: tuple[str, ...] = ()
-    if convention.facts.is_coc:
-        repaired = repair_depth(depth, converted.bad, what)
-        bounded = bound_coc(depth, what)
-    else:
-        repaired = repair_depth(depth, converted.bad | (depth < DEPTH_LEAST_M), what)
+    is_coc = convention.facts.is_coc
+    bad = converted.bad if is_coc else converted.bad | (depth < DEPTH_LEAST_M)
+    repaired = repair_depth(depth, bad, what)
+    bounded = bound_coc(depth, what) if is_coc else ()
     kind = origin.kind if options.depth_kind is DepthKind.AUTO else options.depth_kind
-    kind = DepthKind.PLANAR if convention.facts.is_coc else kind
+    kind = DepthKind.PLANAR if is_coc else kind
     infinite_count = int(np.count_nonzero(np.isinf(depth)))  # the repair may have copied some
-    near, far = finite_range(depth, infinite_count)
-    if convention.facts.is_coc:
-        near = far = math.nan
+    near, far = (math.nan, math.nan) if is_coc else finite_range(depth, infinite_count)
     report = DepthReport(
         channel, convention, kind, guess.why, near, far, infinite_count, repaired, guess.question
     )

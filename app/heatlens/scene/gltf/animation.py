@@ -267,6 +267,13 @@ def _add(
         of_file[target.number] = track
 
 
+def _check_times(sampler: Record, times_s: Array, values: Array, per_key: int) -> None:
+    if not len(times_s) or len(values) != per_key * len(times_s):
+        sampler.refuse(f"{len(times_s)} times do not match {len(values)} values")
+    if times_s[0] < 0 or (np.diff(times_s) < 0).any() or times_s[-1] > 1e6:
+        sampler.refuse("its times should rise from 0 on, in seconds")
+
+
 def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
     kind = sampler.text("interpolation", "LINEAR")
     if kind not in _BETWEEN:
@@ -280,10 +287,7 @@ def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
     per_key = 3 if kind == "CUBICSPLINE" else 1
     if path == WEIGHTS:
         values = _by_key(sampler, values, per_key * len(times_s))
-    if not len(times_s) or len(values) != per_key * len(times_s):
-        sampler.refuse(f"{len(times_s)} times do not match {len(values)} values")
-    if times_s[0] < 0 or (np.diff(times_s) < 0).any() or times_s[-1] > 1e6:
-        sampler.refuse("its times should rise from 0 on, in seconds")
+    _check_times(sampler, times_s, values, per_key)
     if path == "rotation" and kind != "CUBICSPLINE":
         values /= np.maximum(np.linalg.norm(values, axis=1, keepdims=True), 1e-12)
     if kind == "CUBICSPLINE":

@@ -34,21 +34,17 @@ def unread_notes(gltf: GltfFile) -> dict[str, None]:
 def _unread(gltf: GltfFile, found: "_Found") -> Iterator[str]:
     """Yield sentences on extensions and properties that are not read at all."""
     unread = {name: count for name, count in found.extensions.items() if not _is_read(name)}
-    coats, others = list[str](), list[str]()
-    for name, count in unread.items():
-        if name.startswith(_MATERIAL):
-            coats.append(f"{name.removeprefix(_MATERIAL)} ({_of(count)})")
-        else:
-            others.append(f"{name[:60]} ({count})")
-    if coats:
+    of_materials = [name for name in unread if name.startswith(_MATERIAL)]
+    if of_materials:
+        coats = [f"{n.removeprefix(_MATERIAL)} ({_of(unread[n])})" for n in of_materials]
         yield f"Of materials these are left out: {_listed(coats)}."
-    promised = (name for name in _used(gltf) if not _is_read(name) and name != _VARIANTS)
-    others += [name for name in promised if name not in unread]
+    others = [f"{n[:60]} ({unread[n]})" for n in unread if n not in of_materials]
+    others += [name for name in _promised(gltf) if name not in unread]
     if others:
         yield f"These extensions of the file are not read: {_listed(others)}."
     if found.unknown:
-        told = (f"{name[:60]!r} ({count})" for name, count in found.unknown.items())
-        yield f"These properties are unknown in glTF 2.0 and not read: {_listed(list(told))}."
+        told = [f"{name[:60]!r} ({count})" for name, count in found.unknown.items()]
+        yield f"These properties are unknown in glTF 2.0 and not read: {_listed(told)}."
 
 
 class _Found:
@@ -105,8 +101,9 @@ def _is_read(name: str) -> bool:
     return name in READ_EXTENSIONS or is_unseen
 
 
-def _used(gltf: GltfFile) -> list[str]:
-    """Return the names of the extensions that the file says it uses."""
+def _promised(gltf: GltfFile) -> list[str]:
+    """Return the names of extensions that the file says it uses, and that are not read."""
     if not gltf.root.has("extensionsUsed"):
         return []
-    return [item.text()[:60] for item in gltf.root.at("extensionsUsed").items()]
+    used = [item.text()[:60] for item in gltf.root.at("extensionsUsed").items()]
+    return [name for name in used if not _is_read(name) and name != _VARIANTS]

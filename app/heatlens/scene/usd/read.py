@@ -1,7 +1,9 @@
 """Meshes, materials and cameras of a USD stage as a scene. A time code is a frame."""
 
 from dataclasses import dataclass
+from itertools import chain, repeat
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,67 +74,65 @@ def usd_scene(text: str) -> Scene:
         return _scene(open_stage(path))
 
 
+class _Instance(NamedTuple):
+    """The name and the mesh of an instance, and the number of its prim, or of its instancer."""
+
+    name: str
+    mesh: int
+    number: int
+
+
 def _scene(stage: UsdStage) -> Scene:
     materials = UsdMaterials(stage)
     geometry = UsdGeometry(materials)
     instancers = Instancers(stage, geometry)
     shown = [prim for prim in stage.prims if not is_within_instancer(prim)]
-    prims = [prim for prim in shown if has_surface(prim) and is_shown(prim)]
-    copying = [prim for prim in shown if is_instancer(prim) and is_shown(prim)]
+    visible = [prim for prim in shown if is_shown(prim)]
+    prims, copying = list(filter(has_surface, visible)), list(filter(is_instancer, visible))
     placed, cameras = [*prims, *copying], list(filter(is_camera, stage.prims))
-    attributes = [attribute for prim in copying for attribute in changing(prim)]
-    of_lenses = [attribute for prim in cameras for attribute in changing_lens(prim)]
+    attributes = [*chain.from_iterable(map(changing, copying))]
+    of_lenses = chain.from_iterable(map(changing_lens, cameras))
     frames = stage.frames_of([*placed, *cameras], [*attributes, *of_lenses])
     moving = stage.frames_of(placed, attributes)
-    names, numbers, chosen = _single(geometry, prims)
+    instances = [_Instance(p.GetName(), m, n) for n, p in enumerate(prims) for m in geometry.of(p)]
     copies = [instancers.copies(prim, moving) for prim in copying]
     for number, found in enumerate(copies, start=len(prims)):
-        names += found.names
-        numbers += found.meshes
-        chosen += [number] * len(found.names)
-    check_instances(stage.path, len(names))
+        instances += map(_Instance, found.names, found.meshes, repeat(number))
+    check_instances(stage.path, len(instances))
     motion = _Sampled(
         moving.first if moving else STILL_FRAME,
         _sampled(stage, placed, moving),
-        tuple(chosen),
+        tuple(instance.number for instance in instances),
         _joined([found.local for found in copies]),
     )
     return Scene(
         stage.path,
         tuple(geometry.meshes),
-        tuple(map(Instance, names, numbers, motion(motion.first))),
+        tuple(
+            Instance(one.name, one.mesh, place)
+            for one, place in zip(instances, motion(motion.first), strict=True)
+        ),
         tuple(materials.materials),
         tuple(materials.images),
         read_cameras(stage, cameras, frames),
         motion=motion if moving else None,
         frames=frames,
         frames_per_second=stage.frames_per_second,
-        notes=tuple(
-            f"{stage.path}: {note}"
-            for note in (
-                *stage.notes,
-                *materials.notes,
-                *instancers.notes,
-                *geometry.notes,
-                *geometry.subdivision.notes,
-                *filter(None, (left_out(shown),)),
-                *unread_notes(stage, shown),
-            )
-        ),
+        notes=_notes(stage, geometry, instancers, shown),
     )
 
 
-def _single(
-    geometry: UsdGeometry, prims: list[UsdObject]
-) -> tuple[list[str], list[int], list[int]]:
-    """Return name and mesh of each instance, and the number of the prim that it is."""
-    names, meshes, numbers = [], [], []
-    for number, prim in enumerate(prims):
-        for mesh in geometry.of(prim):
-            names.append(prim.GetName())
-            meshes.append(mesh)
-            numbers.append(number)
-    return names, meshes, numbers
+def _notes(
+    stage: UsdStage, geometry: UsdGeometry, instancers: Instancers, shown: list[UsdObject]
+) -> tuple[str, ...]:
+    """Return what the readers have said, which is complete when all is read."""
+    told = (
+        *(*stage.notes, *geometry.materials.notes, *instancers.notes),
+        *(*geometry.notes, *geometry.subdivision.notes),
+        *filter(None, (left_out(shown),)),
+        *unread_notes(stage, shown),
+    )
+    return tuple(f"{stage.path}: {note}" for note in told)
 
 
 def _joined(parts: list[Array]) -> Array:
