@@ -1,0 +1,160 @@
+"""Numbers and edges of the blur's passes that documents and budgets rely on."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import moderngl
+import pytest
+
+from heatlens.defocus import highlight_pass, kernel_error, pass_list
+from heatlens.defocus.color_rounds import ColorRounds
+from heatlens.defocus.fit_kernels import RIMS, fit_rims
+from heatlens.defocus.kernel_error import DiscError
+from heatlens.defocus.kernels import gaussian_kernel, named_kernel, rim_kernel
+from heatlens.defocus.listed_fragments import FragmentBuffers
+from heatlens.defocus.pass_costs import fragments_bytes, tiles_bytes
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.defocus.proxy_lists import proxy_list_capacity
+from heatlens.defocus.quality import kernel_for
+from heatlens.defocus.scratch import AFTER_THE_PICTURE, Lifetime, Scratch, lifetimes
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+
+
+@pytest.mark.parametrize(
+    ("quality", "disc", "steps"),
+    [
+        (Quality.DRAFT, "disc_2", 2),
+        (Quality.PREVIEW, "disc_3", 3),
+        (Quality.FILM, "disc_4", 5),
+    ],
+)
+def test_a_quality_spends_poles_and_steps(quality, disc, steps):
+    def kernel(bokeh, **more):
+        return kernel_for(DefocusSettings(bokeh, quality, **more))
+
+    assert kernel(Bokeh.DISC).name == rim_kernel(disc, 0.0).name
+    assert kernel(Bokeh.GAUSSIAN).name == gaussian_kernel(steps).name
+    assert kernel(Bokeh.HEAT).name == named_kernel("heat").name
+    assert kernel(Bokeh.DISC, method=Method.HEAT).name == named_kernel("heat").name
+
+
+def test_traffic_of_fragments_grows_with_their_runs_and_that_of_tiles_does_not():
+    one, four = fragments_bytes(None, 1), fragments_bytes(None, 4)
+    assert (four.moved, four.least) == (4 * one.moved, 4 * one.least)
+    assert one.moved == one.least == 6 and one.at_least  # coc and kind
+    assert tiles_bytes(None, 1) == tiles_bytes(None, 4)
+
+
+def test_two_names_that_share_memory_may_follow_but_not_meet():
+    names = [one.name for one in pass_list.PASSES]
+    first, second, third = names[:3]
+    early, late = Lifetime("m", first, second), Lifetime("m", third, third)
+    assert not early.meets(late) and not late.meets(early)
+    touching = Lifetime("m", second, third)  # written by the pass that reads the other last
+    assert early.meets(touching) and touching.meets(early) and early.meets(early)
+    assert not early.meets(replace(touching, memory="n"))
+    halves = replace(early, reduction=2), replace(touching, reduction=4)
+    assert not halves[0].meets(halves[1]) and halves[0].meets(replace(touching, reduction=2))
+    assert halves[0].meets(touching) and touching.meets(halves[0])
+    forever = Lifetime("m", first, AFTER_THE_PICTURE)
+    assert forever.meets(late) and late.meets(forever)
+
+
+def test_no_two_names_of_the_passes_meet():
+    found = lifetimes()
+    for name, one in found.items():
+        for other_name, other in found.items():
+            assert name == other_name or not one.meets(other), (name, other_name)
+
+
+def test_scratch_memory_has_one_owner_until_its_last_reader(ctx):
+    scratch = Scratch(ctx)
+    by_memory: dict[str, list[str]] = {}
+    for name, one in lifetimes().items():
+        if one.reduction is None and one.last:
+            by_memory.setdefault(one.memory, []).append(name)
+    first, second, *_ = next(names for names in by_memory.values() if len(names) > 1)
+    held = scratch.texture(first, (4, 4), 4)
+    assert scratch.texture(first, (4, 4), 4) is held
+    with pytest.raises(RuntimeError, match=second):
+        scratch.texture(second, (4, 4), 4)
+    assert scratch.passed(lifetimes()[first].last) == lifetimes()[first].last
+    scratch.texture(second, (4, 4), 4)
+    scratch.release()
+    scratch.texture(first, (4, 4), 4)  # nobody owns what was released
+    scratch.release()
+
+
+def test_documented_limits():
+    assert highlight_pass.SPRITES_MAX == 4096 and highlight_pass._AREA_MAX == 24.0
+    assert highlight_pass.block_count((8, 8)) == 1 and highlight_pass.block_count((9, 17)) == 6
+    assert (kernel_error._FREQUENCY_MOST, kernel_error._RADII, kernel_error._ANGLES) == (
+        *(60.0, 480, 12),
+    )
+    assert (kernel_error.LIGHT, kernel_error.VARIANCE) == (1.0, 1 / 16)
+
+
+def test_rims_are_fitted_from_the_middle_outwards():
+    fits = fit_rims("disc_2")
+    assert len(fits) == len(RIMS) and tuple(sorted(RIMS)) == RIMS
+    for rim, fit in zip(RIMS, fits, strict=True):
+        assert DiscError(1.0, rim).of(fit.poles, fit.mix)[0] == pytest.approx(fit.error)
+        assert len(fit.poles) == len(rim_kernel("disc_2", rim).poles)
+
+
+class Passes:
+    """Stands in for the pass that takes colours from one picture into another."""
+
+    def __init__(self):
+        self.taken = []
+
+    def take(self, source, colors, out):
+        self.taken.append((source, colors, out))
+
+
+def test_three_rounds_take_red_and_blue_and_end_with_green():
+    passes, seen = Passes(), []
+    rounds = ColorRounds(passes)
+    assert (rounds.done, rounds.count) == (0, 1)
+    optics = SimpleNamespace(in_color=lambda color: color)
+    scratch = SimpleNamespace(texture=lambda *_: "kept", passed=lambda name: name)
+
+    def blurred(of):
+        seen.append((of, rounds.done, rounds.count))
+        yield "blur"
+        return f"picture of {of.name}"
+
+    steps, made = rounds.in_three(blurred, optics, (4, 4), scratch), []
+    while True:
+        try:
+            made.append(next(steps))
+        except StopIteration as end:
+            assert end.value == "picture of GREEN"
+            break
+    assert [(of.name, done, count) for of, done, count in seen] == [
+        ("RED", 0, 3), ("BLUE", 1, 3), ("GREEN", 2, 3),
+    ]  # fmt: skip
+    assert made == ["blur", "colours"] * 3
+    red, blue, green = passes.taken
+    assert red[0] == "picture of RED" and red[2] == "kept" == blue[2]
+    assert [color.name for color in green[1]] == ["RED", "BLUE"]
+    assert green[::2] == ("kept", "picture of GREEN")
+    list(rounds.in_one(blurred, SimpleNamespace(name="ALL")))
+    assert seen[-1][1:] == (0, 1)
+
+
+def test_room_for_the_lists_of_a_smaller_picture_ends_at_what_a_buffer_holds(ctx: moderngl.Context):
+    words = ctx.buffer(reserve=1200)
+    whole = FragmentBuffers(ctx.buffer(reserve=16), words, (2, 2), False, is_exact=False)
+    few, more = (proxy_list_capacity(ctx, whole, size) for size in ((1, 1), (10, 10)))
+    each = (more - few) // 99
+    assert few == 1200 // 12 + each and more == 1200 // 12 + 100 * each and each >= 1
+    most = proxy_list_capacity(ctx, whole, (1 << 20, 1 << 20))
+    assert most == int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // 12
+    words.release()
+    whole.starts.release()
+
+
+def test_a_proxy_keeps_the_shape_of_its_picture():
+    assert proxy_size((100, 50), 0.5) == (50, 25) and proxy_size((100, 50), 1.0) == (100, 50)
+    assert min(proxy_size((10, 3), 1 / 16)) >= 1

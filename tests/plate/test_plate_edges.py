@@ -1,0 +1,245 @@
+"""Edges and documented numbers of reading and writing plates, spelt out."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import OpenEXR
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from heatlens.base.errors import InputError
+from heatlens.model.boxes import Box
+from heatlens.model.frames import FrameRange
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import DepthConvention, PlateOptions
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.plate.behind import _convention
+from heatlens.plate.breathing_window import frame_centre_px, picture_point, plate_pixel
+from heatlens.plate.deep.deep_volumes import _SLICE, _SLICES_MOST
+from heatlens.plate.deep.deep_write import check_deep_fits, deep_samples, write_deep
+from heatlens.plate.focus_pick import area_at, depth_at_m, middle_m
+from heatlens.plate.fragments import packed_lists
+from heatlens.plate.grain import noise_of
+from heatlens.plate.header.shoot_names import ShootLens
+from heatlens.plate.picture.picture_open import _HEAD_BYTES, MAX_SIDE_PX, _check_size
+from heatlens.plate.plate_notes import depth_note, lens_notes, shot_notes
+from heatlens.plate.windows import header_at_box
+from support.plates import coc_plate_of, plate_of
+
+LENS = Lens(50.0, 2.0, 2.0, 36.0)
+
+
+def grey(height, width):
+    return np.full((height, width, 3), 0.5, np.float32)
+
+
+# Focus by a click
+
+
+def test_a_click_takes_the_median_of_five_by_five():
+    depth = np.full((9, 9), 8.0, np.float32)
+    depth[2:7, 2:7] = 2.0
+    depth[4, 4] = 99.0  # a noisy pixel
+    plate = plate_of(grey(9, 9), depth)
+    assert depth_at_m(plate, 4, 4) == 2.0
+    assert depth_at_m(plate, 6, 4) == 2.0  # 15 of 25
+    assert depth_at_m(plate, 7, 4) == 8.0
+    assert depth_at_m(plate, 8, 8) == 8.0 == depth_at_m(plate, 0, 0)
+    for outside in ((9, 0), (0, 9), (-1, 0), (0, -1)):
+        with pytest.raises(InputError, match=r"0,0 to 8,8"):
+            depth_at_m(plate, *outside)
+    with pytest.raises(InputError, match="circle of confusion"):
+        depth_at_m(coc_plate_of(grey(9, 9), depth), 4, 4)
+
+
+def test_the_area_of_a_click_counts_from_the_data_window():
+    data, display = Box(-2, -1, 10, 9), Box(0, 0, 8, 8)
+    assert area_at(0, 0, data, display) == Box(0, 0, 5, 4)
+    assert area_at(3, 3, data, display) == Box(3, 2, 8, 7)
+    assert area_at(9, 8, data, display) == Box(9, 7, 12, 10)
+    with pytest.raises(InputError, match=r"-2,-1 to 9,8"):
+        area_at(10, 0, data, display)
+
+
+def test_the_median_is_a_depth_that_is_there():
+    inf = np.inf
+    for values, middle in (
+        ([1, 2, 3], 2), ([1, 2, 3, 4], 3), ([2, inf, inf], inf), ([1, 1, inf, inf], inf),
+        ([np.nan, 1, 1], 1),
+    ):  # fmt: skip
+        assert middle_m(np.float32(values)) == middle
+
+
+# A breathing lens
+
+
+def breathing_plate(width=40, height=20, margin=4):
+    data = Box(-margin, -margin, width + margin, height + margin)
+    depth = np.full(data.shape, 2.0, np.float32)
+    plate = plate_of(grey(*data.shape), depth)
+    return replace(plate, data_window=data, display_window=Box(0, 0, width, height))
+
+
+@given(st.integers(0, 39), st.integers(0, 19), st.floats(0.9, 1.1))
+def test_a_pixel_of_the_picture_and_its_place_in_the_plate_belong_together(x, y, breathing):
+    plate = breathing_plate()
+    lens = replace(LENS, breathing=breathing, close_focus_m=0.5, focus_distance_m=0.6)
+    seen = plate_pixel(plate, lens, (x, y))
+    back = picture_point(plate, lens, (seen[0] + 0.5, seen[1] + 0.5))
+    assert back == pytest.approx((x + 0.5, y + 0.5), abs=0.6)
+    assert plate_pixel(plate, LENS, (x, y)) == (x, y)
+    assert picture_point(plate, LENS, (x, y)) == (x, y)
+    assert picture_point(plate, lens, (20.0, 10.0)) == (20.0, 10.0)
+
+
+def test_the_frame_lies_in_the_middle_of_its_window():
+    assert frame_centre_px(breathing_plate()) == (24.0, 14.0)
+    assert frame_centre_px(breathing_plate(), 0.5) == (12.0, 7.0)
+
+
+# Deep files
+
+
+def listed_plate():
+    """Return three pixels; the first lists its visible surface and one behind, the last one."""
+    depth = np.float32([[1.0, 2.0, 3.0]])
+    color = np.float32([[[1, 0, 0], [0, 1, 0], [0, 0, 1]]])
+    rgba = np.float32([[1, 0, 0, 1], [0.5, 0.25, 0.125, 1], [0.25, 0.5, 1, 0.5]])
+    front = np.array([True, False, False])
+    lists = packed_lists(np.int64([2, 0, 1]), front, rgba, np.float32([1, 4, 8]))
+    return replace(plate_of(color, depth), fragments=lists)
+
+
+def test_the_visible_surface_is_added_where_the_list_does_not_begin_with_it():
+    counts, samples = deep_samples(listed_plate())
+    assert counts.tolist() == [2, 1, 2]
+    np.testing.assert_allclose(samples[:, 4], [1, 4, 2, 3, 8], rtol=1e-3)
+    np.testing.assert_allclose(samples[:, 3], [1, 1, 1, 1, 0.5], rtol=1e-2)
+    np.testing.assert_allclose(samples[1, :3], [0.5, 0.25, 0.125], rtol=1e-2)
+    np.testing.assert_array_equal(samples[2, :3], [0, 1, 0])
+    np.testing.assert_allclose(samples[4, :3], np.float32([0.25, 0.5, 1]) / 2, rtol=1e-2)
+
+
+def written(path, plate, **more):
+    write_deep(path, plate, {"owner": "me"}, **more)
+    found = OpenEXR.File(str(path), separate_channels=True)
+    return found.header(), {name: one.pixels for name, one in found.channels().items()}
+
+
+def test_a_deep_file_has_the_plate_and_what_is_behind_it(tmp_path):
+    plate = plate_of(grey(2, 3), np.float32([[1, 2, 3], [4, 5, 6]]))
+    counts, samples = deep_samples(plate)
+    assert counts.tolist() == [1] * 6
+    np.testing.assert_array_equal(samples[:, :4], plate.color.reshape(-1, 4))
+    np.testing.assert_array_equal(samples[:, 4], plate.depth_m.ravel())
+    header, channels = written(tmp_path / "d.exr", plate)
+    assert header["owner"] == "me" and set(channels) == set("RGBAZ")
+    assert channels["Z"][1, 2].tolist() == [6.0] and channels["Z"][0, 0].dtype == np.float32
+    assert channels["R"][0, 0].dtype == np.float16
+    _, whole = written(tmp_path / "w.exr", plate, half=False)
+    assert whole["R"][0, 0].dtype == np.float32
+    low, high = header_at_box(plate.data_window)
+    assert header["dataWindow"][0].tolist() == low.tolist() and high.tolist() == [2, 1]
+
+
+def test_what_takes_too_much_memory_to_write_is_refused_with_what_fits():
+    check_deep_fits("a.exr", 2000, 2000)  # 4 million pixels of 1500 bytes: 6 GB
+    with pytest.raises(InputError) as error:
+        check_deep_fits("a.exr", 4000, 2000)
+    assert "4000x2000" in str(error.value) and "12 GB" in str(error.value)
+    assert "2828x1414" in str(error.value)
+
+
+def test_volumes_are_cut_into_at_most_sixteen_slices():
+    assert (_SLICES_MOST, _SLICE) == (16, 0.15)
+
+
+# Grain
+
+
+@settings(max_examples=10)
+@given(st.floats(0.01, 0.1), st.integers(0, 99))
+def test_noise_is_measured_relative_to_the_light(noise, seed):
+    rng = np.random.default_rng(seed)
+    color = 0.5 * (1 + noise * rng.standard_normal((120, 120, 1))).astype(np.float32)
+    assert noise_of(np.repeat(color, 3, axis=2)) == pytest.approx(noise, rel=0.35)
+    assert noise_of(np.full((120, 120, 3), 0.5, np.float32)) == 0.0
+
+
+def test_fifty_blocks_of_eight_pixels_are_the_least_that_tell_noise():
+    rng = np.random.default_rng(1)
+    color = (0.5 + 0.05 * rng.standard_normal((42, 82, 3))).astype(np.float32)
+    assert noise_of(color) > 0  # 5 x 10 blocks
+    assert noise_of(color[:, :81]) == 0.0 == noise_of(color[:41])
+    color[:8, :8] = 0.0  # one block is dark: 49 are left
+    color[:10, :10] = 0.0
+    assert noise_of(color) == 0.0
+
+
+# Pictures and their limits
+
+
+def test_a_picture_has_from_one_pixel_to_the_most():
+    for right in ((1, 1), (MAX_SIDE_PX, 1), (1, MAX_SIDE_PX)):
+        _check_size("a.png", right)
+    for wrong in ((0, 1), (1, 0), (MAX_SIDE_PX + 1, 1), (1, MAX_SIDE_PX + 1)):
+        with pytest.raises(InputError, match=f"{wrong[0]} x {wrong[1]}"):
+            _check_size("a.png", wrong)
+    assert _HEAD_BYTES == 4096
+
+
+def test_a_depth_file_has_a_convention_of_its_own():
+    given = PlateOptions(depth_convention=DepthConvention.INVERSE, behind=("a.exr",))
+    assert _convention(given, 0) is DepthConvention.INVERSE
+    assert _convention(replace(given, depth_source="z.exr"), 0) is DepthConvention.AUTO
+    told = replace(given, behind_conventions=(DepthConvention.DISTANCE,))
+    assert _convention(told, 0) is DepthConvention.DISTANCE
+
+
+def test_a_lens_of_a_shoot_has_units_until_a_file_lacks_them():
+    empty = ShootLens()
+    assert empty.has_unit and empty.sources == {} == empty.unreadable == empty.conflicts
+    assert all(getattr(empty, one.name) is None for one in fields(empty)[:5])
+
+
+# What is said of a plate and its lens
+
+
+def doubtful_plate():
+    return plate_of(grey(20, 20), np.full((20, 20), 200.0, np.float32))
+
+
+def test_a_lens_that_does_not_fit_the_depths_is_doubted_and_refused_where_strict():
+    plate = doubtful_plate()
+    (said,) = lens_notes(plate, LENS, 1.0, is_strict=False)
+    assert "200" in said
+    with pytest.raises(InputError, match=r"made\.exr"):
+        lens_notes(plate, LENS, 1.0, is_strict=True)
+    near = plate_of(grey(20, 20), np.full((20, 20), 2.0, np.float32))
+    assert lens_notes(near, LENS, 1.0, is_strict=True) == ()
+    blurred = coc_plate_of(grey(20, 20), np.ones((20, 20), np.float32))
+    assert lens_notes(blurred, LENS, 1.0, is_strict=True) == ()
+
+
+def test_a_shot_is_doubted_only_where_every_key_is():
+    plate, shot = doubtful_plate(), Shot(LENS, frames=FrameRange(1, 9))
+    assert len(shot_notes(shot, plate)) == 1
+    pulled = shot.with_key(1, LensParameter.FOCUS_DISTANCE, 2.0)
+    assert len(shot_notes(pulled, plate)) == 1
+    pulled = pulled.with_key(9, LensParameter.FOCUS_DISTANCE, 200.0)
+    assert shot_notes(pulled, plate) == ()
+    strict = replace(shot, plate_options=PlateOptions(strict=True))
+    with pytest.raises(InputError, match=r"made\.exr"):
+        shot_notes(strict, plate)
+    near = plate_of(grey(20, 20), np.full((20, 20), 2.0, np.float32))
+    (said,) = shot_notes(shot, near, [2000.0])
+    assert "--table-unit focus=mm" in said
+
+
+def test_the_depth_is_told_with_its_reason_once():
+    plate = plate_of(grey(4, 4), np.full((4, 4), 2.0, np.float32))
+    plate = replace(plate, depth=replace(plate.depth, why="Its name says so."))
+    assert depth_note(plate) == "depth: Z taken as distance, planar. Its name says so."
+    noted = replace(plate, notes=("Z is a distance. Its name says so.",))
+    assert depth_note(noted) == "depth: Z taken as distance, planar."
