@@ -12,7 +12,7 @@ import heatlens
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.model.plate_options import SPIKE_FROM, SPIKE_WHOLE, PlateOptions
-from heatlens.plate.grain import despike, noise_doubt, noise_of
+from heatlens.plate.grain import _percentile, despike, noise_doubt, noise_of
 from heatlens.plate.inspection import inspect
 from heatlens.plate.read import read_plate
 from support.deep_files import write_deep
@@ -141,3 +141,11 @@ def test_it_is_an_option_of_every_command_that_reads_plates(capsys):
         with pytest.raises(SystemExit) as ended:
             main([command, "--help"])
         assert ended.value.code == 0 and "--despike" in capsys.readouterr().out
+
+
+def test_a_percentile_is_that_of_numpy(rng):
+    for count in (1, 2, 7, 64):
+        values = rng.normal(size=(3, count))
+        for percent in (0, 5, 50, 100):
+            expected = np.percentile(values, percent, axis=1)
+            np.testing.assert_allclose(_percentile(values, percent), expected, rtol=1e-12)
