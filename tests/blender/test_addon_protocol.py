@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.paths import data_dir
-from heatlens.live.stream.lens_image import LENS_IMAGE
 from heatlens.live.stream.protocol import CreateImage, PacketStream, ReadFile, message_of
+from heatlens.live.stream.received_plate import LENS_IMAGE
 
 
 def stand_in() -> dict[str, ModuleType]:

@@ -13,10 +13,9 @@ from heatlens.base.errors import GpuError
 from heatlens.commands import doctor as command
 from heatlens.commands.main import main
 from heatlens.defocus.kernels import named_kernel
-from heatlens.doctor import gpu_check, machine_check, picture_check, start_check, window_check
+from heatlens.doctor import gpu_check, machine_check, picture_check, window_check
 from heatlens.doctor.finding import Finding, made_sure
-from heatlens.doctor.gpu_check import Gpu
-from heatlens.doctor.solver_check import KERNELS, TOLERANCE, blurred_float64
+from heatlens.doctor.gpu_check import KERNELS, TOLERANCE, Gpu, blurred_float64
 from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_write import write_exr
 from support import oracle
@@ -87,19 +86,19 @@ def test_the_stored_picture_is_that_of_the_program(ctx, request):
 
 def test_a_second_start_finds_its_shaders_compiled():
     """In both a random seed gives sets another order."""
-    (finding,) = start_check.second_start()
-    assert finding.state == "ok" and finding.details["share_new"] < start_check.MOST_NEW
+    (finding,) = machine_check.second_start()
+    assert finding.state == "ok" and finding.details["share_new"] < machine_check.MOST_NEW
 
 
 def test_a_driver_that_keeps_no_shaders_is_a_note(monkeypatch):
     monkeypatch.setenv("MESA_SHADER_CACHE_DISABLE", "true")
-    (finding,) = start_check.second_start()
+    (finding,) = machine_check.second_start()
     assert finding.state == "note" and "keeps none" in finding.said
 
 
 def test_a_start_that_fails_is_a_fault_in_one_sentence(monkeypatch, tmp_path):
-    monkeypatch.setattr(start_check, "data_dir", lambda _: tmp_path)
-    (finding,) = made_sure("second start", start_check.second_start)
+    monkeypatch.setattr(machine_check, "data_dir", lambda _: tmp_path)
+    (finding,) = made_sure("second start", machine_check.second_start)
     assert finding.state == "fault" and "still_life.exr is not there" in finding.said
 
 

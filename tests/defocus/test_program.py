@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import ShaderError
-from heatlens.gpu.declared_inputs import declared_in
 from heatlens.gpu.program import STRICT_VARIABLE, ComputeProgram, DrawProgram
+from heatlens.gpu.shader_source import declared_in
 from heatlens.gpu.textures import download, new_texture
 
 SCALE = """layout(local_size_x = 1) in;

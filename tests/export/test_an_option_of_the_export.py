@@ -125,7 +125,7 @@ def test_another_choice_is_another_picture(tmp_path):
         tmp_path,
         """
         from dataclasses import replace
-        from heatlens.export.fingerprint import fingerprint_of
+        from heatlens.export.plan import fingerprint_of
         from heatlens.export.job import ExportJob
         from heatlens.export.output import parse_output
         from heatlens.model.lens import Lens

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.export.drawn_guides import with_guides
+from heatlens.export.rendering import with_guides
 from heatlens.model.guides import NO_GUIDES, Guides, inner_rect, parse_desqueeze
 from support.exports import HEIGHT, WIDTH, exported, refused, write_plates
 from support.written_pictures import pixels

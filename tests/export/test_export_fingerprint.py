@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.export.fingerprint import fingerprint_of
 from heatlens.export.job import DisplayLook, ExportJob
 from heatlens.export.options import ExportOptions
 from heatlens.export.output import parse_output
+from heatlens.export.plan import fingerprint_of
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Quality

@@ -13,10 +13,9 @@ from heatlens.camera.placement import from_exr
 from heatlens.color.view_transform import srgb_transform
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.export.fingerprint import fingerprint_of
 from heatlens.export.job import DisplayLook, ExportJob
 from heatlens.export.output import parse_output
-from heatlens.export.plan import frames_of, planned
+from heatlens.export.plan import fingerprint_of, frames_of, planned
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
 from heatlens.model.lens import Lens

@@ -8,8 +8,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.commands.export_options import add_export_options, job_of
-from heatlens.export.fingerprint import fingerprint_of
-from heatlens.export.plan import planned
+from heatlens.export.plan import fingerprint_of, planned
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.plate.exr.exr_read import read_parts

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from av.video.reformatter import ColorRange, Colorspace
 
-from heatlens.export.fingerprint import fingerprint_of_movie
 from heatlens.export.frame_files import RenderedFrame
 from heatlens.export.job import ExportJob
 from heatlens.export.movie import movie_file
 from heatlens.export.output import parse_output
-from heatlens.export.plan import PlannedFrame
+from heatlens.export.plan import PlannedFrame, fingerprint_of_movie
 from heatlens.model.lens import Lens
 from heatlens.plate.picture.picture_digest import digest
 from heatlens.source.origin import Origin

@@ -21,16 +21,15 @@ from tevclient import packet as client_packet
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.csv_camera import read_csv_camera
-from heatlens.camera.json_camera import read_json_camera
+from heatlens.camera.rows import read_json_camera
 from heatlens.camera.usd_read import usd_camera
 from heatlens.color.color_config import load_color_config
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.files.usd_library import usd_module
 from heatlens.live.stream.chosen_image import chosen_image
 from heatlens.live.stream.images import TevImages
-from heatlens.live.stream.lens_image import LENS_IMAGE, lens_header
 from heatlens.live.stream.protocol import PacketStream, TevPacketError, TevStreamError, message_of
-from heatlens.live.stream.received_plate import plate_of_image
+from heatlens.live.stream.received_plate import LENS_IMAGE, lens_header, plate_of_image
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot

@@ -6,8 +6,7 @@ import mido
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.live.ring.midi import MidiInput
-from heatlens.live.ring.opening import open_ring
+from heatlens.live.ring.midi import MidiInput, open_ring
 from heatlens.live.ring.pad import PadInput
 
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.live.stream.images import TevImages
-from heatlens.live.stream.lens_image import LENS_IMAGE, lens_header
 from heatlens.live.stream.protocol import CreateImage, UpdateImage
+from heatlens.live.stream.received_plate import LENS_IMAGE, lens_header
 from heatlens.plate.header.camera_header import camera_at_header
 from support.tev_peers import client_of, picture, serving, settle, show, wait_until
 

@@ -18,9 +18,13 @@ from heatlens.defocus.line_solver import SOLVERS
 from heatlens.defocus.pass_list import PASSES
 from heatlens.gpu.textures import download
 from heatlens.measure.bench import measure
-from heatlens.measure.bench.bare_sweep import BareSweeps, conductances
 from heatlens.measure.bench.frames import BenchFrames, frame_seconds, median_seconds
-from heatlens.measure.bench.measure import copy_bytes_per_second, size_rows
+from heatlens.measure.bench.measure import (
+    BareSweeps,
+    conductances,
+    copy_bytes_per_second,
+    size_rows,
+)
 from heatlens.measure.bench.report import BenchReport, report_text
 from heatlens.measure.bench.synthetic_plate import (
     LENS,

@@ -9,8 +9,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.measure.bench.drag import flip_missing, measure_drag
-from heatlens.measure.bench.drag_view import DragView
+from heatlens.measure.bench.drag import DragView, flip_missing, measure_drag
 from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality

@@ -15,11 +15,17 @@ from heatlens.gpu.textures import FloatArray, download
 from heatlens.measure.bench import bounded, method_errors, methods
 from heatlens.measure.bench.entrants import entrants
 from heatlens.measure.bench.frames import BenchFrames, SceneFrame
-from heatlens.measure.bench.method_errors import ErrorReport, check_errors, measure_errors, truth_of
-from heatlens.measure.bench.method_tables import error_tables
+from heatlens.measure.bench.method_errors import (
+    ErrorReport,
+    check_errors,
+    measure_errors,
+    truth_lens,
+    truth_of,
+    truth_scene,
+)
+from heatlens.measure.bench.report import error_tables
 from heatlens.measure.bench.synthetic_plate import LENS
 from heatlens.measure.bench.synthetic_scene import wall_framing
-from heatlens.measure.bench.truth_scene import truth_lens, truth_scene
 from heatlens.measure.compare.metrics import score
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.settings import DefocusSettings, Method

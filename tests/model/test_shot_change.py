@@ -3,12 +3,11 @@
 from dataclasses import fields, replace
 
 from heatlens.model.frames import FrameRange
-from heatlens.model.history import History
+from heatlens.model.history import History, change_words
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.model.shot_change import change_words
 
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0))
 

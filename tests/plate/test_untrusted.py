@@ -10,7 +10,7 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.base.printable import printable
 from heatlens.camera.camera_file import read_camera
-from heatlens.camera.json_camera import json_text
+from heatlens.camera.rows import json_text
 from heatlens.color.color_config import load_color_config
 from heatlens.commands.main import main
 from heatlens.files.json_record import read_json

@@ -24,11 +24,12 @@ from heatlens.rendered_frames.frame_key import (
     KeySource,
     SceneSight,
     frame_key,
+    frames_from,
     maker_of,
     program_digest,
+    runs_of,
     shot_key,
 )
-from heatlens.rendered_frames.frame_order import frames_from, runs_of
 from heatlens.rendered_frames.kept_picture import half_of
 from heatlens.rendered_frames.stamp_book import StampBook
 from heatlens.sequence.sequence import stamp_of

@@ -8,7 +8,7 @@ from scipy.stats import qmc
 
 from heatlens.model.aperture import Aperture
 from heatlens.model.pupil import Pupil
-from heatlens.scene_gpu.lens_samples import _DIRECTIONS, _digits, _sobol, lens_samples
+from heatlens.scene_gpu.accumulation import _DIRECTIONS, _digits, _sobol, lens_samples
 
 UNIT, TALL = Pupil(Aperture(), 1.0), Pupil(Aperture(squeeze=2.0), 0.02)
 seeds = st.integers(0, 2**32 - 1)

@@ -12,8 +12,7 @@ from heatlens.model.pupil import PINHOLE
 from heatlens.scene.scene import Array, Material, Scene
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_view import SceneView, view_of
-from heatlens.scene_gpu.accumulation import Accumulation
-from heatlens.scene_gpu.lens_samples import lens_samples
+from heatlens.scene_gpu.accumulation import Accumulation, lens_samples
 from heatlens.scene_gpu.raster import SceneRaster
 from support.scenes import NIGHT, lamp, moved, plane, scene_of, sphere, still_life
 

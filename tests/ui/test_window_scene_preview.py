@@ -16,7 +16,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare
-from heatlens.preview.cost import CostModel
+from heatlens.preview.level_choice import CostModel
 from heatlens.preview.levels import cheaper, on_the_way
 from heatlens.render import FrameRenderer
 from heatlens.session.pictures.live_picture import LivePicture

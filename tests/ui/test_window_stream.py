@@ -13,7 +13,7 @@ from tevclient import Ipc
 from heatlens.base.errors import InputError
 from heatlens.commands import view
 from heatlens.gpu.textures import download
-from heatlens.live.stream.lens_image import LENS_IMAGE
+from heatlens.live.stream.received_plate import LENS_IMAGE
 from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.exr.exr_read import read_parts

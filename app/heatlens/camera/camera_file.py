@@ -8,10 +8,10 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.csv_camera import csv_text, read_csv_camera
-from heatlens.camera.json_camera import json_text, read_json_camera
 from heatlens.camera.nuke_defocus import left_out
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.camera.plate_camera import read_plate_camera
+from heatlens.camera.rows import json_text, read_json_camera
 from heatlens.camera.samples import CameraSamples, UpAxis
 from heatlens.camera.shoot_table import is_shoot_table, read_shoot_table, table_columns
 from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim

@@ -11,9 +11,8 @@ say whether a size is half a diameter, as Epic's example for Unreal has it, wher
 the blades begins and by which measure blades are curved. The note in the file asks to compare.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
-from heatlens.camera.nuke_knobs import knob_value, quoted
 from heatlens.camera.same_discs import with_renderer_f_stop
 from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
 
@@ -153,3 +152,24 @@ def _aspect(camera: CameraSamples) -> str:
     """Return the width of the opening over its height."""
     squeeze = camera.lens_tracks.get("squeeze", (1.0,) * len(camera.frames))
     return knob_value(camera, [1.0 / value for value in squeeze])
+
+
+def knob_value(camera: CameraSamples, values: Sequence[float]) -> str:
+    """Return a number, or a list of the one curve that animates the knob."""
+    element = curve_or_number(camera, values)
+    return f"{{{element}}}" if element.startswith("{") else element
+
+
+def curve_or_number(camera: CameraSamples, values: Sequence[float]) -> str:
+    """Return one value of a knob: a number if it is constant, else a curve with all keys."""
+    if min(values) == max(values):
+        return repr(values[0])
+    keys = (f"x{frame} {value!r}" for frame, value in zip(camera.frames, values, strict=True))
+    return f"{{curve {' '.join(keys)}}}"
+
+
+def quoted(text: str) -> str:
+    """Return a text as one word of Tcl, which counts quotes, brackets, $ and backslashes."""
+    for sign in '\\"[]{}$':
+        text = text.replace(sign, f"\\{sign}")
+    return f'"{text}"'

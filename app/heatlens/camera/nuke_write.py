@@ -6,8 +6,7 @@ nodes that defocus follow, see `nuke_defocus`.
 
 from collections.abc import Iterator
 
-from heatlens.camera.nuke_defocus import defocus_text
-from heatlens.camera.nuke_knobs import curve_or_number, knob_value, quoted
+from heatlens.camera.nuke_defocus import curve_or_number, defocus_text, knob_value, quoted
 from heatlens.camera.placement import camera_to_world, euler_deg
 from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, finite_m
 

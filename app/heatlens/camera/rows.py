@@ -1,15 +1,31 @@
-"""Convert a camera to rows for each frame, which JSON and CSV files hold, and back."""
+"""Convert a camera to rows for each frame, which JSON and CSV files hold, and back; JSON itself."""
 
+import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from heatlens.base.errors import InputError
+from heatlens.camera.placement import matrix_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples, fields_of
+from heatlens.files.json_record import JsonEntry, plain, read_json
+from heatlens.model.lens_model import LensModel
+from heatlens.model.opening_image import OpeningImage
 
 FRAME = "frame"
 PLACEMENT = "world_to_camera"
 
 Row = Mapping[str, Any]
+CAMERA_VERSION = 1
+
+_VERSION = "heatlens_camera"
+_CONVENTIONS = (
+    "mm and m as the names say; world_to_camera is row-major and acts on columns in metres, the "
+    "camera has x to the right, y up and looks along -z"
+)
+_MODEL = "lens_model"
+_IMAGE = "aperture_image"
+_TOP = (_VERSION, "conventions", "name", "frames_per_second", "up_axis", _MODEL, _IMAGE, "samples")
 
 
 def rows_of(camera: CameraSamples) -> list[Row]:
@@ -37,3 +53,58 @@ def _column(rows: Sequence[Row], name: str) -> tuple[object, ...] | None:
     if missing:
         raise InputError(f"Frame {missing[0][FRAME]} has no {name}, but other frames do.")
     return tuple(row[name] for row in rows)
+
+
+def json_text(camera: CameraSamples) -> str:
+    """Return the JSON text, one frame in each line."""
+    top = {
+        _VERSION: CAMERA_VERSION,
+        "conventions": _CONVENTIONS,
+        "name": camera.name,
+        "frames_per_second": plain(camera.frames_per_second),
+        "up_axis": camera.up_axis,
+        **({} if camera.lens_model is None else {_MODEL: camera.lens_model}),
+        **({} if camera.aperture_image is None else {_IMAGE: camera.aperture_image.path}),
+    }
+    lines = [f"  {json.dumps(name)}: {json.dumps(value)}," for name, value in top.items()]
+    samples = (
+        json.dumps({name: plain(value) for name, value in row.items()}) for row in rows_of(camera)
+    )
+    body = ",\n".join(f"    {sample}" for sample in samples)
+    return "\n".join(["{", *lines, '  "samples": [', body, "  ]", "}"]) + "\n"
+
+
+def read_json_camera(path: Path) -> CameraSamples:
+    """Read a camera; raise InputError that names the damaged entry."""
+    top = read_json(path)
+    top.check_version(_VERSION, CAMERA_VERSION, "camera")
+    entries = top.members(_TOP)
+    if "samples" not in entries:
+        top.refuse("the entry 'samples' is missing")
+    others: dict[str, object] = {
+        "rows": [_row(item) for item in entries["samples"].items()],
+        "name": entries["name"].text() if "name" in entries else path.stem,
+    }
+    if "frames_per_second" in entries:
+        others["frames_per_second"] = entries["frames_per_second"].number()
+    if "up_axis" in entries:
+        others["up_axis"] = entries["up_axis"].choice(("y", "z"))
+    if _MODEL in entries:
+        others[_MODEL] = entries[_MODEL].of_type(LensModel)
+    if _IMAGE in entries:
+        others[_IMAGE] = entries[_IMAGE].of_type(OpeningImage)
+    return top.built(camera_of_rows, others)
+
+
+def _row(item: JsonEntry) -> Row:
+    """Return the values of a frame by the names of the tracks."""
+    entries = item.members((FRAME, *LENS_TRACKS, PLACEMENT))
+    row: dict[str, object] = {
+        name: entries[name].number() for name in LENS_TRACKS if name in entries
+    }
+    if FRAME in entries:
+        row[FRAME] = entries[FRAME].whole()
+    if PLACEMENT in entries:
+        matrix = [[value.number() for value in line.items()] for line in entries[PLACEMENT].items()]
+        row[PLACEMENT] = entries[PLACEMENT].built(matrix_of, {"rows": matrix})
+    return row

@@ -8,14 +8,15 @@ from dataclasses import asdict
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.commands.bench_drag import (
+from heatlens.commands.bench_scene import (
     Dragged,
     add_drag_options,
+    add_scene_options,
     check_drag,
     dragged,
     level_sentences,
+    run_scene,
 )
-from heatlens.commands.bench_scene import add_scene_options, run_scene
 from heatlens.commands.options.blur_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import refuse_unused
 from heatlens.commands.options.scene_options import size_of

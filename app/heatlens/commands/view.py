@@ -19,7 +19,7 @@ from heatlens.commands.output.pipes import DASH, file_of_input
 from heatlens.commands.output.say import say
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.live.ring.address import opentrackio_address, parse_ring_address
-from heatlens.live.ring.opening import open_ring
+from heatlens.live.ring.midi import open_ring
 from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sender import LensSender
 from heatlens.live.stream.address import DEFAULT_PORT, parse_address

@@ -1,14 +1,16 @@
-"""Find the fingerprint in an exported file without reading its pixels."""
+"""Tell by the fingerprint in a file whether a frame is finished, and whether it may be replaced."""
 
+import os
 import warnings
 from pathlib import Path
 
 from PIL import Image
 
+from heatlens.base.errors import InputError
 from heatlens.export.frame_files import IMAGE_DESCRIPTION
 from heatlens.export.movie_library import av
 from heatlens.export.output import MOVIE_SUFFIXES
-from heatlens.export.plan import PlannedFrame
+from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.whole import is_whole
 from heatlens.plate.exr.exr_scan import CutError, scanned_headers
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
@@ -93,3 +95,35 @@ def _marked(comment: object) -> str | None:
     """Return the fingerprint in a comment; None for the comment of another program."""
     text = str(comment or "")
     return text.removeprefix(_BEFORE_MARK) if text.startswith(_BEFORE_MARK) else None
+
+
+def check_replaced(plan: ExportPlan) -> None:
+    """Raise InputError if files of others are in the place of frames and must not be replaced.
+
+    Files of any earlier export are replaced without asking. So are empty files and files whose
+    header cannot be read, because nothing can be lost.
+    """
+    if plan.job.options.overwrite:
+        return
+    paths = dict.fromkeys(frame.path for frame in plan.frames)
+    others = [path for path in paths if _is_of_others(path)]
+    if others:
+        raise InputError(
+            f"{_words(others, len(paths))} Choose another name or folder, or give --overwrite to "
+            "replace what is there."
+        )
+
+
+def _is_of_others(path: Path) -> bool:
+    return path.is_file() and os.path.getsize(path) > 0 and is_of_others(path)
+
+
+def _words(others: list[Path], count: int) -> str:
+    if count == 1:
+        return f"{others[0]} is there already, and no export of heatlens wrote it."
+    if len(others) == 1:
+        return f"1 of the {count} files is there already, and no export wrote it: {others[0]}."
+    return (
+        f"{len(others)} of the {count} files are there already, and no export of heatlens wrote "
+        f"them; {others[0]} is the first."
+    )

@@ -1,22 +1,41 @@
-"""Plan an export: the inputs, the file and the fingerprint of each frame."""
+"""Plan an export: the inputs, the file and the fingerprint of each frame.
+
+The fingerprint is a digest of everything that decides the pixels. A frame is finished if its file
+holds the fingerprint of the same plate or scene, lens and options; that some file is there is not
+enough. Plates, depth files, scenes and the files that scenes name are identified by time and size,
+looked up before they are read, so that a file that is written meanwhile is rendered again. The
+scene that comes with the program is identified by its version.
+"""
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.export.fingerprint import fingerprint_of, fingerprint_of_movie
 from heatlens.export.job import ExportJob
+from heatlens.export.options import EXR, LOOK, ExportOptions, of_group
 from heatlens.export.output import check_names
+from heatlens.export.pinhole_plate import PinholeOptions
+from heatlens.files.json_record import plain
+from heatlens.model.framing import Framing
+from heatlens.model.guides import NO_GUIDES
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.plate.exr.exr_whole import cut_short
+from heatlens.plate.picture.picture_digest import digest, without_advice
 from heatlens.sequence.names import parse_frames
 from heatlens.source.named import source_of
 from heatlens.source.origin import Origin
 from heatlens.source.source import Source
+from heatlens.version import __version__
 
 _NAMED_MOST = 5  # files in a sentence
+_MOVIE_ENCODING = 2  # raised when movies of the same frames become others; 1 had wrong pixels
+
+_TOLD = {"is_float", "compression", "with_depth", "with_coc", "keep_channels"} | {
+    *("burn_in", "unit", "burn_in_text", "shot_name"),
+}
 
 
 @dataclass(frozen=True)
@@ -99,3 +118,66 @@ def _check_sources_stay(plan: ExportPlan) -> None:
             raise InputError(
                 f"{frame.path} is an input of the export: give another name for the output."
             )
+
+
+def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> str:
+    """Return 32 hexadecimal digits that are equal if nothing that decides the pixels differs."""
+    stamps = [file.stamp for file in origin.files]
+    return digest(
+        {
+            "version": __version__,
+            "frame": frame,
+            "plate": stamps[0] if stamps else None,
+            **({"beside": stamps[1:]} if stamps[1:] else {}),
+            "is_black": origin.is_black,
+            "plate_options": plain(job.shot.plate_options),
+            "lens": plain(without_advice(lens)),
+            "framing": plain(job.shot.framing or Framing()),
+            "defocus": None if job.pinhole else plain(job.shot.defocus),
+            **({"around_and_behind": plain(job.beside)} if job.beside != PinholeOptions() else {}),
+            "output": _output_facts(job),
+            **({"timecode": _start_of(job)} if job.shot.start_timecode else {}),
+        }
+    )
+
+
+def _start_of(job: ExportJob) -> str:
+    """Return the start of the timecode; frames of a still count from the first exported one."""
+    start = str(job.shot.start_timecode)
+    return start if job.shot.span is not None else f"{start} at {min(job.frames)}"
+
+
+def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str:
+    """Return the fingerprint of a movie from those of its frames."""
+    of_movie = {"frames": list(frames), "frames_per_second": frames_per_second}
+    return digest({**of_movie, "encoding": _MOVIE_ENCODING})
+
+
+def _output_facts(job: ExportJob) -> dict[str, object]:
+    """Return the options that have an effect on this kind of file."""
+    options, look = job.options, job.look
+    if job.output.is_exr:
+        told = {name: getattr(options, name) for name in ("compression", "with_depth", "with_coc")}
+        told |= {"keep": plain(job.keep)} if job.keep else {}
+        rate = {"frames_per_second": job.shot.frames_per_second}  # it stands in the header
+        return {"kind": ".exr", "half": not options.is_float, **rate, **told, **_newer(job, EXR)}
+    return {
+        "kind": job.output.suffix,
+        "view": [look.transform.key, look.transform.input_space],
+        "exposure_stops": look.exposure_stops,
+        "gamma": look.gamma,
+        "burn_in": _burned_in(options) if options.burn_in else None,
+        **({"guides": plain(look.guides)} if look.guides != NO_GUIDES else {}),
+        **_newer(job, LOOK),
+    }
+
+
+def _burned_in(options: ExportOptions) -> list[str]:
+    return [options.burn_in_text, options.unit, options.shot_name]
+
+
+def _newer(job: ExportJob, group: str) -> dict[str, object]:
+    """Return the chosen options of a group that files of earlier versions do not tell."""
+    usual, names = ExportOptions(), [name for name in of_group(group) if name not in _TOLD]
+    told = {name: getattr(job.options, name) for name in names}
+    return {name: plain(value) for name, value in told.items() if value != getattr(usual, name)}

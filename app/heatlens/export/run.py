@@ -12,12 +12,11 @@ from typing import Generic, TypeVar
 
 from heatlens.base.closing import Closing
 from heatlens.base.errors import HeatlensError
-from heatlens.export.finished import is_finished, is_movie_finished
+from heatlens.export.finished import check_replaced, is_finished, is_movie_finished
 from heatlens.export.frame_files import RenderedFrame, write_frame
 from heatlens.export.movie import movie_file
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.rendering import FrameRendering
-from heatlens.export.replaced import check_replaced
 from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import remove_leftovers
 from heatlens.files.output_check import check_space, check_writable, make_folder

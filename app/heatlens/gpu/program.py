@@ -13,9 +13,8 @@ import moderngl
 from heatlens.base.errors import ShaderError
 from heatlens.base.paths import data_dir
 from heatlens.gpu import shader_reload
-from heatlens.gpu.declared_inputs import Kind, declared_in
 from heatlens.gpu.shader_constants import PIXEL_GROUP
-from heatlens.gpu.shader_source import ShaderSource, assemble
+from heatlens.gpu.shader_source import Kind, ShaderSource, assemble, declared_in
 from heatlens.gpu.uninterrupted import uninterrupted
 
 STRICT_VARIABLE = "HEATLENS_STRICT_SHADERS"

@@ -1,4 +1,4 @@
-"""Make the key of a rendered frame from everything that decides its pixels, and nothing else."""
+"""Make the key of a rendered frame from all that decides its pixels; order frames to render."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,6 +8,7 @@ from pathlib import Path
 import heatlens
 from heatlens.base.paths import data_dir
 from heatlens.files.json_record import plain
+from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
@@ -79,3 +80,26 @@ def program_digest() -> str:
     files = [*package.rglob("*.py"), *package.rglob("*.json"), *data_dir("shaders").rglob("*.glsl")]
     stamps = {str(path): [s.st_mtime_ns, s.st_size] for path in files for s in (path.stat(),)}
     return digest(stamps)
+
+
+def frames_from(playhead: int, direction: int, played: FrameRange, most: int) -> tuple[int, ...]:
+    """Return up to `most` of the played frames, from the playhead on in the direction of playback.
+
+    Playback loops, so the first frame follows the last. A playhead outside the played range counts
+    as its beginning.
+    """
+    step = 1 if direction >= 0 else -1
+    begin = playhead if playhead in played else (played.first if step > 0 else played.last)
+    at, count = begin - played.first, played.count
+    return tuple(played.first + (at + i * step) % count for i in range(min(most, count)))
+
+
+def runs_of(frames: frozenset[int]) -> tuple[FrameRange, ...]:
+    """Return neighbouring frames as ranges, in order."""
+    runs: list[FrameRange] = []
+    for frame in sorted(frames):
+        if runs and runs[-1].last == frame - 1:
+            runs[-1] = FrameRange(runs[-1].first, frame)
+        else:
+            runs.append(FrameRange(frame, frame))
+    return tuple(runs)

@@ -24,8 +24,7 @@ from heatlens.base.printable import one_line
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.obj_files import FilesBeside
 from heatlens.scene.picture_read import read_picture
-from heatlens.scene.ply_polygons import triangulated
-from heatlens.scene.ply_strips import point_normals, strip_triangles
+from heatlens.scene.ply_strips import point_normals, strip_triangles, triangulated
 from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
 from heatlens.scene.scene import Instance, Material, Mesh, Scene
 

@@ -1,14 +1,43 @@
 """Read the triangle strips of a PLY, in which old scans are stored, and the normals of points.
 
 trimesh reads such a file as points, but keeps its other elements as raw data.
+
+Polygons with different numbers of corners, as Blender writes them, are cut into triangles, because
+trimesh can only read a binary PLY whose polygons all have the same number.
 """
 
+import struct
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 _NORMAL = ("nx", "ny", "nz")
+_END = b"end_header\n"
+_TYPES = {
+    "char": "i1",
+    "int8": "i1",
+    "uchar": "u1",
+    "uint8": "u1",
+    "short": "i2",
+    "int16": "i2",
+    "ushort": "u2",
+    "uint16": "u2",
+    "int": "i4",
+    "int32": "i4",
+    "uint": "u4",
+    "uint32": "u4",
+    "float": "f4",
+    "float32": "f4",
+    "double": "f8",
+    "float64": "f8",
+}
+_ORDERS = {b"binary_little_endian": "<", b"binary_big_endian": ">"}
+_CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I"}
+_CORNERS = ("vertex_indices", "vertex_index")
+
+Bytes = NDArray[np.uint8]
 
 
 def strip_triangles(cloud: object) -> NDArray[np.int64] | None:
@@ -78,3 +107,121 @@ def _column(told: Any, name: str) -> Any:
         return told.get(name)
     is_there = told is not None and name in (told.dtype.names or ())
     return told[name] if is_there else None
+
+
+@dataclass(frozen=True)
+class _Element:
+    """An element of the header: its line, count, and properties, each a name and types."""
+
+    line: bytes
+    count: int
+    properties: list[tuple[str, list[str]]]
+
+    @property
+    def is_plain(self) -> bool:
+        """Return whether it has no lists."""
+        return all(len(kinds) == 1 for _, kinds in self.properties)
+
+    def dtype(self, corners: int = 0) -> np.dtype[np.void]:
+        """Return the NumPy type of a record whose lists all have `corners` numbers."""
+        fields: list[tuple[str, str, tuple[int, ...]]] = []
+        for name, kinds in self.properties:
+            if len(kinds) > 1:
+                fields.append((f"{name} count", kinds[0], ()))
+            fields.append((name, kinds[-1], (corners,) if len(kinds) > 1 else ()))
+        return np.dtype(fields)
+
+
+def triangulated(data: bytes) -> bytes:
+    """Return a PLY with mixed polygons as one with triangles; return any other file unchanged."""
+    head, end, body = data.partition(_END)
+    elements = _elements(head)
+    names = [element.line.split()[1] for element in elements]
+    if not end or b"face" not in names or b"\r" in head:
+        return data
+    place = names.index(b"face")
+    face, before = elements[place], elements[:place]
+    lists = [name for name, kinds in face.properties if len(kinds) > 1]
+    if not all(element.is_plain for element in before) or lists not in (
+        [_CORNERS[0]],
+        [_CORNERS[1]],
+    ):
+        return data
+    start = sum(element.count * element.dtype().itemsize for element in before)
+    found = _cut(body, start, face, lists[0])
+    if found is None:
+        return data
+    rows, stop = found
+    head = head.replace(face.line, b"element face %d" % len(rows), 1)
+    return b"".join([head, end, body[:start], rows.tobytes(), body[stop:]])
+
+
+def _elements(head: bytes) -> list[_Element]:
+    """Return the elements of a binary header; none if it contains an unknown word."""
+    found: list[_Element] = []
+    order = ""
+    for line in head.splitlines():
+        words = line.split()
+        if words[:1] == [b"format"] and len(words) > 1:
+            order = _ORDERS.get(words[1], "")
+        if words[:1] == [b"element"] and len(words) == 3 and words[2].isdigit():
+            found.append(_Element(line, int(words[2]), []))
+        if words[:1] == [b"property"] and found:
+            name, kinds = words[-1].decode("latin-1"), _kinds(words)
+            if not kinds or name in dict(found[-1].properties):
+                return []
+            found[-1].properties.append((name, [order + kind for kind in kinds]))
+    return found if order else []
+
+
+def _kinds(words: list[bytes]) -> list[str]:
+    """Return the type of a property, or both types of a list; none if a word is unknown."""
+    kinds = [word.decode("latin-1") for word in words[1:-1] if word != b"list"]
+    is_valid = len(words) > 2 and len(kinds) == (2 if words[1] == b"list" else 1)
+    return [_TYPES[kind] for kind in kinds] if is_valid and set(kinds) <= set(_TYPES) else []
+
+
+def _cut(body: bytes, start: int, face: _Element, name: str) -> tuple[NDArray[np.void], int] | None:
+    """Return the records of triangles, and the offset in the body where the polygons end.
+
+    Returns None if all polygons have the same number of corners, or the file is cut short.
+    """
+    told, kinds = face.dtype(), dict(face.properties)[name]
+    if kinds[0][1] == "f":
+        return None
+    assert told.fields is not None
+    within = told.fields[f"{name} count"][1]
+    count, corner_bytes = struct.Struct(kinds[0][0] + _CODES[kinds[0][1:]]), int(kinds[1][2:])
+    places, sizes, at = [], [], start
+    for _ in range(face.count):
+        if at + told.itemsize > len(body):
+            return None
+        (size,) = count.unpack_from(body, at + within)
+        places.append(at)
+        sizes.append(size)
+        at += told.itemsize + corner_bytes * max(size, 0)
+    if at > len(body) or min(sizes, default=0) < 0 or len(set(sizes)) < 2:
+        return None
+    return _triangles(
+        np.frombuffer(body, np.uint8), np.array(places), np.array(sizes), face, name
+    ), at
+
+
+def _triangles(
+    body: Bytes, places: NDArray[np.int64], sizes: NDArray[np.int64], face: _Element, name: str
+) -> NDArray[np.void]:
+    """Return the records of triangle fans, sorted by the number of corners of the polygons."""
+    made = []
+    for size in np.unique(sizes[sizes >= 3]).tolist():
+        record, own = face.dtype(size), places[sizes == size]
+        rows = body[own[:, None] + np.arange(record.itemsize)].reshape(-1).view(record)
+        for last in range(2, size):
+            triangles = np.zeros(len(rows), face.dtype(3))
+            for field in record.names or ():
+                triangles[field] = 3 if field == f"{name} count" else 0
+                if rows[field].ndim == 1 and field != f"{name} count":
+                    triangles[field] = rows[field]
+            triangles[name] = rows[name][:, [0, last - 1, last]]
+            made.append(triangles)
+    whole = np.zeros(sum(map(len, made)), face.dtype(3))
+    return np.concatenate(made, out=whole) if made else whole  # in the byte order of the file

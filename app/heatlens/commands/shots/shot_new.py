@@ -1,6 +1,10 @@
-"""`heatlens shot new`: write a shot file from options, even before the first frame exists."""
+"""`heatlens shot new`: write a shot file from options, even before the first frame exists.
+
+Keys and focus marks are typed so: `focus@1001=0.94:linear`, `A=6'3"`, `B@960,540`.
+"""
 
 import argparse
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,18 +28,19 @@ from heatlens.commands.options.value_types import number
 from heatlens.commands.output.pipes import DASH, file_of_input
 from heatlens.commands.output.plate_words import first_plate, say_doubts_of_shot
 from heatlens.commands.output.say import say, tell
-from heatlens.commands.shots.shot_keys import KEYED, Keys, keys_of, mark_of
 from heatlens.commands.sources.shot_plate import on_frames_of_plate
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.model.curve import Key
 from heatlens.model.frames import FRAMES_PER_SECOND, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark
+from heatlens.model.marks import DistanceMark, Mark, PointMark
 from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
+from heatlens.model.other_names import or_meant
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
-from heatlens.model.units import format_distance
+from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.sequence.names import frames_text
 
 _DESCRIPTION = """\
@@ -50,6 +55,17 @@ examples:
       --key focus@1024=inf:linear --key f-stop@1010=2.8 --mark A=6ft3in --mark B@960,540
   heatlens shot new scene.glb -o s.heatlens.json --f-stop 2 --focus-distance 3 --size 1920x1080
 """
+# Typed name -> the parameter, and the lens option that its first key replaces.
+KEYED = {
+    "focus": (LensParameter.FOCUS_DISTANCE, "focus_distance"),
+    "f-stop": (LensParameter.F_STOP, "f_stop"),
+    "focal-length": (LensParameter.FOCAL_LENGTH, "focal_length"),
+    "squeeze": (LensParameter.SQUEEZE, "squeeze"),
+}
+_KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
+_MARK = re.compile(r"([^@=]+)(=|@)(.+)")
+
+Keys = dict[LensParameter, list[Key]]
 
 
 def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -236,3 +252,50 @@ def _check_output(path: Path, overwrite: bool) -> None:
         raise InputError(f"{path}: the name of a shot file must end in {SHOT_SUFFIX}.")
     if path.is_file() and not overwrite:
         raise InputError(f"{path} already exists. Replace it with --overwrite.")
+
+
+def keys_of(texts: list[str]) -> Keys:
+    """Parse keys into a list for each parameter. Raises InputError for an invalid key."""
+    keys: Keys = {}
+    for text in texts:
+        match = _KEY.fullmatch(text)
+        if match is None or match[1] not in KEYED:
+            raise _no_key(text, or_meant(text.partition("@")[0], KEYED))
+        parameter = KEYED[match[1]][0]
+        keys.setdefault(parameter, []).append(_key(text, parameter, match))
+    return {name: sorted(found, key=lambda key: key.frame) for name, found in keys.items()}
+
+
+def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
+    _, frame, value, path = match.groups()
+    is_focus = parameter is LensParameter.FOCUS_DISTANCE
+    try:
+        return Key(
+            float(frame),
+            parse_distance_m(value) if is_focus else float(value),
+            Interpolation.SMOOTH if path is None else Interpolation(path),
+        )
+    except ValueError:
+        raise _no_key(text) from None
+
+
+def _no_key(text: str, hint: str = "") -> InputError:
+    return InputError(
+        f"--key takes PARAMETER@FRAME=VALUE, as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
+        f"parameters are {', '.join(KEYED)}, paths {', '.join(Interpolation)}; got {text!r}.{hint}"
+    )
+
+
+def mark_of(text: str) -> Mark:
+    """Parse a focus mark of --mark. Raises InputError for an invalid one."""
+    match = _MARK.fullmatch(text)
+    if match is None:
+        raise InputError(f"--mark takes NAME=DISTANCE or NAME@X,Y; got {text!r}.")
+    name, sign, place = match.groups()
+    if sign == "=":
+        return DistanceMark(name, parse_distance_m(place))
+    try:
+        x, y = (float(part) for part in place.split(","))
+    except ValueError:
+        raise InputError(f"--mark takes a pixel as NAME@X,Y; got {text!r}.") from None
+    return PointMark(name, x, y)

@@ -6,17 +6,18 @@ from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
+from heatlens.color.color_config import PLAIN_OCIO_VIEW
 from heatlens.commands.options.kit_options import shot_with_kit
 from heatlens.commands.options.lens_options import lens_of
 from heatlens.commands.options.plate_options import plate_options
 from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.plate_words import say_plate
 from heatlens.commands.output.say import say
-from heatlens.commands.sources.info_plate import plate_lines
 from heatlens.commands.sources.shot_plate import plate_shot
 from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.defocus.quality import unused_behind_notes
 from heatlens.frame_cache.reader import settled_options
+from heatlens.model.lens_model import LensModel
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.inspection import inspect
@@ -25,6 +26,19 @@ from heatlens.sequence.sequence import find_sequence
 
 if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
+_CAMERA_LINES = (
+    ("focal length", "focal_length_mm", "mm"),
+    ("f-stop", "f_stop", ""),
+    ("T-stop", "t_stop", ""),
+    ("focus distance", "focus_distance_m", "m"),
+    ("sensor width", "sensor_width_mm", "mm"),
+    ("sensor height", "sensor_height_mm", "mm"),
+    ("lens model", "model", ""),
+)
+_FOR_THE_EYE = (
+    f"{PLAIN_OCIO_VIEW}, if the config has it, unless --view is given: the picture is "
+    "display-referred, and its tones are mapped already"
+)
 
 
 class PlateCommands(SourceCommands):
@@ -68,3 +82,132 @@ class PlateCommands(SourceCommands):
         with file_of_input(Path(text)) as path:
             facts = inspect(path, plate_options(args))
         return facts, plate_lines(facts)
+
+
+def plate_lines(facts: Facts) -> list[Line]:
+    """Return the facts of `inspect` as text, each with a label."""
+    return [
+        ("file", facts["path"]),
+        ("size", f"{facts['width_px']} x {facts['height_px']} px"),
+        ("data window", _window(facts["data_window"])),
+        ("display window", _window(facts["display_window"])),
+        ("pixel aspect", f"{facts['pixel_aspect_ratio']:g}"),
+        *([("views", ", ".join(facts["views"]))] if facts["views"] else []),
+        *_part_lines(facts["parts"]),
+        *_camera_lines(facts["camera"]),
+        *_primaries_lines(facts["primaries"]),
+        *([("seen through", _FOR_THE_EYE)] if facts["is_for_the_eye"] else []),
+        *_color_lines(facts["color"]),
+        *_depth_lines(facts["depth"]),
+        *_behind_lines(facts["behind"]),
+        *(("note", note) for note in _notes(facts)),
+    ]
+
+
+def _notes(facts: Facts) -> list[str]:
+    """Return the notes without the reading of the depth and its reason, which have their lines."""
+    why, question = (facts["depth"].get(name, "") for name in ("why", "question"))
+    notes = (
+        note.removesuffix(why).rstrip() * bool(question) if why and note.endswith(why) else note
+        for note in facts["notes"]
+    )
+    return [note for note in notes if note]
+
+
+def _window(corners: list[int]) -> str:
+    """Format the first and the last pixel of a window, as other EXR tools do."""
+    x0, y0, x1, y1 = corners
+    return f"({x0}, {y0}) to ({x1 - 1}, {y1 - 1})"
+
+
+def _part_lines(parts: list[Facts]) -> list[Line]:
+    """Return one line for each part and one for each type of channel in it."""
+    lines = []
+    for count, part in enumerate(parts, start=1):
+        name = f" {part['name']!r}" if part["name"] else ""
+        lines.append((f"part {count}", f"{part['type']}, {part['compression']}{name}"))
+        by_type: dict[str, list[str]] = {}
+        for channel, pixel_type in part["channels"].items():
+            by_type.setdefault(pixel_type, []).append(channel)
+        lines += [(f"  {pixel_type}", ", ".join(names)) for pixel_type, names in by_type.items()]
+    return lines
+
+
+def _camera_lines(camera: Facts) -> list[Line]:
+    """Return the lens values of the header, each with the attribute it comes from."""
+    lines = []
+    for label, name, unit in _CAMERA_LINES:
+        if camera[name] is not None:
+            value = f"{_number(camera[name])} {unit}".rstrip()
+            lines.append((label, f"{value} ({_source_words(camera['sources'][name])})"))
+        elif name in camera["refused"]:
+            why = "ignored: no real lens has this value"
+            lines.append((label, f"none (header: {camera['refused'][name]}: {why})"))
+    if camera["model"] is None:
+        lines = lines or [("camera", "nothing in the header")]
+        lines.append(("lens model", f"{LensModel.PHOTOGRAPHIC} (the header names no CG renderer)"))
+    return lines
+
+
+def _source_words(source: str) -> str:
+    return source if source.startswith("header, ") else f"header: {source}"
+
+
+def _primaries_lines(told: Facts | None) -> list[Line]:
+    """Return the primaries of the colours, and the attribute that states them."""
+    if told is None:
+        return [("primaries", "linear Rec.709 (the header names no other)")]
+    if told["space"] is None:
+        said = "unknown to heatlens; taken as the current input space"
+        if told["by_matrix"]:
+            said = "converted to linear Rec.709 by a matrix for display"
+        return [("primaries", f"{told['value']} (header: {told['attribute']}), {said}")]
+    return [("primaries", f"{told['space']} (header: {told['attribute']})")]
+
+
+def _color_lines(color: Facts) -> list[Line]:
+    """Return layer and range of the colour, or why there is none."""
+    lines = []
+    if "layer" in color:
+        alpha = "with alpha" if color["has_alpha"] else "no alpha"
+        view = f" of the view {color['view']}" if color["view"] else ""
+        lines.append(("colour", f"{color['layer'] or 'RGB'}{view}, {alpha}"))
+        span = "no finite value"
+        if color["min"] is not None:
+            span = f"{_number(color['min'])} to {_number(color['max'])}"
+        bad = f"{color['nan_count']} NaN, {color['infinite_count']} infinite"
+        lines.append(("colour range", f"{span}, {bad}"))
+    if "problem" in color:
+        lines.append(("colour", f"none: {color['problem']}"))
+    return lines
+
+
+def _depth_lines(depth: Facts) -> list[Line]:
+    """Return channel, convention with its reason and range of the depth, or why there is none."""
+    if "problem" in depth:
+        return [("depth", f"none: {depth['problem']}")]
+    lines = [
+        ("depth", f"{depth['channel']}, {depth['convention']}, {depth['kind']}"),
+        ("  why", depth["why"]),
+    ]
+    if "min_px" in depth:
+        span = f"{_number(depth['min_px'])} to {_number(depth['max_px'])} px, signed diameter"
+        return [*lines, ("  range", span)]
+    span = f"{_number(depth['near_m'])} to {_number(depth['far_m'])} m"
+    if depth["near_m"] == "infinity":
+        span = "none: every pixel is infinitely far"
+    counts = f"{depth['infinite_count']} px infinite, {depth['repaired_count']} px repaired"
+    return [*lines, ("  range", span), ("  counts", counts)]
+
+
+def _behind_lines(behind: list[Facts]) -> list[Line]:
+    """Return what each picture behind adds, or why it cannot be added."""
+    return [
+        ("behind", f"{one['name']} {one['words']}" + (f": {one['problem']}" * bool(one["problem"])))
+        for one in behind
+    ]
+
+
+def _number(value: float | str) -> str:
+    """Format a number with five digits; infinity is already a word."""
+    return value if isinstance(value, str) else f"{value:.5g}"

@@ -1,4 +1,4 @@
-"""Read faders, knobs and wheels of a MIDI controller with `mido`."""
+"""Open the lens input that `--lens-in` names; read MIDI controllers with `mido`."""
 
 import math
 import time
@@ -7,7 +7,10 @@ from types import ModuleType
 from typing import Any, cast
 
 from heatlens.base.errors import InputError
-from heatlens.live.ring.ring_input import Controls
+from heatlens.live.ring.address import parse_ring_address
+from heatlens.live.ring.pad import PadInput
+from heatlens.live.ring.receiver import LensReceiver
+from heatlens.live.ring.ring_input import Controls, RingInput
 
 _CONTROL_MOST, _BEND_MOST = 127.0, 16383.0
 
@@ -63,3 +66,13 @@ def _port_named(mido: ModuleType, name: str) -> str:
         there = f"there are {', '.join(ports)}" if ports else "there is none on this machine"
         raise InputError(f"No MIDI port is called {name!r}; {there}.")
     return found
+
+
+def open_ring(text: str) -> RingInput:
+    """Open "opentrackio...", "osc...", "midi[:NAME]" or "pad". Raise InputError."""
+    kind, _, name = text.strip().partition(":")
+    if kind.lower() == "midi":
+        return MidiInput(name.removeprefix("//"))
+    if text.strip().lower() == "pad":
+        return PadInput()
+    return LensReceiver(parse_ring_address(text))

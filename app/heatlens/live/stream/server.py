@@ -18,7 +18,6 @@ from heatlens.base.errors import InputError
 from heatlens.live.stream.address import DEFAULT_HOST, DEFAULT_PORT, listening_socket
 from heatlens.live.stream.chosen_image import ChosenImage, chosen_image
 from heatlens.live.stream.images import TevImages
-from heatlens.live.stream.lens_image import LENS_IMAGE, lens_header, with_sent_lens
 from heatlens.live.stream.protocol import (
     MAX_CHANNELS,
     CloseImage,
@@ -30,7 +29,12 @@ from heatlens.live.stream.protocol import (
     TevStreamError,
     message_of,
 )
-from heatlens.live.stream.received_plate import plate_of_image
+from heatlens.live.stream.received_plate import (
+    LENS_IMAGE,
+    lens_header,
+    plate_of_image,
+    with_sent_lens,
+)
 from heatlens.live.stream.requested_file import is_of_this_machine, requested_file
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.plate import Plate

@@ -2,6 +2,9 @@
 
 Everything a lens can show is in it: something close to the camera, people who cross at three
 distances, and hundreds of small lights behind them.
+
+In the wet ground puddles are holes, and the street hangs below, mirrored. A mirror image is as far
+away as the way of its light is long, and a lens blurs it accordingly.
 """
 
 from dataclasses import replace
@@ -9,6 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
@@ -20,10 +24,10 @@ from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.scene.demo.actors import LOOP_FRAMES, Clothes, Walk, dress, joints_at
 from heatlens.scene.demo.cafe import build_cafe
+from heatlens.scene.demo.shapes import quads, scaled
 from heatlens.scene.demo.street import build_street
 from heatlens.scene.demo.street_set import DemoSet
-from heatlens.scene.demo.wet_ground import add_puddles
-from heatlens.scene.scene import Array, Daylight, Motion, Scene, SceneCamera
+from heatlens.scene.scene import Array, Daylight, Material, Motion, Scene, SceneCamera
 
 DEMO_SOURCE = "demo"
 _CAMERA = "dolly"
@@ -52,6 +56,10 @@ _NIGHTFALL = Daylight(
     horizon=(0.16, 0.11, 0.15),
     ground=(0.03, 0.022, 0.035),
 )
+_TILE_M = 9.0  # after which the puddles repeat
+_TILE_PX = 256
+_REFLECTED = 0.3  # of the light at such a flat angle to the water
+_MIRRORED = ("houses", "windows", "street lamps", "garlands", "signs", "shops", "cars")
 
 
 @cache
@@ -122,3 +130,57 @@ def _dolly() -> CameraTrack:
         (240, (0.2, 1.13, 0.0), (-0.04, 1.25, -6.0)),
     )
     return CameraTrack(tuple(PoseKey(frame, looking_at(eye, at)) for frame, eye, at in keys))
+
+
+def add_puddles(stage: DemoSet) -> npt.NDArray[np.uint8]:
+    """Add the ground and the mirror images in its puddles; return the map of the ground.
+
+    The map is the first image of the scene, (H, W, 4), with holes where alpha is under one half.
+    """
+    for name in _MIRRORED:
+        _mirror(stage, name)
+    wet = Material(
+        "asphalt", (0.032, 0.034, 0.04), roughness=0.26, alpha_cutoff=0.5, base_color_map=0
+    )
+    corners = np.array([(-30, 0, 6), (30, 0, 6), (30, 0, -75), (-30, 0, -75)], np.float64)
+    ground = replace(quads([corners]), uvs=(corners[:, [0, 2]] / _TILE_M).astype(np.float32))
+    stage.put("ground", stage.mesh(ground, stage.material(wet)), np.eye(4))
+    return _puddle_map(np.random.default_rng(11))
+
+
+def _mirror(stage: DemoSet, name: str) -> None:
+    """Add each instance of that name once more, upside down and darker."""
+    darker: dict[int, int] = {}
+    for instance in [one for one in stage.instances if one.name == name]:
+        if instance.mesh not in darker:
+            mesh = stage.meshes[instance.mesh]
+            material = stage.material(_reflected(stage.materials[mesh.material]))
+            darker[instance.mesh] = stage.mesh(mesh, material)
+        flipped = scaled(1, -1, 1) @ instance.to_world
+        stage.put("reflections", darker[instance.mesh], flipped)
+
+
+def _reflected(material: Material) -> Material:
+    base, emission = (
+        tuple(_REFLECTED * value for value in color)
+        for color in (material.base_color, material.emission)
+    )
+    return replace(
+        material,
+        base_color=(base[0], base[1], base[2]),
+        emission=(emission[0], emission[1], emission[2]),
+    )
+
+
+def _puddle_map(rng: np.random.Generator) -> npt.NDArray[np.uint8]:
+    """Return a map of waves that repeat on a tile; the lowest parts are under water."""
+    at = 2 * np.pi * np.arange(_TILE_PX) / _TILE_PX
+    height = np.zeros((_TILE_PX, _TILE_PX))
+    for _ in range(24):
+        across, along = rng.integers(-4, 5, 2)
+        share = rng.normal() / (1.0 + across**2 + along**2) ** 0.5
+        height += share * np.cos(across * at + along * at[:, None] + rng.uniform(0, 2 * np.pi))
+    height = (height - np.quantile(height, 0.34)) / height.std()
+    pixels = np.full((_TILE_PX, _TILE_PX, 4), 255, np.uint8)
+    pixels[..., 3] = np.clip(127.5 + 127.5 * height / 0.4, 0, 255).astype(np.uint8)
+    return pixels

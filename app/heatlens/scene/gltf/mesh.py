@@ -1,6 +1,8 @@
 """Read triangles, lines and points of a glTF file: one mesh of the scene for each primitive.
 
 Source: Khronos, glTF 2.0 specification, section 3.7.
+
+A mesh is changed by the bones and morph targets of the node that it hangs on.
 """
 
 from dataclasses import dataclass, field, replace
@@ -10,23 +12,72 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.scene.gltf.animation import Animation
-from heatlens.scene.gltf.deform import Deformed
+from heatlens.scene.gltf.deform import Deformed, Skin, read_binding, read_skin, read_targets
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.material import GltfMaterials
-from heatlens.scene.gltf.shape_change import ShapeChange
 from heatlens.scene.gltf.thin import thin_count, thin_solids
 from heatlens.scene.gltf.vertices import Vertices
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.point_cloud import POINTS_MOST
-from heatlens.scene.scene import Deform, MapPlace, Material, Mesh
+from heatlens.scene.scene import Array, Deform, MapPlace, Material, Mesh
 from heatlens.scene.tangents import unit_tangents, with_tangents
 
+_BONELESS = "Skinned meshes on nodes without a skeleton keep their modelled shape"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _THIN = "Points and lines are drawn thin"
 _NOT_ALL = ", and some are left out because there are very many"
 _FLAT = "Surfaces without texture coordinates for their pictures have a single colour"
 _NORMALS = 3  # index of the normal map among the maps of a material
+
+
+@dataclass(eq=False)
+class ShapeChange:
+    """How the primitives of one mesh change their shape on a node.
+
+    skin    index of the skin, None for none
+    blends  the node whose morph weights are used, None for those of the mesh
+    """
+
+    gltf: GltfFile
+    animation: Animation
+    skin: int | None
+    blends: int | None
+    mesh: Record
+
+    def of(self, vertices: Vertices, mesh: Mesh, is_thin: bool) -> Deformed | None:
+        """Return the deformed mesh; None if neither bones nor morph targets change it."""
+        binding = None if self.bones is None else read_binding(vertices, mesh, self.bones)
+        if self.bones is None and vertices.has("JOINTS_0"):
+            self.gltf.lose(_BONELESS, vertices.primitive)
+        count = len(self.weights(self.animation.first_frame))
+        targets = read_targets(vertices, mesh, self.weights, count) if count else None
+        if binding is None and targets is None:
+            return None
+        return Deformed(mesh, targets, binding, is_thin or not vertices.has("NORMAL"))
+
+    @cached_property
+    def bones(self) -> Skin | None:
+        """The skin of the mesh, if any."""
+        return None if self.skin is None else read_skin(self.gltf, self.animation, self.skin)
+
+    @property
+    def moves(self) -> bool:
+        """Return whether the shape differs from frame to frame."""
+        is_blending = self.blends is not None and self.blends in self.animation.weights
+        return is_blending or (self.bones is not None and self.bones.moves)
+
+    def weights(self, frame: float) -> Array:
+        """Return the morph weights at a frame; none if the file has none."""
+        if self.blends is not None and self.blends in self.animation.weights:
+            return self.animation.weights_of(self.blends, frame)
+        return self._still_weights
+
+    @cached_property
+    def _still_weights(self) -> Array:
+        node = None if self.blends is None else self.animation.tree.records[self.blends]
+        told = node if node is not None and node.has("weights") else self.mesh
+        return np.array(told.numbers("weights"))
 
 
 @dataclass

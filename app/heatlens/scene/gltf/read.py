@@ -22,7 +22,7 @@ from heatlens.scene.gltf.lights import GltfLights
 from heatlens.scene.gltf.material import GltfMaterials
 from heatlens.scene.gltf.mesh import GltfMeshes
 from heatlens.scene.gltf.nodes import RESTS, matrices, read_tree
-from heatlens.scene.gltf.unread import unread_notes
+from heatlens.scene.gltf.vocabulary import unread_notes
 from heatlens.scene.scene import Array, Instance, Scene, check_instances
 
 _FAR_MOST_M = 1e9

@@ -21,8 +21,7 @@ from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.steps import Steps
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.preview.cost import CostModel
-from heatlens.preview.level_choice import level_at_rest, level_while_moving, recognisable
+from heatlens.preview.level_choice import CostModel, level_at_rest, level_while_moving, recognisable
 from heatlens.preview.shown import PictureKey, Shown, whole_picture, without_notes
 from heatlens.render import FrameRenderer
 

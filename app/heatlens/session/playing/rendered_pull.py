@@ -14,7 +14,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.preview.shown import Shown
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
-from heatlens.rendered_frames.frame_order import frames_from, runs_of
+from heatlens.rendered_frames.frame_key import frames_from, runs_of
 from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
 from heatlens.rendered_frames.memory_store import MemoryStore
 from heatlens.session.loop.worker import Worker
