@@ -218,6 +218,7 @@ def sampled(rooms: Sequence[str], count: int, seed: int) -> list[Mutant]:
         wanted = round(count * size / sum(sizes.values()))
         for line in chance.sample(sorted(lines), min(wanted, len(lines))):
             chosen.append(chance.choice(lines[line]))
+    chance.shuffle(chosen)  # a run that is ended has seen some of each room
     return chosen
 
 

@@ -3,7 +3,7 @@
 import moderngl
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets
@@ -174,6 +174,7 @@ def variance_of(light: FloatArray) -> float:
     return float((light * (at - middle[:, None, None]) ** 2).sum() / total / 2)
 
 
+@settings(max_examples=25)
 @given(st.floats(3.0, 10.0))
 def test_a_small_disc_is_as_wide_as_its_coc(
     session_context: moderngl.Context, coc_px: float

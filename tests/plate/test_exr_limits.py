@@ -96,9 +96,9 @@ def test_a_window_that_no_gpu_takes_is_refused(tmp_path):
             read(path)
 
 
-def test_a_million_channels_are_refused_at_once(tmp_path):
+def test_a_hundred_thousand_channels_are_refused(tmp_path):
     """By hand: the library takes minutes to write as many."""
-    names = (f"c{i:06}".encode() for i in range(1_000_000))
+    names = (f"c{i:06}".encode() for i in range(100_000))
     listed = b"".join(name + b"\0" + struct.pack("<i4sii", 1, b"", 1, 1) for name in names) + b"\0"
     box = struct.pack("<4i", 0, 0, 0, 0)
     attributes = (("channels", "chlist", listed), ("compression", "compression", b"\3"))
@@ -110,7 +110,7 @@ def test_a_million_channels_are_refused_at_once(tmp_path):
         )
     (tmp_path / "a.exr").write_bytes(data + b"\0")
     for read in (read_parts, read_headers):
-        with pytest.raises(InputError, match="has 1,000,000 channels; heatlens takes 4,096"):
+        with pytest.raises(InputError, match="has 100,000 channels; heatlens takes 4,096"):
             read(tmp_path / "a.exr")
 
 

@@ -12,10 +12,11 @@ from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
-from heatlens.model.plate_options import DepthConvention, PlateOptions
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.behind import _convention
 from heatlens.plate.breathing_window import frame_centre_px, picture_point, plate_pixel
+from heatlens.plate.deep.deep_plate import flattened_part, read_deep_plate
 from heatlens.plate.deep.deep_volumes import _SLICE, _SLICES_MOST
 from heatlens.plate.deep.deep_write import check_deep_fits, deep_samples, write_deep
 from heatlens.plate.focus_pick import area_at, depth_at_m, middle_m
@@ -141,6 +142,35 @@ def test_a_deep_file_has_the_plate_and_what_is_behind_it(tmp_path):
     assert whole["R"][0, 0].dtype == np.float32
     low, high = header_at_box(plate.data_window)
     assert header["dataWindow"][0].tolist() == low.tolist() and high.tolist() == [2, 1]
+
+
+def test_a_deep_file_is_flattened_to_what_is_seen_and_reads_back_with_its_surfaces(tmp_path):
+    plate = listed_plate()
+    write_deep(tmp_path / "d.exr", plate, {}, half=False)
+    _, flat = flattened_part(tmp_path / "d.exr")
+    seen = np.stack([flat[name] for name in "RGB"], axis=-1)
+    np.testing.assert_allclose(seen, plate.color[..., :3], atol=1e-6)
+    np.testing.assert_array_equal(flat["Z"], plate.depth_m)
+    back = read_deep_plate(tmp_path / "d.exr", PlateOptions())
+    assert back.fragments.count >= 2 and "1.67 surfaces a pixel, at most 2" in back.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "option"),
+    [
+        ({"depth_convention": DepthConvention.INVERSE}, "--depth-convention"),
+        ({"depth_kind": DepthKind.RADIAL}, "--depth-kind"),
+        ({"depth_source": "z.exr"}, "--depth"),
+        ({"depth_channel": "Z"}, "--depth-channel"),
+        ({"despike": True}, "--despike"),
+    ],
+)
+def test_options_that_do_not_apply_to_a_deep_file_are_named(tmp_path, wrong, option):
+    write_deep(tmp_path / "d.exr", listed_plate(), {})
+    with pytest.raises(InputError, match=f"leave.* {option}") as error:
+        read_deep_plate(tmp_path / "d.exr", PlateOptions(**wrong))
+    assert "d.exr is a deep file" in str(error.value)
+    read_deep_plate(tmp_path / "d.exr", PlateOptions(depth_convention=DepthConvention.DISTANCE))
 
 
 def test_what_takes_too_much_memory_to_write_is_refused_with_what_fits():

@@ -14,7 +14,7 @@ from heatlens.plate.read import read_plate
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import half_of
-from heatlens.session.playing import rendered_pull
+from heatlens.session.playing import pull_jobs, rendered_pull
 from heatlens.session.playing.kept_screen import KeptScreen
 from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences
@@ -116,7 +116,8 @@ def test_another_file_makes_its_frame_anew(session, pull, tmp_path):
     jobs = pull.jobs
     before = jobs.of(FIRST + 1).key
     frame_file(tmp_path, FIRST + 1, owner="another")
-    jobs._look_at = 0.0  # two seconds later
+    assert pull_jobs._EVERY_S == 2.0
+    jobs._look_at = 0.0  # so many seconds later
     until(session, lambda: jobs.of(FIRST + 1) and jobs.of(FIRST + 1).key != before, "the file")
     assert jobs.of(FIRST).key in pull.keys
 

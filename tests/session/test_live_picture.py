@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from heatlens.defocus.plate_passes import proxy_size
@@ -156,6 +156,7 @@ def test_an_answer_never_keeps_the_window_longer_than_it_may(full_seconds, wishe
     assert machine.made == [possible(wished)[-1]]
 
 
+@settings(max_examples=30)
 @given(SPEEDS, st.floats(1e-4, 0.1), st.integers(1, 8))
 def test_a_hand_that_never_rests_sees_one_picture_after_the_other(full_seconds, within_s, plates):
     _, live = machine_and_picture(full_seconds)

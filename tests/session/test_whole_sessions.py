@@ -22,12 +22,14 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Method
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.view import Against, Compare
+from heatlens.preview.levels import quickest
 from heatlens.scene.scene_name import DEMO
 from heatlens.session.keys.key_choice import all_keys
 from heatlens.session.keys.key_commands import KeyCommands
 from heatlens.session.keys.key_rows import RowChoice
 from heatlens.session.keys.key_stretch import Ends, KeyStretch
 from heatlens.session.marks.lessons import Lesson, Lessons
+from heatlens.session.pictures.look_pictures import LookPictures
 from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.editing import Editing
@@ -442,7 +444,10 @@ def test_looks_of_a_scene_are_drawn_with_their_own_field_of_view(ctx, renderer, 
     session.editing.begin(replace(shot, looks=(Look("A", long), Look("B", wide))))
     try:
         session.pictures.looks.toggle_grid()
-        looks = session.pictures.sides.looks
+        looks: LookPictures = session.pictures.sides.looks
+        turn(session)
+        quick = looks._tiles["A"].quick_key
+        assert quick.shot.framing.size == (8, 5) and quick.settings == quickest(QUICK)
         until(session, lambda: None not in (looks.of("A"), looks.of("B")), "both")
         until(session, lambda: not (looks.is_coming("A") or looks.is_coming("B")), "both, whole")
         settled(session)

@@ -1,0 +1,112 @@
+"""The order of the blur's passes as the pipeline names them, and what it tells of its progress."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from heatlens.defocus.line_solver import SweepSolver
+from heatlens.defocus.pass_list import PASSES
+from heatlens.defocus.passes import DefocusPasses
+from heatlens.defocus.pipeline import DefocusPipeline
+from heatlens.gpu.textures import download, new_texture, upload
+from heatlens.model.lens import Lens
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.render import drained, optics_of
+from support.plates import lens_blurring, plate_of, room
+
+SIZE = (48, 32)
+
+
+class Rig:
+    """A pipeline with a plate of the room in textures of its own."""
+
+    def __init__(self, ctx) -> None:
+        self.plate = plate_of(*room(*SIZE))
+        self.pipeline = DefocusPipeline(ctx, DefocusPasses(ctx, SweepSolver(ctx)))
+        self.color, self.depth = new_texture(ctx, SIZE, 4), new_texture(ctx, SIZE, 1)
+        upload(self.color, self.plate.color)
+        upload(self.depth, self.plate.depth_m)
+
+    def steps(self, settings: DefocusSettings, lens: Lens | None = None) -> Iterator[str]:
+        optics = optics_of(self.plate, self.plate.bins.occupied, lens or lens_blurring(6.0, 48))
+        return self.pipeline.steps(self.color, self.depth, optics, settings)
+
+
+@pytest.fixture(scope="module")
+def rig(session_context):
+    return Rig(session_context)
+
+
+def test_each_step_is_a_declared_pass_and_layers_end_with_their_composite(rig):
+    settings = DefocusSettings(Bokeh.DISC, Quality.DRAFT, 3)
+    steps = list(rig.steps(settings))
+    assert set(steps) <= {one.name for one in PASSES}
+    assert steps[0] == "coc" and steps[-1] == "highlights drawn"
+    layers = steps.count("composite")
+    assert layers == steps.count("tiles") > 1
+    ends = [at for at, name in enumerate(steps) if name == "composite"]
+    for begin, end in zip([-1, *ends], ends, strict=False):
+        part = steps[begin + 1 : end + 1]
+        assert part.index("tiles") < part.index("blur") < part.index("composite")
+
+
+@pytest.mark.parametrize(
+    ("method", "step"),
+    [
+        (Method.HEAT, "blur"),
+        (Method.GATHER, "gather"),
+        (Method.SCATTER, "scatter"),
+        (Method.PYRAMID, "pyramid"),
+    ],
+)
+def test_another_method_has_one_layer(rig, method, step):
+    steps = list(rig.steps(DefocusSettings(method=method)))
+    assert "composite" not in steps and step in steps and steps[-1] == "limits"
+
+
+@pytest.mark.parametrize("method", [Method.ACCUMULATION, Method.RAYTRACED])
+def test_a_method_that_draws_a_scene_is_no_method_of_plates(rig, method):
+    with pytest.raises(ValueError, match="a plate cannot be blurred so"):
+        list(rig.steps(DefocusSettings(method=method)))
+
+
+def test_progress_is_told_from_the_first_layer_on(rig):
+    told = []
+    rig.pipeline.on_layer = lambda done, layers: told.append((done, layers))
+    settings = DefocusSettings(Bokeh.GAUSSIAN, Quality.DRAFT, 3)
+    layers = list(rig.steps(settings)).count("composite")
+    assert told == [(done, layers) for done in range(layers)]
+    told.clear()
+    lens = lens_blurring(6.0, 48)
+    colored = Lens(
+        lens.focal_length_mm, lens.f_stop, lens.focus_distance_m, 36.0, axial_colour_mm=0.5
+    )
+    list(rig.steps(settings, colored))
+    rig.pipeline.on_layer = None
+    most = told[0][1]
+    assert most % 3 == 0 and told == [(done, most) for done in range(most)]
+
+
+@pytest.mark.parametrize("proxy", [1.0, 0.5])
+def test_a_lens_that_blurs_nothing_returns_the_plate_at_its_size(rig, proxy):
+    settings = DefocusSettings(Bokeh.DISC, Quality.FILM, proxy=proxy)
+    made = drained(rig.steps(settings, lens_blurring(1e-6, 48)))
+    assert made.size == (48 * proxy, 32 * proxy)
+    found, plate = download(made), rig.plate.color
+    if proxy == 1.0:
+        np.testing.assert_allclose(found, plate, rtol=1e-3, atol=1e-3)
+    else:
+        means = plate.reshape(16, 2, 24, 2, 4).mean(axis=(1, 3))
+        assert np.abs(found - means).mean() < 0.02 * means.mean()
+
+
+def test_a_picture_that_was_left_off_does_not_spoil_the_next(rig):
+    settings = DefocusSettings(Bokeh.DISC, Quality.DRAFT, 3)
+    whole = download(drained(rig.steps(settings)))
+    for count in (1, 4, 9):
+        steps = rig.steps(settings)
+        for _ in range(count):
+            next(steps)
+        steps.close()
+        np.testing.assert_array_equal(download(drained(rig.steps(settings))), whole)
