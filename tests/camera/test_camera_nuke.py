@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.camera.camera_file import write_camera
-from heatlens.camera.nuke_defocus import left_out
-from heatlens.camera.nuke_write import nuke_text
+from heatlens.camera.nuke_write import left_out, nuke_text
 from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
 from heatlens.camera.samples import INFINITE_M
 from heatlens.model.coc import coc_line, coc_px

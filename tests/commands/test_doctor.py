@@ -13,7 +13,7 @@ from heatlens.base.errors import GpuError
 from heatlens.commands import doctor as command
 from heatlens.commands.main import main
 from heatlens.defocus.kernels import named_kernel
-from heatlens.doctor import gpu_check, machine_check, picture_check, window_check
+from heatlens.doctor import gpu_check, machine_check, picture_check
 from heatlens.doctor.finding import Finding, made_sure
 from heatlens.doctor.gpu_check import KERNELS, TOLERANCE, Gpu, blurred_float64
 from heatlens.model.boxes import Box
@@ -151,7 +151,7 @@ def test_a_window_is_tried_while_a_context_without_one_is_current(ctx, monkeypat
     monkeypatch.setenv("DISPLAY", screen.display)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     try:
-        (finding,) = made_sure("display", window_check.display)
+        (finding,) = made_sure("display", machine_check.display)
     finally:
         screen.close()
     assert finding.state == "ok", finding.said
@@ -161,7 +161,7 @@ def test_a_window_is_tried_while_a_context_without_one_is_current(ctx, monkeypat
 def test_a_display_that_is_not_there_is_a_fault_in_one_sentence(monkeypatch):
     monkeypatch.setenv("DISPLAY", ":987")
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    (finding,) = made_sure("display", window_check.display)
+    (finding,) = made_sure("display", machine_check.display)
     assert finding.state == "fault" and ":987" in finding.said
     assert "Traceback" not in finding.said
 

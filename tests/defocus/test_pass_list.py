@@ -13,7 +13,7 @@ from heatlens.defocus.line_solver import SolverName
 from heatlens.defocus.pass_costs import Traffic, Work
 from heatlens.defocus.pass_list import Pass
 from heatlens.defocus.scratch import Scratch, lifetimes
-from heatlens.doctor.shader_builds import pass_builds
+from heatlens.doctor.gpu_check import pass_builds
 from heatlens.gpu.program_versions import crossed, either
 from heatlens.measure.bench.frames import PassSeconds
 from heatlens.measure.bench.measure import pass_row

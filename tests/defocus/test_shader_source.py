@@ -21,7 +21,7 @@ _EVERY_TEXT = """
 import json
 from hashlib import sha256
 from heatlens.color.view_transform import srgb_transform
-from heatlens.doctor.shader_builds import pass_builds, solver_builds
+from heatlens.doctor.gpu_check import pass_builds, solver_builds
 from heatlens.gpu.shader_source import assemble
 from heatlens.base.paths import data_dir
 texts = [(name, defines, assemble(data_dir("shaders"), name, defines).text)

@@ -11,7 +11,7 @@ import pytest
 
 from heatlens.base.paths import data_dir
 from heatlens.display import overlay_pass
-from heatlens.doctor.shader_builds import overlay_modes, pass_builds, solver_builds
+from heatlens.doctor.gpu_check import overlay_modes, pass_builds, solver_builds
 from heatlens.gpu.shader_source import assemble
 from heatlens.model.view import Overlay
 

@@ -7,7 +7,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.live.ring.midi import MidiInput, open_ring
-from heatlens.live.ring.pad import PadInput
+from heatlens.live.ring.ring_input import PadInput
 
 
 class Port:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.live.ring.assembly import MAX_SEGMENTS, MAX_SENDERS, Assembly
+from heatlens.live.ring.hearing import MAX_SEGMENTS, MAX_SENDERS, Assembly
 from heatlens.live.ring.otrk_packet import (
     MAX_SAMPLE_BYTES,
     MAX_SEGMENT_BYTES,

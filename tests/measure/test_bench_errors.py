@@ -23,9 +23,9 @@ from heatlens.measure.bench.method_errors import (
     truth_of,
     truth_scene,
 )
+from heatlens.measure.bench.methods import wall_framing
 from heatlens.measure.bench.report import error_tables
 from heatlens.measure.bench.synthetic_plate import LENS
-from heatlens.measure.bench.synthetic_scene import wall_framing
 from heatlens.measure.compare.metrics import score
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.settings import DefocusSettings, Method

@@ -17,10 +17,15 @@ from heatlens.measure.bench import bounded, methods
 from heatlens.measure.bench.bounded import bounded as bounded_frame
 from heatlens.measure.bench.entrants import entrants
 from heatlens.measure.bench.frames import BenchFrames
-from heatlens.measure.bench.methods import MethodReport, MethodRow, measure_methods
+from heatlens.measure.bench.methods import (
+    MethodReport,
+    MethodRow,
+    measure_methods,
+    uniform_coc_scene,
+    wall_framing,
+)
 from heatlens.measure.bench.report import time_table
 from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
-from heatlens.measure.bench.synthetic_scene import uniform_coc_scene, wall_framing
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.settings import DefocusSettings, Method

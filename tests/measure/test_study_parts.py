@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from heatlens.base.errors import GpuError, InputError
 from heatlens.measure.chart import write_figure
 from heatlens.measure.study import measured, reference
-from heatlens.measure.study.crops import crop_boxes, crop_side
 from heatlens.measure.study.error_chart import error_chart
 from heatlens.measure.study.folder import report_folder, write_numbers
 from heatlens.measure.study.measured import measure_all
 from heatlens.measure.study.page import duration
+from heatlens.measure.study.pictures import crop_boxes, crop_side
 from heatlens.measure.study.subject import Subject
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens

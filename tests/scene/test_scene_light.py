@@ -11,9 +11,9 @@ from heatlens.gpu.textures import download, new_texture
 from heatlens.model.framing import looking_at
 from heatlens.scene.scene import Array, Daylight, Material, PointLight, Scene
 from heatlens.scene.scene_view import SceneView
+from heatlens.scene_gpu.mesh_draw import SIDE_PX, sun_view
 from heatlens.scene_gpu.raster import SceneRaster, sun_direction
 from heatlens.scene_gpu.scene_buffers import layer_size
-from heatlens.scene_gpu.shadow_pass import SIDE_PX, sun_view
 from heatlens.scene_gpu.sky_light import diffuse_polynomial, sky_radiance
 from support.scenes import BLACK, NIGHT, even_sky, lamp, moved, plane, scene_of, sphere
 

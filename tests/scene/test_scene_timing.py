@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.commands.options.timing_options import add_timing_options, timing_of
+from heatlens.commands.options.scene_options import add_timing_options, timing_of
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import SceneTiming

@@ -8,8 +8,7 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.csv_camera import csv_text, read_csv_camera
-from heatlens.camera.nuke_defocus import left_out
-from heatlens.camera.nuke_write import nuke_text
+from heatlens.camera.nuke_write import left_out, nuke_text
 from heatlens.camera.plate_camera import read_plate_camera
 from heatlens.camera.rows import json_text, read_json_camera
 from heatlens.camera.samples import CameraSamples, UpAxis

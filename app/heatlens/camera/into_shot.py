@@ -6,8 +6,8 @@ from dataclasses import fields, replace
 from heatlens.base.errors import InputError
 from heatlens.camera.same_discs import with_nominal_f_stop
 from heatlens.camera.samples import PLAIN_OPENING, CameraSamples, Track, is_constant
+from heatlens.model.key_reduction import linear_keys
 from heatlens.model.lens import Lens
-from heatlens.model.linear_keys import linear_keys
 from heatlens.model.option import Values, type_of
 from heatlens.model.shot import LensParameter, Shot
 

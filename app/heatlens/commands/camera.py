@@ -15,8 +15,8 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
 from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.options.lens_options import lens_words
+from heatlens.commands.options.scene_options import add_timing_options, timing_of
 from heatlens.commands.options.shot_timecode import shot_timecodes
-from heatlens.commands.options.timing_options import add_timing_options, timing_of
 from heatlens.commands.options.value_types import number
 from heatlens.commands.output.plate_words import first_plate, overscan_of_shot
 from heatlens.commands.output.say import say, tell

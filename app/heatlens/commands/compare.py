@@ -9,14 +9,16 @@ from pathlib import Path
 from heatlens.commands.options.value_types import finite, positive
 from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.say import say
-from heatlens.measure.compare.difference import (
+from heatlens.measure.compare.metrics import PSNR_MOST_DB, Scores, nonfinite_count, score
+from heatlens.measure.compare.pictures import (
+    Picture,
     absolute_difference,
     check_is_png,
     flip_map,
+    read_picture,
+    shared_region,
     write_difference,
 )
-from heatlens.measure.compare.metrics import PSNR_MOST_DB, Scores, nonfinite_count, score
-from heatlens.measure.compare.pictures import Picture, read_picture, shared_region
 from heatlens.plate.plate import FloatImage
 
 EXIT_NEAR_ENOUGH = 0

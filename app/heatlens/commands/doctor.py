@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 
-from heatlens.commands.output.paced_progress import paced_progress
+from heatlens.commands.output.progress_line import paced_progress
 from heatlens.commands.output.say import tell
 from heatlens.defocus.line_solver import SOLVERS
-from heatlens.doctor import gpu_check, machine_check, picture_check, window_check
+from heatlens.doctor import gpu_check, machine_check, picture_check
 from heatlens.doctor.finding import Check, Finding, made_sure
 from heatlens.doctor.gpu_check import Gpu
 from heatlens.gpu.context import headless_context
@@ -100,6 +100,6 @@ def _checks(tell_step: Callable[[str], None] = lambda _: None) -> dict[str, Chec
         "OpenColorIO": lambda: picture_check.color(gpu.ctx),
         "OpenGL errors": gpu.errors,
         "second start": machine_check.second_start,
-        "fonts": window_check.fonts,
-        "display": window_check.display,
+        "fonts": machine_check.fonts,
+        "display": machine_check.display,
     }

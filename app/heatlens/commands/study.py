@@ -18,11 +18,11 @@ from heatlens.defocus.solver_choice import settled_solver
 from heatlens.gpu.context import headless_context
 from heatlens.measure.compare.pictures import Picture, read_picture
 from heatlens.measure.study import reference as references
-from heatlens.measure.study.crops import crop_boxes
 from heatlens.measure.study.error_chart import check_chart
 from heatlens.measure.study.folder import checked_target, report_folder
 from heatlens.measure.study.measured import check_measurable, cut, measure_all
 from heatlens.measure.study.page import check_page
+from heatlens.measure.study.pictures import crop_boxes
 from heatlens.measure.study.reference import Reference
 from heatlens.measure.study.report import Report
 from heatlens.measure.study.subject import Subject

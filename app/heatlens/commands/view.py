@@ -12,9 +12,13 @@ from heatlens.commands.options.given_options import given, refuse_given, refuse_
 from heatlens.commands.options.kit_options import kit_of
 from heatlens.commands.options.lens_options import add_lens_options, given_lens
 from heatlens.commands.options.plate_options import add_plate_options, plate_options
-from heatlens.commands.options.scene_options import add_placing_options, placing_of
+from heatlens.commands.options.scene_options import (
+    add_placing_options,
+    add_timing_options,
+    placing_of,
+    timing_of,
+)
 from heatlens.commands.options.shot_camera import add_camera_option, checked_camera_of
-from heatlens.commands.options.timing_options import add_timing_options, timing_of
 from heatlens.commands.output.pipes import DASH, file_of_input
 from heatlens.commands.output.say import say
 from heatlens.documents.shot_file import is_shot_file, read_shot

@@ -1,8 +1,12 @@
 """Check OpenGL: its version and limits, the build of every shader, and the line solvers.
 
 A solver is right if the blur of a small random picture equals the same blur in float64.
+
+The builds are all that the program makes of its shaders.
 """
 
+import itertools
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
@@ -13,13 +17,21 @@ from numpy.typing import NDArray
 from heatlens.base.errors import GpuError, ShaderError
 from heatlens.base.paths import data_dir
 from heatlens.color.view_transform import srgb_transform
+from heatlens.defocus import pass_list
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.kernels import Kernel, named_kernel
-from heatlens.defocus.line_solver import SOLVERS, LineSolver
+from heatlens.defocus.line_solver import (
+    SOLVERS,
+    Axis,
+    LineSolver,
+    LineSystem,
+    PartitionSolver,
+    SweepSolver,
+)
 from heatlens.doctor.finding import Finding
-from heatlens.doctor.shader_builds import Build, pass_builds, solver_builds
 from heatlens.gpu.context import is_software
 from heatlens.gpu.program import ComputeProgram, DrawProgram
+from heatlens.gpu.program_versions import PLAIN, Variants, crossed, either
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
 
 _LIMITS = {
@@ -36,6 +48,14 @@ TOLERANCE = 2e-5  # of colours in 0..1, solved in float32
 _SIZE = (96, 64)
 _COC_MAX_PX = 40.0
 _COMPACT_FULL_PX = 4.0  # from this diameter on the Laplacian is compact in full
+Build = tuple[str, dict[str, object]]
+
+_OVERLAY = "overlay.comp.glsl"
+_AXES: tuple[Axis, ...] = ("rows", "columns")
+_LENGTHS_PX = (720, 1920)  # of lines; longer ones are cut into longer runs of the same shape
+_SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
+_STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
+_STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
 
 
 @dataclass
@@ -203,3 +223,66 @@ def _solved(laplacian: Array, compact: Array, kappa: complex, x: Array) -> NDArr
     """Return (1 + kappa L - C)^-1 x along each line; x is (lines, n, channels)."""
     system = np.eye(laplacian.shape[-1]) + kappa * laplacian - compact
     return np.asarray(np.linalg.solve(system, x.astype(np.complex128)), np.complex128)
+
+
+def solver_builds() -> list[Build]:
+    """Return the builds of each solver for each system of lines."""
+    return [
+        (name, system.shader_defines(axis) | build)
+        for one in pass_list.PASSES
+        for system, axis in itertools.product(one.systems, _AXES)
+        for name, build in _strategy_builds(system)
+    ]
+
+
+def _strategy_builds(system: LineSystem) -> list[Build]:
+    lines = SweepSolver.LINES_PER_GROUP
+    sweep: Build = (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1})
+    shapes = (PartitionSolver.shape(system, length) for length in _LENGTHS_PX)
+    partition: list[Build] = [(_PARTITION, dict(shape)) for shape in shapes]
+    cyclic: list[Build] = [(_CYCLIC, {"STAGE": stage}) for stage in _STAGES]
+    return [sweep, *partition, *cyclic]
+
+
+def pass_builds() -> list[Build]:
+    """Return the builds of all other shaders, in each variant that the program or a scene uses."""
+    declared: dict[str, Variants] = _elsewhere()
+    for one in pass_list.PASSES:
+        declared |= one.shaders
+    files = {file.name for file in data_dir("shaders").glob("*.glsl")} - set(_STRATEGIES)
+    names = sorted(files | declared.keys())
+    return [(name, dict(defines)) for name in names for defines in declared.get(name, PLAIN)]
+
+
+def _elsewhere() -> dict[str, Variants]:
+    """Return the variants of shaders that belong to no pass of the pipeline."""
+    scene = _of_scenes("HOLES", "COLORS", "BUMPS", "PLACES")
+    peeled = _of_scenes("HOLES", "COLORS", "BUMPS", "PLACES", "PEEL")
+    modes: Variants = tuple({"MODE": mode} for mode in overlay_modes())
+    peaking: Variants = ({"PEAKING": 0}, {"PEAKING": 1})
+    return {
+        "accumulate.comp.glsl": pass_list.SHAPES,
+        "peel_lists.comp.glsl": either("COUNT"),
+        "ray_trace.comp.glsl": crossed(pass_list.SHAPES, scene),
+        "scene_cover.frag.glsl": peeled,
+        "scene_depth.frag.glsl": scene,
+        "scene_mesh.vert.glsl": _of_scenes("COLORS", "BUMPS", "PLACES", "PEEL"),
+        "scene_sky.frag.glsl": _of_scenes("HOLES", "BUMPS", "PLACES", "PEEL"),
+        "scene_surface.frag.glsl": peeled,
+        _OVERLAY: ({}, *crossed(modes, peaking)),
+    }
+
+
+def _of_scenes(*words: str) -> Variants:
+    """Return the variants with none, one, four and five of the defines that a scene decides.
+
+    PEEL draws hidden surfaces.
+    """
+    chosen = (names for count in (0, 1, 4, 5) for names in itertools.combinations(words, count))
+    return tuple(dict.fromkeys(names, 1) for names in chosen)
+
+
+def overlay_modes() -> list[str]:
+    """Return the functions of the overlay's shader, one for each mode."""
+    text = (data_dir("shaders") / _OVERLAY).read_text()
+    return re.findall(r"^vec4 (\w+)\(ivec2 at, float", text, re.M)

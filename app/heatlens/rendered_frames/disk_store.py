@@ -14,7 +14,7 @@ from heatlens.base.errors import InputError
 from heatlens.base.paths import file_bytes
 from heatlens.files.atomic_file import FOR_THE_USER, remove_leftovers, replacing
 from heatlens.rendered_frames.kept_picture import KeptPicture, decoded, encoded
-from heatlens.rendered_frames.limited_store import LimitedStore
+from heatlens.rendered_frames.memory_store import LimitedStore
 
 DEFAULT_BYTES = 4 << 30
 _NAME = re.compile(r"([0-9a-f]{32})\.frame")

@@ -11,9 +11,9 @@ from types import MappingProxyType
 from typing import Any
 
 from heatlens.model.framing import Framing, SceneTiming
+from heatlens.model.key_reduction import linear_keys
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
-from heatlens.model.linear_keys import linear_keys
 from heatlens.model.option import Values
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.scene.placing import Placing, placed_first

@@ -1,10 +1,15 @@
-"""All instances of a scene in one call, with a fragment shader of choice."""
+"""All instances of a scene in one call, with a fragment shader of choice.
+
+What the sun sees is drawn so too: one depth map that holds the whole scene.
+"""
 
 from collections.abc import Mapping
 
 import moderngl
+import numpy as np
 
 from heatlens.gpu.program import DrawProgram, Image
+from heatlens.scene.scene import Array
 from heatlens.scene_gpu.scene_buffers import SceneBuffers
 
 _VERTEX = ("3f 1f 3f 1f", "in_position", "in_u", "in_normal", "in_v")
@@ -12,6 +17,8 @@ _BUMPY_VERTEX = ("3f 1f 3f 1f 4f", *_VERTEX[1:], "in_tangent")
 _COLOR = ("4f2", "in_color")
 _MORE_UV = ("2f", "in_more_uv")
 _INSTANCE = ("16f 16f 4u/i", "in_to_world", "in_to_object", "in_numbers")
+SIDE_PX = 2048
+_BORDER_PX = 2  # empty texels around the map, so that its edge casts no shadow
 
 
 class MeshDraw:
@@ -51,3 +58,59 @@ class MeshDraw:
         """Release the program and its vertex array, but not the buffers, which are not its own."""
         self._array.release()
         self._program.release()
+
+
+class ShadowPass:
+    """Draws `map`, which compares depths and blends four texels for a sampler2DShadow.
+
+    from_world  (4, 4) to 0..1 in all three axes
+    texel_m     width of a texel in the world
+    """
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self.map = ctx.depth_texture((SIDE_PX, SIDE_PX))
+        self.map.compare_func = "<="
+        self.map.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self.map.repeat_x = self.map.repeat_y = False
+        self._target = ctx.framebuffer(depth_attachment=self.map)
+        self.from_world = np.eye(4)
+        self.texel_m = 0.0
+
+    def draw(self, cover: MeshDraw, corners_m: Array, to_sun: Array) -> None:
+        """Draw a scene whose boxes have `corners_m` (N, 3), lit from the unit vector `to_sun`."""
+        clip, self.texel_m = sun_view(corners_m, to_sun)
+        half = np.diag([0.5, 0.5, 0.5, 1.0])
+        half[:3, 3] = 0.5
+        self.from_world = half @ clip
+        self._target.use()
+        self._target.clear()
+        self._ctx.enable_only(moderngl.DEPTH_TEST)
+        one_sample = {"sample_number": -1, "samples_across": 1, "first_row": 0, "rows_above": 0}
+        cover({"clip_from_world": tuple(clip.T.ravel()), **one_sample})
+        self._ctx.enable_only(moderngl.NOTHING)
+
+    def release(self) -> None:
+        """Release the map, whose framebuffer must not be bound."""
+        self._target.release()
+        self.map.release()
+
+
+def sun_view(corners_m: Array, to_sun: Array) -> tuple[Array, float]:
+    """Return (4, 4) from the world to the sun's clip space, and the width of a texel in metres.
+
+    The clip space just holds the corners.
+    """
+    aside = np.eye(3)[int(np.argmin(np.abs(to_sun)))]
+    right = np.cross(aside, to_sun)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(to_sun, right), -to_sun])
+    points = corners_m @ axes.T
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = (low + high) / 2
+    half = np.maximum((high - low) / 2, 1e-6 + 1e-4 * float((high - low).max()))
+    half *= 1 + 2 * _BORDER_PX / SIDE_PX
+    clip = np.eye(4)
+    clip[:3, :3] = axes / half[:, None]
+    clip[:3, 3] = -middle / half
+    return clip, float(2 * half[:2].max() / SIDE_PX)

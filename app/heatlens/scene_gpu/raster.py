@@ -18,9 +18,8 @@ from heatlens.scene.scene import Array, Daylight, Scene
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.bands import Bands
 from heatlens.scene_gpu.draw_targets import DrawTargets
-from heatlens.scene_gpu.mesh_draw import MeshDraw
+from heatlens.scene_gpu.mesh_draw import MeshDraw, ShadowPass
 from heatlens.scene_gpu.scene_buffers import SceneBuffers
-from heatlens.scene_gpu.shadow_pass import ShadowPass
 from heatlens.scene_gpu.sky_light import diffuse_polynomial
 
 _ALWAYS = "1"  # the comparison of depths that is always true, as moderngl has it

@@ -17,7 +17,7 @@ from heatlens.base.errors import NoWindowError
 from heatlens.base.folders import preferences_dir, rendered_frames_dir
 from heatlens.base.printable import printable
 from heatlens.gpu.context import is_software
-from heatlens.live.ring.pad import PadInput
+from heatlens.live.ring.ring_input import PadInput
 from heatlens.render import FrameRenderer
 from heatlens.session.files.window_door import WindowDoor
 from heatlens.session.session import Session

@@ -17,8 +17,7 @@ from heatlens.commands.output.say import tell
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.shot_file import SHOT_SUFFIX, read_shot
 from heatlens.export.job import DisplayLook
-from heatlens.export.sheet.frames import sheet_entries
-from heatlens.export.sheet.page import PURPOSE, write_sheet
+from heatlens.export.sheet.page import PURPOSE, sheet_entries, write_sheet
 from heatlens.export.sheet.rows import sheet_frames
 from heatlens.files.html_page import check_pages
 from heatlens.files.output_check import check_writable

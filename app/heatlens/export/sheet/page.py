@@ -1,27 +1,52 @@
 """Write the pull sheet: the focus pull of a shot on one page, for the first assistant on set.
 
 It is a single HTML file that includes its pictures, and the same rows as CSV.
+
+Its frames are rendered at a small size, and the distances of the marks are measured in them.
 """
 
 import base64
 import io
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-from heatlens.export.sheet.rows import Distances, SheetRow, mark_rows, sheet_csv
+from heatlens.base.errors import HeatlensError
+from heatlens.export.frame_files import RenderedFrame, frame_timecode
+from heatlens.export.job import DisplayLook, ExportJob
+from heatlens.export.options import ExportOptions
+from heatlens.export.output import parse_output
+from heatlens.export.plan import planned
+from heatlens.export.rendering import FrameRendering
+from heatlens.export.sheet.rows import (
+    Distances,
+    SheetRow,
+    mark_rows,
+    sheet_csv,
+    sheet_frames,
+    sheet_row,
+)
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.html_page import page_of
+from heatlens.model.frames import FrameRange
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark
+from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
-from heatlens.plate.plate import FloatImage
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.plate import FloatImage, Plate
+from heatlens.render import FrameRenderer
+from heatlens.scene.scene_bounds import object_depth_m
 
 PURPOSE = "The pull sheet"
 _TEMPLATE = Path(__file__).with_name("pull_sheet.html.jinja")
 _WIDTH_PX = 480  # twice the width on the page, for print and high-resolution screens
 _JPEG_QUALITY = 85
+_PROXY = 0.5  # scale of the pictures
 
 
 @dataclass(frozen=True)
@@ -72,3 +97,55 @@ def write_sheet(path: Path, title: str, shot: Shot, entries: Sequence[SheetEntry
     write_whole(path, sheet_html(title, shot, entries).encode())
     write_whole(table, sheet_csv([entry.row for entry in entries]).encode())
     return table
+
+
+def sheet_entries(
+    shot: Shot, frames: FrameRange, look: DisplayLook, make_renderer: Callable[[], FrameRenderer]
+) -> Iterator[SheetEntry]:
+    """Return a row with a picture for each key of the focus in `frames`, and for both ends.
+
+    Raises InputError for a plate that is damaged, and where the source is not found.
+    """
+    wanted = sheet_frames(shot, frames)
+    small = replace(shot.defocus, method=Method.DIFFUSION, proxy=min(_PROXY, shot.defocus.proxy))
+    whole = tuple(sorted({round(frame) for frame in wanted}))
+    shown = parse_output("sheet.####.jpg")  # nothing is written there: it is a picture for the eye
+    job = ExportJob(replace(shot, defocus=small), whole, shown, ExportOptions(missing="hold"), look)
+    plan = planned(job)
+    renderer = make_renderer()
+    with closing(FrameRendering(plan, plan.frames, renderer)) as rendering:
+        by_frame = {frame.frame: frame for frame in plan.frames}
+        rendered: RenderedFrame | None = None
+        for frame, after in zip_longest(wanted, wanted[1:]):
+            number = round(frame)
+            if rendered is None or rendered.planned.frame != number:
+                rendered = rendering.rendered(by_frame[number])
+            marks = _distances(shot, renderer, rendered.plate, number)
+            told = frame_timecode(job, rendered.planned, rendered.plate)
+            row = sheet_row(shot, frame, frames.first, marks, told, after)
+            yield SheetEntry(row, data_uri(rendered.pixels), marks)
+
+
+def _distances(
+    shot: Shot, renderer: FrameRenderer, plate: Plate, frame: int
+) -> list[tuple[str, float]]:
+    """Return the distances in metres of the marks that are visible at a frame."""
+    found = []
+    for mark in shot.marks:
+        try:
+            found.append((mark.name, _distance_m(shot, renderer, plate, mark, frame)))
+        except HeatlensError:  # outside the picture, or no such object
+            continue
+    return [(name, distance_m) for name, distance_m in found if distance_m > 0.0]
+
+
+def _distance_m(shot: Shot, renderer: FrameRenderer, plate: Plate, mark: Mark, frame: int) -> float:
+    if isinstance(mark, DistanceMark):
+        return mark.distance_m
+    scene, pose = renderer.scene, renderer.pose_at(shot, frame)
+    if isinstance(mark, ObjectMark):
+        if scene is None or pose is None:
+            return 0.0
+        return object_depth_m(scene, mark.object_name, pose, frame)
+    x, y = int(mark.x_px), int(mark.y_px)
+    return depth_at_m(plate, x, y) if scene is None else renderer.scene_depth_m(shot, frame, x, y)

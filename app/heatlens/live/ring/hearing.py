@@ -2,17 +2,24 @@
 
 No datagram can raise an error here or use unlimited memory. Invalid datagrams are counted and
 ignored.
+
+Samples that were sent in several datagrams are reassembled.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Protocol
 
-from heatlens.live.ring.assembly import Assembly, Sender
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import sample_of
-from heatlens.live.ring.otrk_packet import RingPacketError, segment_of
+from heatlens.live.ring.otrk_packet import SEQUENCES, RingPacketError, Segment, segment_of
 from heatlens.live.ring.sources import SILENT_AFTER_S, RingSources
+
+MAX_SENDERS = 64
+MAX_SEGMENTS = 256  # of a sample; 64 kB in datagrams of usual size are 45
+Sender = tuple[object, ...]  # the address of a sender, as a socket reports it
 
 
 class Decoder(Protocol):
@@ -84,3 +91,79 @@ class Hearing:
             self.fault = str(error) if is_known else "a datagram cannot be read"
         else:
             self.taken += 1
+
+
+@dataclass
+class _Unfinished:
+    """Segments of a sample that do not overlap, in the order of their offsets."""
+
+    segments: list[Segment] = field(default_factory=list)
+
+    def take(self, segment: Segment) -> bool:
+        """Add a segment, or return False if it cannot be of the same sample as the others."""
+        held = self.segments
+        if segment in held:  # the network has sent it twice
+            return True
+        found = sorted((*held, segment), key=lambda one: one.offset)
+        if len(found) > MAX_SEGMENTS or not all(_can_follow(*pair) for pair in pairwise(found)):
+            return False
+        self.segments = found
+        return True
+
+    @property
+    def is_whole(self) -> bool:
+        """True if the segments are all of the sample's text."""
+        held = sum(len(one.payload) for one in self.segments)
+        return self.segments[-1].is_last and self.segments[-1].end == held
+
+    @property
+    def text(self) -> bytes | None:
+        """The text of a complete sample; None if datagrams of two samples were mixed up."""
+        is_one = _is_numbered([one.sequence for one in self.segments])
+        return b"".join(one.payload for one in self.segments) if is_one else None
+
+
+class Assembly:
+    """Keeps at most one incomplete sample for each of a few senders.
+
+    An incomplete sample is lost when a datagram of another one arrives; `lost` counts these.
+    """
+
+    def __init__(self) -> None:
+        self.lost = 0
+        self._unfinished: dict[Sender, _Unfinished] = {}
+
+    def add(self, sender: Sender, segment: Segment) -> bytes | None:
+        """Add a segment; return the text of its sample if that is now complete."""
+        held = self._unfinished.get(sender)
+        if held is None or not held.take(segment):
+            held = self._begin(sender, segment)
+        if not held.is_whole:
+            return None
+        del self._unfinished[sender]
+        self.lost += held.text is None
+        return held.text
+
+    def _begin(self, sender: Sender, segment: Segment) -> _Unfinished:
+        """Drop an incomplete sample of this sender, or the oldest one to make room."""
+        self.lost += self._unfinished.pop(sender, None) is not None
+        if len(self._unfinished) >= MAX_SENDERS:
+            self._unfinished.pop(next(iter(self._unfinished)))
+            self.lost += 1
+        return self._unfinished.setdefault(sender, _Unfinished([segment]))
+
+
+def _can_follow(before: Segment, after: Segment) -> bool:
+    """Return whether a segment can lie behind another one in the text of a sample."""
+    is_behind = before.offset < after.offset and before.end <= after.offset and not before.is_last
+    steps = (after.sequence - before.sequence) % SEQUENCES
+    return is_behind and before.encoding is after.encoding and steps < MAX_SEGMENTS
+
+
+def _is_numbered(sequences: Sequence[int]) -> bool:
+    """Return whether each datagram has the next number, or all have that of their sample.
+
+    The sender of the standard numbers datagrams; others number samples.
+    """
+    steps = {(after - before) % SEQUENCES for before, after in pairwise(sequences)}
+    return steps <= {1} or steps == {0}

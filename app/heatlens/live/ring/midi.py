@@ -8,9 +8,8 @@ from typing import Any, cast
 
 from heatlens.base.errors import InputError
 from heatlens.live.ring.address import parse_ring_address
-from heatlens.live.ring.pad import PadInput
 from heatlens.live.ring.receiver import LensReceiver
-from heatlens.live.ring.ring_input import Controls, RingInput
+from heatlens.live.ring.ring_input import Controls, PadInput, RingInput
 
 _CONTROL_MOST, _BEND_MOST = 127.0, 16383.0
 

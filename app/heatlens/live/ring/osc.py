@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from threading import get_ident
 
 from heatlens.base.errors import InputError
-from heatlens.live.ring.assembly import Sender
+from heatlens.live.ring.hearing import Sender
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.otrk_packet import RingPacketError
 from heatlens.model.option import Values

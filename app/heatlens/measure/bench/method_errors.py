@@ -20,8 +20,8 @@ from heatlens.measure.bench import bounded, methods
 from heatlens.measure.bench.bounded import Patience, Say
 from heatlens.measure.bench.entrants import entrants, most_views
 from heatlens.measure.bench.frames import BenchFrames, Frame, SceneFrame
+from heatlens.measure.bench.methods import wall_framing
 from heatlens.measure.bench.synthetic_plate import LENS
-from heatlens.measure.bench.synthetic_scene import wall_framing
 from heatlens.measure.compare.metrics import score
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens

@@ -1,17 +1,31 @@
-"""Measure the time of every method against the amount of blur."""
+"""Measure the time of every method against the amount of blur.
+
+Methods that need a scene get a wall, with the same blur everywhere.
+"""
 
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from heatlens.measure.bench import bounded
 from heatlens.measure.bench.bounded import Patience, Say
 from heatlens.measure.bench.entrants import entrants
 from heatlens.measure.bench.frames import BenchFrames, Frame
 from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
-from heatlens.measure.bench.synthetic_scene import uniform_coc_scene, wall_framing
+from heatlens.model.coc import coc_line
+from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
+from heatlens.plate.picture.display import srgb_encoded
+from heatlens.scene.scene import Daylight, Instance, Material, Mesh, Scene
 
 METHOD_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+_SQUARES = (96, 54)  # twice as many triangles: about those of the built-in scene
+_BLACK = (0.0, 0.0, 0.0)
+_NIGHT = Daylight(sun=_BLACK, zenith=_BLACK, horizon=_BLACK, ground=_BLACK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,3 +80,62 @@ def _uniform(
         scene = uniform_coc_scene(size, coc_px)
         return frames.scene_frame(scene, wall_framing(size), LENS, settings)
     return frames.frame(uniform_coc_plate(size, coc_px), LENS, settings)
+
+
+def uniform_coc_scene(size: tuple[int, int], diameter_px: float, lens: Lens = LENS) -> Scene:
+    """Return a wall across the view that emits the colours of `uniform_coc_plate`, up to white.
+
+    The wall is in front of the focus, where |coc| is `diameter_px`; behind the focus |coc| cannot
+    exceed its value at infinity. The picture repeats beyond its border, so that no point of the
+    lens sees past it.
+    """
+    distance_m = wall_m(size[0], diameter_px, lens)
+    wall = _wall(size, diameter_px, distance_m, lens)
+    glow = Material("wall", _BLACK, emission=(1.0, 1.0, 1.0), emission_map=0)
+    here = Instance("wall", 0, np.eye(4))
+    picture = _picture(size, diameter_px)
+    return Scene(Path("synthetic"), (wall,), (here,), (glow,), (picture,), daylight=_NIGHT)
+
+
+def wall_framing(size: tuple[int, int]) -> Framing:
+    """Return the framing of a camera in the origin that looks along -z."""
+    pose = looking_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    return Framing(*size, track=CameraTrack((PoseKey(1, pose),)))
+
+
+def wall_m(width_px: int, diameter_px: float, lens: Lens) -> float:
+    """Return the distance in metres at which the coc is -`diameter_px`."""
+    line = coc_line(lens, width_px)
+    return line.per_dioptre_px / (-diameter_px - line.at_infinity_px)
+
+
+def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens) -> Mesh:
+    """Return a wall of _SQUARES over the picture, plus `margin_px` around them; uv is 0 to 1."""
+    x, y = (
+        np.array([-margin_px, *np.linspace(0, side, count + 1), side + margin_px])
+        for side, count in zip(size, _SQUARES, strict=True)
+    )
+    pixels = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    pixel_m = distance_m * lens.sensor_width_mm / (size[0] * lens.focal_length_mm)
+    across, down = (pixel_m * (pixels - np.array(size) / 2)).T
+    positions = np.stack([across, -down, np.full_like(down, -distance_m)], axis=1)
+    return Mesh(
+        positions.astype(np.float32),
+        np.tile(np.array((0.0, 0.0, 1.0), np.float32), (len(positions), 1)),
+        (pixels / size).astype(np.float32),
+        _triangles(len(x), len(y)),
+    )
+
+
+def _triangles(columns: int, rows: int) -> NDArray[np.uint32]:
+    """Return two triangles for each square of a grid of corners, front side towards +z."""
+    corner = np.arange(columns * rows, dtype=np.uint32).reshape(rows, columns)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
+
+
+def _picture(size: tuple[int, int], diameter_px: float) -> NDArray[np.uint8]:
+    light = uniform_coc_plate(size, diameter_px).color
+    shown = np.ones_like(light)
+    shown[..., :3] = np.clip(srgb_encoded(light[..., :3]), 0.0, 1.0)
+    return np.asarray(np.rint(255 * shown), np.uint8)
