@@ -19,9 +19,8 @@ from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.rendered_pull import RenderedPull
 from heatlens.session.shot.editing import Editing
 
-ScreenLook = tuple[
-    float, float, int, bool
-]  # exposure in stops, gamma, view transform, with mipmaps
+# Exposure in stops, gamma, version of the view transform, with mipmaps.
+ScreenLook = tuple[float, float, int, bool]
 
 
 @dataclass(frozen=True, eq=False)
