@@ -39,7 +39,7 @@ def test_a_mirrored_camera_gives_its_lens_alone(usd_path):
     stage.GetRootLayer().Save()
     found = usd_camera(str(usd_path))
     assert found.world_to_camera is None and found.focal_length_mm == (50.0,)
-    assert "shears or mirrors: it is left out" in found.notes[-1]
+    assert "shears or mirrors, and is left out" in found.notes[-1]
 
 
 def test_one_of_several_cameras_is_named(usd_path):

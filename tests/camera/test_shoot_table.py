@@ -103,7 +103,7 @@ def test_a_distance_without_a_unit_is_taken_for_metres_and_that_is_said(tmp_path
     path.write_text("frame,focus,f-stop\n1,2.5,2\n")
     camera = read_camera(str(path))
     assert camera.focus_distance_m == (2.5,)
-    assert "taken for metres" in camera.notes[0]
+    assert "taken as metres" in camera.notes[0]
 
 
 def written(tmp_path, text: str):
@@ -118,8 +118,10 @@ def test_each_cell_may_have_its_own_unit(tmp_path):
     assert camera.focus_distance_m == pytest.approx((1.905, 1.8288, 1.5, 7.0))
     assert camera.focus_without_unit_m == ()
     assert camera.notes == (
-        "The focus stands without a unit in 1 of 4 rows and is taken for metres; --table-unit "
-        "focus=mm, cm, ft or in says another.",
+        (
+            "The focus has no unit in 1 of 4 rows and is taken as metres; for another, give "
+            "--table-unit focus=mm, cm, ft or in."
+        ),
     )
 
 
@@ -157,7 +159,7 @@ def test_a_focus_in_a_smaller_unit_is_doubted_before_the_depths_of_the_plate(
     assert f"If {named} are meant, say --table-unit focus={unit}." in said
     assert f"--table-unit focus={unit}." in stderr_of_run(capsys, 2, *words, "--strict")
     said = stderr_of_run(capsys, 0, *words, "--strict", "--table-unit", f"focus={unit}")
-    assert "meant" not in said and "without a unit" not in said
+    assert "meant" not in said and "has no unit" not in said
     assert read_shot(shot).lens_at(1001).focus_distance_m == pytest.approx(2.0)
 
 
@@ -188,7 +190,7 @@ def test_a_unit_that_is_none_is_refused(option, tmp_path, capsys):
     assert option in stderr_of_run(capsys, 2, *words, typed, "--lens-from", tmp_path / "t.csv")
     assert "--lens-from names" in stderr_of_run(capsys, 2, *words, "focus=mm")
     said = stderr_of_run(capsys, 2, *words, "focus=mm", "--lens-from", tmp_path / "cam.json")
-    assert "no table of a shoot" in said
+    assert "is not a shoot table" in said
 
 
 def test_columns_that_are_not_understood_are_named(tmp_path):

@@ -178,7 +178,7 @@ def test_a_shot_that_is_there_is_only_replaced_when_asked(capsys, folder):
         ),
         ((*LENS, *PULL, "--key", "squeeze@5=3"), "squeeze must be 1 to 2"),
         ((*LENS, *PULL, "--mark", "A"), "--mark takes NAME=DISTANCE or NAME@X,Y; got 'A'"),
-        ((*LENS, *PULL, "--mark", "A@5"), "--mark takes a pixel as NAME@X,Y; got 'A@5'"),
+        ((*LENS, *PULL, "--mark", "A@5"), "--mark takes a pixel as NAME@X,Y, got 'A@5'"),
         ((*LENS, *PULL, "--mark", "A=1", "--mark", "A=2"), "Two marks are called A."),
         ((*LENS, *PULL, "--frames", "1100-1001"), "run backwards"),
         ((*LENS, *PULL, "--fps", "0"), "Frames per second must be above 0"),

@@ -26,7 +26,7 @@ from support.exports import files_in, refused
         ("n.####.exr", ("--start-timecode", "ten"), "not a timecode"),
         ("n.####.exr", ("--start-timecode", "10:00:00;00"), "and not 24 frames a second: write 10"),
         ("n.####.exr", ("--start-timecode", "10:00:00:24"), "frames go from 00 to 23"),
-        ("n.####.png", ("--start-timecode", "10:00:00:00"), ".png has no place for a timecode"),
+        ("n.####.png", ("--start-timecode", "10:00:00:00"), ".png cannot hold a timecode"),
         ("n.####.exr", ("--proxy", "2"), "proxy"),
         ("n.####.exr", ("--chunk", "2"), "--submit"),
         ("n.####.exr", ("--plate", "nix.####.exr"), "nix.####.exr"),

@@ -73,7 +73,7 @@ def test_mitsubas_distances_along_the_ray_become_planar(server, channel):
     values = picture(90, 60)
     values[..., 3] = 10.0
     show(server, "render", values, ["R", "G", "B", channel])
-    assert server.snapshot() is None and "radial depth becomes planar" in server.problem
+    assert server.snapshot() is None and "radial depth to planar" in server.problem
     options = PlateOptions(focal_length_mm=18.0, sensor_width_mm=36.0)
     plate = server.snapshot(options=options)
     x, y = 44.5 * 36 / 90 / 18, 29.5 * 36 / 90 / 18

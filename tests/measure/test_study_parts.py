@@ -72,7 +72,7 @@ def test_a_record_that_is_not_ours_protects_nothing(tmp_path, record):
     (tmp_path / "r").mkdir()
     (tmp_path / "r" / "a").write_text("a")
     (tmp_path / "r" / "study.json").write_text(record)
-    with pytest.raises(InputError, match="no report of heatlens"):
+    with pytest.raises(InputError, match="not a heatlens report"):
         report_at(tmp_path / "r", "b.png")
 
 
@@ -91,7 +91,7 @@ def test_a_record_protects_what_no_report_writes(tmp_path, name):
     record = {"heatlens_study": 1, "files": [name, "study.json", "index.html", 3, None]}
     (folder / "study.json").write_text(json.dumps(record))
     before = sorted(folder.iterdir())
-    with pytest.raises(InputError, match="no report of heatlens"), report_folder(folder):
+    with pytest.raises(InputError, match="not a heatlens report"), report_folder(folder):
         pass
     assert sorted(folder.iterdir()) == before
 

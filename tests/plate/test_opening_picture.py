@@ -92,7 +92,7 @@ def test_light_beside_the_axis_is_told(tmp_path: Path) -> None:
     light = np.zeros((64, 64), np.uint8)
     light[24:40, 40:56] = 255
     (note,) = read_opening_image(saved(tmp_path / "a.png", light)).notes
-    assert "50 % of the radius beside the middle" in note
+    assert "50 % of the radius off the centre" in note
 
 
 @pytest.mark.parametrize("bad", ["missing", "folder", "text", "black", "corners", "nan", "cut"])

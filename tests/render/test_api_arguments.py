@@ -127,7 +127,7 @@ def test_every_argument_has_its_name_in_the_hints():
         ({"f_stop": "2.8"}, r"f_stop must be a number, got '2\.8': write 2\.8\."),
         ({"f_stop": [1, 2]}, r"f_stop must be a number, got \[1, 2\]\."),
         ({"f_stop": True}, "f_stop must be a number, got True"),
-        ({"f_stop": 10**400}, "f_stop is a number too large"),
+        ({"f_stop": 10**400}, "f_stop is too large a number"),
         ({"focus_at": (10.5, 10)}, r"focus_at must be a pixel \(x, y\), two whole numbers"),
         ({"focus_at": 5}, r"focus_at must be a pixel \(x, y\), two whole numbers, got 5"),
         ({"views": 66.5}, "views must be a whole number"),
@@ -158,7 +158,10 @@ def test_a_wrong_argument_of_render_is_told_what_would_help(given, words):
         (lambda p: heatlens.open(p, strict="no"), "strict must be True or False, got 'no'"),
         (lambda p: heatlens.open(p, depth_kind="flat"), "depth_kind is one of auto, planar"),
         (lambda p: heatlens.open(p, f_stop=2), "in open: it is an argument of render"),
-        (lambda p: heatlens.open(p).render(frame=99), r"p\.exr is one picture: leave frame out"),
+        (
+            lambda p: heatlens.open(p).render(frame=99),
+            r"p\.exr is a single picture: leave frame out",
+        ),
         (lambda p: heatlens.open("demo", size=(64.5, 36)), r"a size \(width, height\)"),
     ],
 )

@@ -86,7 +86,7 @@ def test_points_that_lie_nowhere_are_left_out_and_said(tmp_path):
     scene = read_scene(tmp_path / "a.ply")
     assert (
         scene.triangle_count == 32 * (len(rows) - 1)
-        and "1 points have no valid place" in scene.notes[0]
+        and "1 points have no valid position" in scene.notes[0]
     )
 
 

@@ -110,7 +110,7 @@ def test_a_picture_is_not_rendered_over_one_that_a_scene_names(capsys, scene):
     for name in ("a map.png", "hard.png"):
         out = str(scene.parent / name)
         assert main(["render", str(scene), "-o", out, "--f-stop=2", "--focus-distance=2"]) == 2
-        assert "is a part of square.gltf" in capsys.readouterr().err
+        assert "is part of square.gltf" in capsys.readouterr().err
     assert path.read_bytes() == before
 
 

@@ -135,7 +135,7 @@ def test_an_export_that_cannot_begin_says_so_and_the_next_one_can(monkeypatch, t
     with monkeypatch.context() as broken:
         owner = export_process.subprocess if part == "Popen" else export_process
         broken.setattr(owner, part, fails)
-        with pytest.raises(InputError, match=r"The export to .* could not begin: Too many open"):
+        with pytest.raises(InputError, match=r"The export to .* could not start: Too many open"):
             run.export(shot, str(tmp_path / "a.####.exr"))
     assert not run.is_busy and run.state is None and not list(left.iterdir())
     run.export(shot, str(tmp_path / "a.####.exr"))
@@ -146,5 +146,7 @@ def test_an_export_that_cannot_begin_says_so_and_the_next_one_can(monkeypatch, t
 
 def test_what_stays_of_a_stopped_export_is_told_of_frames_and_of_movies():
     frames, movie = (ExportState("t", output=name) for name in ("o.####.exr", "o.MOV"))
-    assert frames.when_stopped == "Finished frames stay; exporting again goes on with the rest."
-    assert movie.when_stopped == "A movie is whole or not there; exporting again begins it anew."
+    assert (
+        frames.when_stopped == "Finished frames are kept; exporting again continues with the rest."
+    )
+    assert movie.when_stopped == "An unfinished movie is deleted; exporting again starts over."

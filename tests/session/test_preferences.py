@@ -282,7 +282,7 @@ def test_where_nothing_can_be_written_it_is_said_once(tmp_path):
     (tmp_path / "file").write_text("")
     preferences = Preferences.load(tmp_path / "file" / "heatlens")
     preferences.opened("a.exr")
-    with pytest.raises(InputError, match="Preferences are not kept"):
+    with pytest.raises(InputError, match="Preferences cannot be saved"):
         write(preferences)
     preferences.opened("b.exr")
     write(preferences)

@@ -100,7 +100,7 @@ def test_an_impossible_lens_is_said_and_not_taken(hand, receiver, editing, said)
     receiver.hears(focus_distance_m=0.01)
     hand.poll()
     assert editing.lens == before
-    assert "not taken over" in said[-1]
+    assert "cannot be used" in said[-1]
 
 
 def test_a_ring_that_is_not_followed_changes_nothing(hand, receiver, editing):

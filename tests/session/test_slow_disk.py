@@ -196,7 +196,7 @@ def test_preferences_that_cannot_be_written_are_said_once(renderer, tmp_path):
         session.remember()
     session.files.documents.store.write(lambda: None).result(PATIENCE_S)
     session.poll()
-    assert len(said) == 1 and "Preferences are not kept" in said[0]
+    assert len(said) == 1 and "Preferences cannot be saved" in said[0]
     session.close()
 
 

@@ -88,7 +88,7 @@ def test_an_export_does_not_replace_the_depth_that_it_reads(tmp_path):
         plate_options=PlateOptions(depth_source=str(depth)),
     )
     planned(ExportJob(shot, (1,), parse_output(tmp_path / "out.exr")))
-    with pytest.raises(InputError, match=r"depth\.exr is an input of the export"):
+    with pytest.raises(InputError, match=r"depth\.exr is an input of this export"):
         planned(ExportJob(shot, (1,), parse_output(depth)))
 
 

@@ -165,7 +165,7 @@ def test_the_lens_follows_that_of_the_renderer_where_nobody_has_overruled_it(ctx
         gui.until(lambda: gui.session.facts.lens.f_stop == 8, "what has changed")
         assert gui.session.facts.lens.focus_distance_m == 2.0
         lens_sent(gui, focal_length_mm=35, focus_distance_m=0.02)  # within the focal length
-        gui.until(lambda: "not taken over" in gui.session.messages.text, "a sentence")
+        gui.until(lambda: "cannot be used" in gui.session.messages.text, "a sentence")
         assert gui.session.facts.lens.f_stop == 8
 
 

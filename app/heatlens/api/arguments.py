@@ -117,7 +117,7 @@ def number(name: str, value: object, parse: Callable[[str], object] | None = Non
     try:
         return float(value)
     except OverflowError:
-        raise InputError(f"{name} is a number too large for anything.") from None
+        raise InputError(f"{name} is too large a number.") from None
 
 
 def _number_meant(text: str, parse: Callable[[str], object] | None) -> str:
@@ -162,7 +162,7 @@ def text(name: str, value: Any) -> str:
     except UnicodeEncodeError:
         is_usable = False
     if not is_usable:
-        raise InputError(f"{name} holds characters that no name can have: {shown(found)}.")
+        raise InputError(f"{name} holds characters that a name cannot have: {shown(found)}.")
     return found
 
 

@@ -97,5 +97,5 @@ def check_frame(text: str, frame: int, frames: tuple[int, ...], whole: str = "")
         return
     if frames == (1,) or whole:
         more = f", or open {whole} for its sequence" if whole else ""
-        raise InputError(f"{text} is one picture: leave frame out{more}.")
+        raise InputError(f"{text} is a single picture: leave frame out{more}.")
     raise InputError(f"{text} has no frame {frame}: there are {frames_text(frames) or 'none'}.")

@@ -84,7 +84,7 @@ class Source(Asked, Closing):
 
     def _facts(self) -> Facts:
         if not self.frames:
-            raise InputError("The shot has no frame of its plates.")
+            raise InputError("None of the shot's plates is on the disk.")
         return self._facts_at(self.frames[0])
 
     def __len__(self) -> int:

@@ -44,7 +44,7 @@ def unreadable(path: Path, error: OSError | None = None) -> InputError:
         return InputError(f"{path} is a folder, not a file.")
     if not os.path.lexists(path):
         return InputError(f"{path} is not there.")
-    why = (error.strerror or str(error)) if error is not None else "it is no file"
+    why = (error.strerror or str(error)) if error is not None else "it is not a file"
     return InputError(f"{path} cannot be read: {why}.")
 
 
@@ -61,7 +61,7 @@ def file_and_status(path: Path) -> tuple[bytes, os.stat_result]:
     with open(opened, "rb") as file:
         status = os.fstat(opened)
         if not stat.S_ISREG(status.st_mode):
-            raise OSError(errno.EINVAL, "it is no file", str(path))
+            raise OSError(errno.EINVAL, "it is not a file", str(path))
         return file.read(), status
 
 

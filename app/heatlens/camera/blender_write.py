@@ -29,7 +29,7 @@ _ROTATION_ORDER = "XYZ"  # Blender's own
 _SCRIPT = '''\
 """A lens of heatlens for Blender: run it in the text editor, or blender SCENE --python THIS_FILE.
 
-The camera of the scene takes it, or the one that CAMERA names; where there is none, a new one.
+It goes to the scene's camera, or to the one named in CAMERA; if there is none, one is added.
 """
 
 import math

@@ -82,7 +82,7 @@ def read_camera(
     if (table := _shoot_table(text, path)) is not None:
         return read_shoot_table(*table, focus_unit_m)
     if focus_unit_m is not None:
-        raise InputError(f"{text} is no table of a shoot, so --table-unit says nothing of it.")
+        raise InputError(f"{text} is not a shoot table, so --table-unit does not apply.")
     camera = _camera_named(text, path, scene_unit_m, up_axis)
     if camera.aperture_image is None:
         return camera

@@ -159,16 +159,14 @@ def _opening_notes(lens: Lens) -> tuple[str, ...]:
     """Return notes on the aperture image and on other values that a camera cannot hold."""
     lost = [name for name in LOST_OF_OPENING if getattr(lens, name) != PLAIN_OPENING[name]]
     notes = tuple(
-        f"the {options_of(Lens)[name].words} is lost: no camera holds it." for name in lost
+        f"the {options_of(Lens)[name].words} is lost: no camera format can hold it."
+        for name in lost
     )
     image = lens.aperture_image
     if image is None:
         return notes
-    return (
-        *notes,
-        f"the aperture image {image.path} is named beside the lens; heatlens reads it back, and "
-        "other programs do not render with it.",
-    )
+    lost = "heatlens reads it back; other programs do not render with it."
+    return *notes, f"the aperture image {image.path} is named beside the lens. {lost}"
 
 
 def _plate(shot: Shot) -> tuple[Sequence | None, tuple[str, ...]]:

@@ -28,8 +28,8 @@ def with_renderer_f_stop(camera: CameraSamples) -> CameraSamples:
     )
     note = (
         f"f-stop written as {_span(told)}, with which a CG renderer makes the discs of this "
-        f"{model.facts.words} at {_span(f_stops)}; that is kept beside it, and `--f-stop nominal` "
-        "writes it instead."
+        f"{model.facts.words} at {_span(f_stops)}; the nominal value is kept beside it, and "
+        "`--f-stop nominal` writes it instead."
     )
     return replace(camera, f_stop=told, nominal_f_stop=f_stops, notes=(*camera.notes, note))
 

@@ -81,8 +81,8 @@ def unreadable_notes(path: Path, table: ShootTable, lenses: Sequence[ShootLens])
                 f"{where}."
             )
         notes.append(
-            f"The column {column!r} cannot be read in {len(bad)} of {count} rows, where the value "
-            f"beside it is kept: {where}."
+            f"The column {column!r} cannot be read in {len(bad)} of {count} rows, which keep the "
+            f"neighbouring row's value: {where}."
         )
     return notes
 

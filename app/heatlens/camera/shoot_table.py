@@ -31,12 +31,12 @@ _OWN = {"focus_distance_m", "focal_length_mm", "nominal_f_stop", "f_stop", "up_a
 _OF_A_LENS = {"focus_distance_m", "focal_length_mm", "t_stop", "f_stop"}
 _READ = ("focal_length_mm", "f_stop", "focus_distance_m", "squeeze")
 _T_AS_F = (
-    "The iris is told in T-stops, which are taken for f-stops: the real f-stop is a little wider, "
-    "by what the glass swallows."
+    "The iris is in T-stops, which are taken as f-stops: the true f-stop is a little wider, by "
+    "the light that the glass absorbs."
 )
 _METRES = (
-    "The focus stands without a unit{0} and is taken for metres; --table-unit focus=mm, cm, ft or "
-    "in says another."
+    "The focus has no unit{0} and is taken as metres; for another, give --table-unit focus=mm, "
+    "cm, ft or in."
 )
 _TOLD = ("focus_distance_m", "f_stop", "focal_length_mm")
 

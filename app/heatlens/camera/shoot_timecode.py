@@ -78,9 +78,9 @@ def _matched(
     outside = len(timecodes) - len(kept)
     missing = 0 if frames is None else frames.count - len(kept)
     if outside:
-        words += f"; {outside} rows lie outside the shot and are left out"
+        words += f"; {outside} rows are outside the shot and were left out"
     if missing:
-        words += f"; {missing} frames of the shot have no row, and their lens lies between others'"
+        words += f"; {missing} frames of the shot have no row, and their lens is interpolated"
     return f"{words}."
 
 
@@ -88,8 +88,7 @@ def _nothing_matched(timecodes: Sequence[Timecode], of_shot: Placed) -> str:
     frame, start = of_shot
     return (
         f"No row of the table has a timecode of the shot: the rows go from {timecodes[0]} to "
-        f"{timecodes[-1]}, and frame {frame} is {start}. They stay on the frames that the table "
-        "counts."
+        f"{timecodes[-1]}, and frame {frame} is {start}. They keep the table's own frame numbers."
     )
 
 

@@ -229,7 +229,7 @@ def _placement(
     to_world[:, :3, 3] *= opened.meters_per_unit
     if not (is_one := are_rigid(to_world)).all():
         frame = frames[int(np.argmin(is_one))]
-        return None, (f"its placement at frame {frame} shears or mirrors: it is left out.",)
+        return None, (f"its transform at frame {frame} shears or mirrors, and is left out.",)
     return tuple(map(matrix_of, np.linalg.inv(to_world).tolist())), ()
 
 

@@ -92,8 +92,8 @@ class ColorConfig:
             if space is not None:
                 return str(space.getName())
         raise InputError(
-            f"{self.source}: neither a linear Rec.709 space nor the role scene_linear is in "
-            "it, so nothing says what the plate's colours mean. Add that role."
+            f"{self.source}: it has neither a linear Rec.709 space nor the role scene_linear, so "
+            "the plate's colours cannot be interpreted. Add that role."
         )
 
     def space_called(self, *names: str) -> str | None:
@@ -144,7 +144,7 @@ def _read(address: str, source: str) -> object:
     """Read the config; an error in one of its views appears only when that view is used."""
     library = ocio()
     if not address.isprintable():  # bytes of another encoding arrive as surrogates
-        raise InputError(f"{source!a}: OpenColorIO takes paths in Unicode only. Rename the file.")
+        raise InputError(f"{source!a}: OpenColorIO accepts only Unicode paths. Rename the file.")
     _check_file(Path(address), source)
     try:
         config = library.Config.CreateFromFile(address)

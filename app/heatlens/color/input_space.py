@@ -85,8 +85,8 @@ def _note(config: ColorConfig | None, told: HeaderPrimaries, usual: str) -> str:
     if told.known is not None and config is not None:
         problem = f"{config.source} has no {told.known.name}, which is the header's"
     else:
-        problem = "No space that heatlens knows has the header's"
+        problem = "heatlens knows no colour space with the header's"
     return (
-        f"{problem} {told.attribute} ({told.value}): the light is taken as {usual} until another "
+        f"{problem} {told.attribute} ({told.value}): the plate is read as {usual} until another "
         "input space is chosen."
     )

@@ -91,8 +91,9 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
         "--solver",
         choices=("auto", *map(str, SOLVERS)),
         default="auto",
-        help="how the lines are solved: sweep suits processors, partition suits GPUs, cyclic is "
-        "that of the 2006 memo, for comparison; auto (default) is what `render` uses here",
+        help="how the lines are solved: sweep suits CPUs, partition suits GPUs, cyclic is the "
+        "method of the 2006 memo, for comparison; auto (default) is what `render` uses on "
+        "this machine",
     )
     group.add_argument(
         "--runs",
@@ -115,7 +116,9 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
     add_drag_options(parser, group)
     add_scene_options(parser, group)
     _add_method_options(group)
-    group.add_argument("--json", action="store_true", help="one JSON object instead of tables")
+    group.add_argument(
+        "--json", action="store_true", help="print one JSON object instead of tables"
+    )
 
 
 def _add_method_options(group: "argparse._ArgumentGroup") -> None:
@@ -164,7 +167,7 @@ def run(args: argparse.Namespace) -> int:
     if args.shown is not None:
         return run_scene(args, settings)
     if args.frames is not None:
-        raise InputError("--frames are those of a scene: name one, as in bench --methods demo.")
+        raise InputError("--frames needs a scene, as in bench --methods demo.")
     _check_methods(args, settings)
     check_drag(args)
     frames = BenchFrames(headless_context(), args.solver)

@@ -105,8 +105,9 @@ def _shot(args: argparse.Namespace) -> Shot:
 def _check_kind(source: str) -> None:
     if not kind_of(source).has_camera:
         raise InputError(
-            f"{source} is {kind_of(source).article_word}, and the truth is seen from many points "
-            "of the lens: give a 3D scene. `heatlens study --truth` takes a finished picture."
+            f"{source} is {kind_of(source).article_word}, but the truth needs views from many "
+            "points of the lens: give a 3D scene. `heatlens study --truth` takes a finished "
+            "picture."
         )
 
 

@@ -100,7 +100,7 @@ def _add_send_options(parser: argparse.ArgumentParser) -> None:
         help="play the lens in real time to another heatlens, an engine or a follow-focus: "
         "opentrackio for this machine, or opentrackio://HOST:PORT",
     )
-    group.add_argument("--repeat", action="store_true", help="send again and again, until Ctrl-C")
+    group.add_argument("--repeat", action="store_true", help="repeat until Ctrl-C")
     group.add_argument(
         "--encoding", choices=[it.name.lower() for it in Encoding], help="of --send (default: json)"
     )
@@ -121,10 +121,10 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--scene-unit",
         metavar="UNIT",
-        help="unit of the world that the headers place the camera in (default: as the shot reads "
+        help="unit of the camera positions in the headers (default: as the shot reads "
         "the plate's depth)",
     )
-    group.add_argument("--up-axis", choices=("y", "z"), help="what is up in that world (default y)")
+    group.add_argument("--up-axis", choices=("y", "z"), help="up axis of that world (default y)")
     add_timing_options(parser.add_argument_group("3D scene"))
 
 
@@ -234,7 +234,7 @@ def _check_frames(args: argparse.Namespace, camera: CameraSamples) -> None:
     own = FrameRange(camera.frames[0], camera.frames[-1])
     if args.frames and parse_frame_range(args.frames) != own:
         raise InputError(
-            f"--frames {args.frames} is for shots; {args.source} is a camera already, with frames "
+            f"--frames {args.frames} is for shots; {args.source} is already a camera, with frames "
             f"{own}: leave --frames out."
         )
 
@@ -242,7 +242,7 @@ def _check_frames(args: argparse.Namespace, camera: CameraSamples) -> None:
 def _refuse_shot_options(args: argparse.Namespace) -> None:
     """Refuse options of a shot for a camera file, and an output that is the camera file."""
     if args.sensor_height is not None:
-        raise InputError(f"--sensor-height is for shots; {args.source} is a camera already.")
+        raise InputError(f"--sensor-height is for shots; {args.source} is already a camera.")
     if args.output is not None and args.output.exists() and os.path.exists(args.source):
         if os.path.samefile(args.output, args.source):
             raise InputError(f"{args.output} is the input camera: give another name.")

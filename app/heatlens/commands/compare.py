@@ -70,8 +70,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         description=_DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("result", type=Path, metavar="RESULT", help="the picture to judge")
-    parser.add_argument("truth", type=Path, metavar="TRUTH", help="what it should be")
+    parser.add_argument("result", type=Path, metavar="RESULT", help="the picture to measure")
+    parser.add_argument("truth", type=Path, metavar="TRUTH", help="the reference picture")
     parser.add_argument("--json", action="store_true", help="print the scores as one JSON object")
     _add_limits(parser)
     _add_difference(parser)
@@ -96,15 +96,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _add_limits(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("limits", "The exit code is 1 if one is missed.")
+    group = parser.add_argument_group("limits", "The exit code is 1 if a limit is missed.")
     group.add_argument(
-        "--min-psnr", type=_within(0, PSNR_MOST_DB), metavar="DB", help="PSNR at least this, in dB"
+        "--min-psnr", type=_within(0, PSNR_MOST_DB), metavar="DB", help="lowest PSNR allowed, in dB"
     )
     group.add_argument(
-        "--min-ssim", type=_within(-1, 1), metavar="S", help="SSIM at least this, up to 1"
+        "--min-ssim", type=_within(-1, 1), metavar="S", help="lowest SSIM allowed, up to 1"
     )
     group.add_argument(
-        "--max-flip", type=_within(0, 1), metavar="F", help="FLIP at most this, 0 to 1"
+        "--max-flip", type=_within(0, 1), metavar="F", help="highest FLIP allowed, 0 to 1"
     )
 
 
@@ -149,7 +149,7 @@ def _shared_pixels(result: Picture, truth: Picture) -> tuple[FloatImage, FloatIm
     if region != result.data_window or region != truth.data_window:
         say(
             f"the data windows differ: only the {region.width} x {region.height} pixels at "
-            f"({region.x0}, {region.y0}) that both files hold are compared"
+            f"({region.x0}, {region.y0}) common to both files are compared"
         )
     pixels = result.over(region), truth.over(region)
     bad = nonfinite_count(pixels[1])

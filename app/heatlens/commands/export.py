@@ -81,7 +81,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--job",
         type=Path,
         metavar="FILE",
-        help="options as JSON, as the window hands them over; those that are typed go first",
+        help="options as JSON, as the window passes them; options on the command line take "
+        "precedence",
     )
     parser.set_defaults(run=run)
 
@@ -138,7 +139,7 @@ def add_send_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument_group("sending live").add_argument(
         "--send",
         metavar="PROTOCOL[://HOST:PORT]",
-        help="send the lens of each frame that is done, to an engine or another heatlens: "
+        help="send the lens of each finished frame to an engine or another heatlens: "
         "opentrackio for this machine, or opentrackio://HOST:PORT. `heatlens camera --send` plays "
         "it in real time",
     )

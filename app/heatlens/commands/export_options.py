@@ -64,10 +64,10 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
         "--progress",
         choices=("terminal", "json", "openjd"),
         default="terminal",
-        help="terminal: a line on stderr if that is one (default); json: a line on stdout for "
-        "each frame, and at the end one with the event end, or failed with a message; one that "
-        "was stopped or crashed ends without: exit code 130 (Ctrl-C), 143 (SIGTERM) or 70; openjd: "
-        "for a render farm",
+        help="terminal: a progress line on stderr if it is a terminal (default); json: one line "
+        "on stdout for each frame, then a last one with the event end, or failed with a "
+        "message. An export that is stopped or crashes writes no last line and exits with "
+        "130 (Ctrl-C), 143 (SIGTERM) or 70; openjd: for a render farm",
     )
 
 
@@ -84,7 +84,7 @@ def _add_farm_options(parser: argparse.ArgumentParser) -> None:
         help="render nothing, but print a job template of Open Job Description (YAML)",
     )
     group.add_argument(
-        "--chunk", type=whole, metavar="N", help="frames that a task renders (default 10)"
+        "--chunk", type=whole, metavar="N", help="frames rendered by each task (default 10)"
     )
 
 
@@ -144,9 +144,7 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
             "PNG, JPEG or a movie in addition."
         )
     if wrong:
-        raise InputError(
-            f"{', '.join(wrong)}: these options are for EXR; {output.suffix} has none of them."
-        )
+        raise InputError(f"{', '.join(wrong)}: these options are only for EXR.")
     _check_together(args, output)
 
 
@@ -157,8 +155,8 @@ def _check_together(args: argparse.Namespace, output: Output) -> None:
     has_place = output.is_exr or output.is_movie or args.burn_in
     if args.start_timecode is not None and not has_place:
         raise InputError(
-            f"--start-timecode: {output.suffix} has no place for a timecode but the picture. Give "
-            "--burn-in beside it."
+            f"--start-timecode: {output.suffix} cannot hold a timecode except in the picture. "
+            "Give --burn-in too."
         )
     if (args.burn_in_text or args.shot_name) and not args.burn_in and _is_typed(args):
         raise InputError("--burn-in-text and --shot-name are for --burn-in: give both.")
@@ -216,8 +214,8 @@ def _started(args: argparse.Namespace, shot: Shot) -> Shot:
         shot = replace(shot, frames=source_of(shot).frames)
     if shot.span is None and args.submit is not None:
         raise InputError(
-            "--start-timecode: a still has no first frame, and each task of a farm would start "
-            "counting anew. Make a shot with frames: heatlens shot new --frames 1-48."
+            "--start-timecode: a still has no first frame, so each task of a farm would start "
+            "counting again. Make a shot with frames: heatlens shot new --frames 1-48."
         )
     return shot.started_at(args.start_timecode)
 

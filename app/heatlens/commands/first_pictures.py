@@ -43,7 +43,7 @@ def make_first_pictures(why: NoWindowError) -> int:
     write_whole(pull, _animation(list(_shown_frames(view))))
     print(f"{pull}    the street at night, the focus pulled from one walker to the next")
     print(
-        "\nOn with these, or with a plate or scene of your own:\n"
+        "\nGo on with these, or with a plate or scene of your own:\n"
         f"  heatlens render {shlex.quote(str(plate))} -o lights.png --focus-at 330,60\n"
         "  heatlens render demo -o street.png --frame 120 --f-stop 1.4\n"
         "  heatlens export demo -o street/####.png --frames 60-90 --size 640x360\n"

@@ -60,14 +60,12 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         metavar="PLATE",
         help="one or more renders; a sequence; a folder; a 3D scene; or demo",
     )
-    parser.add_argument(
-        "--json", action="store_true", help="the same as JSON, for programs; see above"
-    )
+    parser.add_argument("--json", action="store_true", help="print JSON for programs; see above")
     add_plate_options(parser)
     lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
     lens.add_argument("--focal-length", type=number, metavar="MM", help="focal length in mm")
     lens.add_argument("--sensor-width", type=number, metavar="MM", help="width of the sensor in mm")
-    add_placing_options(parser.add_argument_group("a 3D scene whose file does not say it"))
+    add_placing_options(parser.add_argument_group("for a 3D scene whose file does not define it"))
     parser.set_defaults(run=run)
 
 

@@ -87,9 +87,8 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         required=True,
-        help=".exr; .png, .jpg or .tif for viewing, 8 bits, without what is overscan; "
-        "or - for an EXR on standard output. Replaces a file that is there, and makes one missing "
-        "folder",
+        help=".exr; .png, .jpg or .tif for viewing, with 8 bits and without overscan; or - for "
+        "an EXR on standard output. Replaces an existing file, and makes one missing folder",
     )
     add_pinhole_options(parser)
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
@@ -97,7 +96,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--compression", choices=COMPRESSIONS, help="of an EXR (default: that of the plate, or zip)"
     )
     add_keep_option(parser)
-    parser.add_argument("--stats", action="store_true", help="say where the time goes")
+    parser.add_argument("--stats", action="store_true", help="print the time of each step")
     add_display_options(parser)
 
 

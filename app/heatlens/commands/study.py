@@ -82,29 +82,30 @@ def _add_study_options(parser: argparse.ArgumentParser) -> None:
         dest="truth_views",
         type=whole,
         metavar="N",
-        help="of a scene without --truth: points of the lens that the truth is seen from "
+        help="for a scene without --truth: points of the lens for the truth "
         f"(default {_TRUTH_VIEWS}, {_FINER} times as many as the methods at least)",
     )
     group.add_argument(
         "--methods",
         type=_methods,
         metavar="A,B",
-        help="these alone, of " + ", ".join(Method) + " (default: all that the source allows)",
+        help="these alone, of "
+        + ", ".join(Method)
+        + " (default: all that are possible for the source)",
     )
     group.add_argument(
         "--runs",
         type=_count,
         default=3,
         metavar="N",
-        help="frames to take the median time of, after a warm-up (default 3); fewer of what is "
-        "slow",
+        help="frames for the median time, after a warm-up (default 3); fewer for slow methods",
     )
     group.add_argument(
         "--gain",
         type=positive,
         default=4.0,
         metavar="G",
-        help="how many times brighter than it is a difference is drawn (default 4)",
+        help="factor by which differences are brightened (default 4)",
     )
 
 
@@ -161,7 +162,7 @@ def _check_truth(args: argparse.Namespace, kind: SourceKind, judged: int) -> Non
         raise InputError(f"--views is for the truth of a 3D scene, and {truth}: leave it out.")
     if not least <= views <= VIEWS_MAX:
         raise InputError(
-            f"--views must be {least} to {VIEWS_MAX}, got {views}: the methods look from {judged} "
+            f"--views must be {least} to {VIEWS_MAX}, got {views}: the methods use {judged} "
             f"points, and a truth needs {_FINER} times as many."
         )
 

@@ -61,7 +61,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument(
         "--new-window",
         action="store_true",
-        help="open another window; else one that is running opens what is named without options",
+        help="open another window; otherwise, if one is running and no options are given, that "
+        "one opens the file",
     )
     _add_options(parser)
     parser.set_defaults(run=run)
@@ -77,21 +78,21 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const=str(DEFAULT_PORT),
         metavar="[HOST:]PORT",
-        help="show what a renderer sends as it would to the viewer tev, while it renders; port "
-        f"{DEFAULT_PORT} of this machine where none is given",
+        help="show what a renderer sends in the protocol of the viewer tev, while it renders "
+        f"(default: port {DEFAULT_PORT} of this machine)",
     )
     parser.add_argument(
         "--lens-in",
         metavar="PROTOCOL[://HOST:PORT]",
-        help="follow the lens of a camera as it is turned: opentrackio for what is sent to this "
-        "machine, opentrackio://239.135.1.1 for source 1 of a network; or a controller: "
-        "osc://:9000, midi:NAME for a port of this machine, pad for a game pad or a jog wheel",
+        help="follow the lens of a camera live: opentrackio for what is sent to this machine, "
+        "opentrackio://239.135.1.1 for source 1 of a network; or a controller: osc://:9000, "
+        "midi:NAME for a port of this machine, pad for a game pad or a jog wheel",
     )
     parser.add_argument(
         "--lens-out",
         metavar="opentrackio[://HOST:PORT]",
-        help="send the lens at the playhead as a camera sends its own, to an engine, a "
-        "follow-focus or another heatlens: opentrackio for this machine",
+        help="send the lens at the playhead to an engine, a follow-focus or another heatlens, as "
+        "a camera does: opentrackio for this machine",
     )
     parser.add_argument(
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
@@ -134,7 +135,7 @@ def _is_handed_over(args: argparse.Namespace) -> bool:
     name = args.plate if is_demo(args.plate) else os.path.abspath(os.path.expanduser(args.plate))
     if not hand_over([name]):
         return False
-    say(f"{args.plate} is open in the window that runs already; --new-window opens another.")
+    say(f"{args.plate} was opened in the running window; --new-window opens another.")
     return True
 
 
@@ -193,7 +194,7 @@ def _lens_out(args: argparse.Namespace) -> AbstractContextManager[LensSender | N
     address = opentrackio_address(args.lens_out)
     if args.lens_in is not None and args.lens_in.startswith("opentrackio"):
         if parse_ring_address(args.lens_in) == address:
-            raise InputError(f"--lens-in and --lens-out are both {address}: it would hear itself.")
+            raise InputError(f"--lens-in and --lens-out cannot share an address: {address}.")
     return LensSender(address)
 
 

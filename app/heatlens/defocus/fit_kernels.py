@@ -205,9 +205,11 @@ def main(words: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("names", nargs="*", default=[*POWERS], help="disc_2 to disc_5, or all")
     parser.add_argument("--starts", type=int, default=12, help="searches from random poles")
-    parser.add_argument("--seed", type=int, default=1, help="of the random poles")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the random poles")
     parser.add_argument("--from-stored", action="store_true", help="search from the stored poles")
-    parser.add_argument("--rank", type=int, help="images that rows hand to columns, at most")
+    parser.add_argument(
+        "--rank", type=int, help="images that the row pass hands to the column pass, at most"
+    )
     parser.add_argument("--rims", action="store_true", help="fit discs with bright and soft rims")
     parser.add_argument("-o", "--output", type=Path, help="write the kernels to this JSON file")
     args = parser.parse_args(words)

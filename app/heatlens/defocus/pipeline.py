@@ -147,7 +147,7 @@ class DefocusPipeline:
                 targets = BlurTargets(self._poles("poles", color.size, what.kernel), blurred)
                 yield from self._named("blur", self._passes.blur.steps(what, targets))
             case Method.ACCUMULATION | Method.RAYTRACED:
-                raise ValueError(f"{settings.method} draws a scene; a plate cannot be blurred so.")
+                raise ValueError(f"{settings.method} renders a 3D scene and cannot blur a plate.")
             case _:
                 assert_never(settings.method)
         return blurred

@@ -60,6 +60,8 @@ def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, .
     if plate.fragments is None or layers_for(settings) > 1:
         return ()
     return (
-        f"The method {settings.method} blurs in one layer and guesses what lies behind: only "
-        "diffusion takes it from files.",
+        (
+            f"The method {settings.method} blurs in one layer and guesses what lies behind; only "
+            "diffusion can take that from files."
+        ),
     )

@@ -94,7 +94,7 @@ def files() -> Iterator[Finding]:
         write_exr(path, {"Z": values}, window, window)
         ((_, channels),) = read_parts(path)
     same = np.array_equal(channels["Z"], values)
-    said = "written and read again" if same else "what was read is not what was written"
+    said = "written and read again" if same else "the data read differ from the data written"
     yield Finding("EXR", "ok" if same else "fault", said)
 
 

@@ -102,7 +102,7 @@ def _length(kit: LensKit, text: str) -> float:
             f"{text!r} is not a focal length in mm. Example: {kit.name}:{kit.lenses[0].longest:g}."
         ) from None
     if not 0 < asked < 1e6:
-        raise InputError(f"A focal length is above 0 mm, not {text}.")
+        raise InputError(f"A focal length must be above 0 mm, not {text}.")
     lens: KitLens = kit.nearest(asked)
     if lens.length_near(asked) != asked:
         raise InputError(kit.no_length(asked))

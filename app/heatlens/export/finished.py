@@ -88,7 +88,7 @@ def _movie_comment(path: Path) -> object:
         with library.open(str(path)) as container:
             return container.metadata.get("comment")
     except library.error.FFmpegError as error:
-        raise ValueError(f"{path} is not a whole movie") from error
+        raise ValueError(f"{path} is not a complete movie") from error
 
 
 def _marked(comment: object) -> str | None:

@@ -111,7 +111,7 @@ class Movie:
         if self._size != (width, height):
             first = "x".join(map(str, self._size))
             raise InputError(
-                f"{frame.plate.path} makes a picture of {width}x{height}, and the first frame was "
+                f"{frame.plate.path} gives a picture of {width}x{height}, but the first frame was "
                 f"{first}: a movie has one size. Export PNG or EXR frames instead."
             )
         self._check_room()

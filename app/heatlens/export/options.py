@@ -40,21 +40,21 @@ class ExportOptions:
     overwrite: bool = _frames(
         False,
         "overwrite",
-        "replace files too that no export of heatlens wrote; they are refused otherwise",
+        "also replace files that no export of heatlens wrote; otherwise they stop the export",
         label="overwrite files of other programs",
     )
     fps: float | None = _frames(
-        None, "fps", "of a movie, and of a glTF; default: the shot's", metavar="N"
+        None, "fps", "of a movie, and for playing a glTF (default: the shot's)", metavar="N"
     )
     start_timecode: str | None = _frames(
         None,
         "start timecode",
         "of the first frame of the shot, plates or scene, in EXR headers, movies and the "
-        "burn-in; HH:MM:SS;FF drops frame numbers at 29.97 and 59.94 (default: the shot's, else "
-        "what the headers of the plates tell)",
+        "burn-in; HH:MM:SS;FF means drop-frame, for 29.97 and 59.94 (default: the shot's, else "
+        "from the plates' headers)",
         metavar="HH:MM:SS:FF",
     )
-    is_float: bool = _exr(False, "float", "32 bits a channel (default: half)")
+    is_float: bool = _exr(False, "float", "32-bit float channels (default: half)")
     compression: Literal["none", "rle", "zips", "zip", "piz", "dwaa", "dwab"] = _exr(
         USUAL_COMPRESSION, "compression", "default zip"
     )
@@ -65,8 +65,8 @@ class ExportOptions:
     keep_channels: str = _exr(
         "",
         "keep channels",
-        "other layers and channels of the plate that are copied unchanged to an EXR: names "
-        "separated by commas, or all",
+        "other layers and channels of the plate to copy unchanged into an EXR: names separated "
+        "by commas, or all",
         metavar="NAMES",
     )
     burn_in: bool = _look(
@@ -78,15 +78,18 @@ class ExportOptions:
     burn_in_text: str = _look(
         USUAL,
         "burn in text",
-        "what that writes, with {frame} {timecode} {focus} {f_stop} {shot}; parts that two spaces "
-        f"set apart are left out where they have nothing to tell (default '{USUAL}')",
+        "text of the burn-in, with {frame} {timecode} {focus} {f_stop} {shot}; parts separated "
+        f"by two spaces are left out if they are empty (default '{USUAL}')",
         metavar="TEXT",
         label="burn-in text",
     )
     shot_name: str = _look(
-        "", "shot name", "{shot} in that; default: the name of the shot file", metavar="NAME"
+        "",
+        "shot name",
+        "{shot} in the burn-in (default: the name of the shot file)",
+        metavar="NAME",
     )
-    unit: Literal["m", "ft"] = _look("m", "unit", "of the distance in that (default m)")
+    unit: Literal["m", "ft"] = _look("m", "unit", "unit of the burn-in's distance (default m)")
 
 
 def of_group(group: str) -> tuple[str, ...]:

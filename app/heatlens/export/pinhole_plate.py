@@ -70,8 +70,8 @@ def with_overscan(pinhole: Pinhole, margin_px: int, peeled: Peeled | None = None
     if margin_px > most or overscan is None:
         frame = plate.display_window
         raise InputError(
-            f"{plate.path}: {margin_px} pixels of overscan are more than are drawn around a "
-            f"picture of {frame.width}x{frame.height}: {most} are the most."
+            f"{plate.path}: {margin_px} pixels of overscan are too many for a picture of "
+            f"{frame.width}x{frame.height}: at most {most}."
         )
     frame, own = plate.display_window, overscan.in_own_pixels
     color_tx, depth_tx = own.color, own.depth

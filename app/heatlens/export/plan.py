@@ -101,7 +101,7 @@ def _check_whole(plan: ExportPlan) -> None:
     """Raise InputError for plates without all of their pixels, before hours are spent on others."""
     found = cut_short(file.path for frame in plan.frames for file in frame.origin.files)
     if found:
-        what = "is empty" if found[0].stat().st_size == 0 else "ends before its last pixels"
+        what = "is empty" if found[0].stat().st_size == 0 else "is cut off before its last pixels"
         others = ", ".join(path.name for path in found[1:_NAMED_MOST])
         more = f", and so with {len(found) - 1} more ({others})" if others else ""
         raise InputError(
@@ -116,7 +116,7 @@ def _check_sources_stay(plan: ExportPlan) -> None:
     for frame in plan.frames:
         if os.path.realpath(frame.path) in read:
             raise InputError(
-                f"{frame.path} is an input of the export: give another name for the output."
+                f"{frame.path} is an input of this export: give another name for the output."
             )
 
 

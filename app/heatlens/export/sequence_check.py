@@ -67,7 +67,7 @@ class SequenceCheck:
         factor, word = (before / now, "far") if now < before else (now / before, "near")
         sentence = (
             f"The depths are about {factor:.0f} times as {word} as in the frames before, as in "
-            "another unit or another convention. Render the frame like the others, or export it by "
+            "another unit or convention. Render the frame like the others, or export it by "
             "itself with its own --scene-unit or --depth-convention."
         )
         return (Remark(f"depths {word}", sentence),)

@@ -108,14 +108,14 @@ def _check_end(code: int, said: bytes, what: str) -> None:
         raise told_error(RuntimeError(said.decode(errors="replace")), f"{what}: not read")
     if -code in limits.TIME_SIGNALS:
         raise InputError(
-            f"{what} cannot be read within {limits.seconds_most():g} s of a processor and "
-            f"{limits.SECONDS_A_MEGABYTE:g} s for each megabyte: it is damaged, or made of too "
-            f"many things. The variable {limits.SECONDS} allows more."
+            f"{what} cannot be read within {limits.seconds_most():g} s of processor time and "
+            f"{limits.SECONDS_A_MEGABYTE:g} s for each megabyte: it is damaged, or has too many "
+            f"parts. The variable {limits.SECONDS} allows more."
         )
     if code == _NO_MEMORY:
         raise InputError(
-            f"{what} cannot be read within {gigabytes}: it is damaged, or made of too many "
-            f"things. The variable {limits.GIGABYTES} allows more."
+            f"{what} cannot be read within {gigabytes}: it is damaged, or has too many parts. The "
+            f"variable {limits.GIGABYTES} allows more."
         )
     if code:
         raise InputError(

@@ -119,7 +119,7 @@ def _to_disk(path: Path) -> None:
     with open(path, "rb+") as file:
         os.fsync(file.fileno())
         if not os.fstat(file.fileno()).st_size:
-            raise OSError("no bytes arrived on the disk")
+            raise OSError("no bytes were written to the disk")
 
 
 def _check_target(target: Path) -> None:

@@ -46,4 +46,4 @@ def _array(value: object, width: int, what: str) -> NDArray[UsdObject]:
 
 def _refusal(value: UsdObject, what: str) -> InputError:
     said = " ".join(str(value).split())[:60]
-    return InputError(f"{what} is no number, or not as many as there should be: {said!r}.")
+    return InputError(f"{what} is not a number, or has the wrong count: {said!r}.")

@@ -12,7 +12,7 @@ from heatlens.gpu import nan_fill
 _EGL: dict[str, Any] = {"backend": "egl"}  # reaches glcontext; moderngl's stub has no name for it
 _INSTALL = "On Debian or Ubuntu: apt-get install libgl1 libegl1"
 _TOO_OLD = (
-    "The driver that is installed has an older one: a newer driver may help, and "
+    "The installed driver has an older version: a newer driver may help, and "
     "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor"
 )
 

@@ -51,7 +51,7 @@ class Aperture(OpeningFields):
                 )
         if 0 < self.blades < BLADES_LEAST:
             raise LensError(
-                f"The blades must be 0, which is a round opening, or {BLADES_LEAST} to "
+                f"The number of blades must be 0, for a round opening, or {BLADES_LEAST} to "
                 f"{BLADES_MOST}, got {self.blades}."
             )
 

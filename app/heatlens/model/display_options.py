@@ -40,15 +40,17 @@ class DisplayOptions:
         default=None,
         metadata=option(
             "input space",
-            "space of the light (default: as the plate's header tells, else linear Rec.709)",
+            "colour space of the plate (default: from its header, else linear Rec.709)",
             metavar="NAME",
         ),
     )
     gamma: float = field(
         default=1.0,
-        metadata=option("gamma", "on top of the view (default 1)", metavar="G"),
+        metadata=option("gamma", "applied after the view (default 1)", metavar="G"),
     )
     exposure_stops: float = field(
         default=0.0,
-        metadata=option("exposure", "brighter by so many stops (default 0)", metavar="STOPS"),
+        metadata=option(
+            "exposure", "exposure in stops, positive is brighter (default 0)", metavar="STOPS"
+        ),
     )

@@ -71,11 +71,15 @@ class Guides:
     opacity: float = field(
         default=0.72,
         metadata=option(
-            "matte opacity", "1 is black (default 0.72)", metavar="PART", least=0.0, most=1.0
+            "matte opacity",
+            "opacity of the matte, 1 is black (default 0.72)",
+            metavar="PART",
+            least=0.0,
+            most=1.0,
         ),
     )
     safe_areas: bool = field(
-        default=False, metadata=option("safe areas", "draw what is safe for action and for titles")
+        default=False, metadata=option("safe areas", "draw the safe areas for action and titles")
     )
     thirds: bool = field(default=False, metadata=option("thirds", "draw lines at the thirds"))
     centre: bool = field(
@@ -85,7 +89,7 @@ class Guides:
         default=None,
         metadata=option(
             "desqueeze",
-            "make an anamorphic picture so many times as wide, its pixels square: 2, 1.33",
+            "widen an anamorphic picture by this factor, to square pixels: 2, 1.33",
             metavar="N",
             parse=parse_desqueeze,
         ),

@@ -77,16 +77,17 @@ class Lens(OpeningFields):
         default=LensModel.PHOTOGRAPHIC,
         metadata=option(
             "lens model",
-            "whose discs: those of a photographic lens, or those of the CG renderer that makes the "
-            "final picture, which are smaller by (focus - focal length)/focus (default: renderer "
-            "for a scene and for a plate whose header names a CG renderer, else photographic)",
+            "the discs of a photographic lens, or of the CG renderer that makes the final "
+            "picture, smaller by (focus - focal length)/focus (default: renderer for a scene and "
+            "for a plate whose header names a CG renderer, else photographic)",
         ),
     )
     breathing: float = field(
         default=1.0,
         metadata=option(
             "breathing",
-            "width of the view at close focus over that at infinity, as 0.95 (default 1: none)",
+            "width of the view at close focus over that at infinity, such as 0.95 (default 1: no "
+            "breathing)",
             metavar="RATIO",
             least=0.5,
             most=1.5,
@@ -96,7 +97,7 @@ class Lens(OpeningFields):
         default=None,
         metadata=option(
             "widest f-stop",
-            "at which the barrel cuts the discs by --cat-eye (default: at every f-stop)",
+            "f-stop at which --cat-eye applies in full (default: every f-stop)",
             metavar="N",
             unit="f-stop",
             **_HARDWARE,
@@ -107,8 +108,8 @@ class Lens(OpeningFields):
         default=MeasuredFrom.PUPIL,
         metadata=option(
             "distances from",
-            "where distances that are given begin: the entrance pupil, as the depth of a plate "
-            "does (default), or the film plane, as a tape and a lens scale do",
+            "where given distances begin: at the entrance pupil, like the depth of a plate "
+            "(default), or at the film plane, like a tape measure and a lens scale",
         ),
     )
     pupil_offset_mm: float = field(

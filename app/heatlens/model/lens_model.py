@@ -38,10 +38,10 @@ class LensModel(StrEnum):
         """Return what is known of the model."""
         match self:
             case LensModel.PHOTOGRAPHIC:
-                meaning = "discs as a real lens of this f-stop makes them on the film back"
+                meaning = "discs of a real lens of this f-stop on the film back"
                 return LensModelFacts("real lens", meaning, image_moves=True)
             case LensModel.RENDERER:
-                meaning = "discs as CG renderers make them, smaller by (focus - focal length)/focus"
+                meaning = "discs of CG renderers, smaller by (focus - focal length)/focus"
                 return LensModelFacts("CG renderer", meaning, image_moves=False)
             case _:
                 assert_never(self)

@@ -29,7 +29,7 @@ class Look:
         if not self.name or not self.name.isprintable() or self.name != self.name.strip():
             raise InputError(f"A look cannot be called {self.name!r}.")
         if self.still is not None and not (self.still.isascii() and len(self.still) <= _STILL_MOST):
-            raise InputError(f"The still of look {self.name} is no small JPEG in base64.")
+            raise InputError(f"The still of look {self.name} is not a small JPEG in base64.")
 
 
 def next_look_name(looks: Iterable[Look]) -> str:

@@ -32,8 +32,7 @@ class OpeningFields:
     blades: int = option_field(
         0,
         "blades",
-        "blades of the diaphragm, 3 to 16, whose corners lie on the round opening; 0 (default) "
-        "for a round one",
+        "blades of the diaphragm, 3 to 16, with corners on the round opening; 0 (default) is round",
         metavar="N",
         least=0,
         most=BLADES_MOST,
@@ -41,20 +40,20 @@ class OpeningFields:
     blade_rotation_deg: float = option_field(
         0.0,
         "blade rotation",
-        "degrees anticlockwise, as a lamp behind the focus shows it; at 0 (default) a corner "
-        "points up, and an aperture image stands upright",
+        "degrees anticlockwise, as seen in lamps behind the focus; at 0 (default) a corner "
+        "points up, and an aperture image is upright",
         metavar="DEGREES",
         least=-360.0,
         most=360.0,
         label="rotation",
-        tip="Anticlockwise, as lamps behind the focus show it. At 0 a corner points up.",
+        tip="Anticlockwise, as seen in lamps behind the focus. At 0 a corner points up.",
         slider=(-90.0, 90.0),
         shown="%.0f°",
     )
     blade_curvature: float = option_field(
         0.0,
         "blade curvature",
-        "0 (default) straight blades to 1 round ones",
+        "0 (default) for straight blades to 1 for a round opening",
         metavar="C",
         least=0.0,
         most=1.0,
@@ -85,12 +84,12 @@ class OpeningFields:
     axial_colour_mm: float = option_field(
         0.0,
         "axial colour",
-        "millimetres by which red comes to its focus farther behind the lens than blue, as a "
-        "test of a lens tells it (default 0)",
+        "millimetres by which red focuses farther behind the lens than blue, as a lens test "
+        "measures it (default 0)",
         metavar="MM",
         least=-5.0,
         most=5.0,
-        tip="How much farther behind the lens red comes to its focus than blue.",
+        tip="How much farther behind the lens red focuses than blue.",
         slider=(-1.0, 1.0),
         shown="%.2f mm",
     )
@@ -98,12 +97,12 @@ class OpeningFields:
         default=None,
         metadata=option(
             "aperture image",
-            "a picture (PNG, JPEG, EXR, TIFF) in the place of the blades: white lets light through "
-            "and black none; its square is the box around the round opening, and lamps behind the "
-            "focus show it upright, those in front of it on its head",
+            "a picture (PNG, JPEG, EXR, TIFF) in place of the blades: white lets light through, "
+            "black blocks it; its square encloses the round opening; lamps behind the focus show "
+            "it upright, those in front upside down",
             metavar="FILE",
             label="image",
-            tip="A picture in the place of the blades: white lets light through.",
+            tip="A picture in place of the blades: white lets light through.",
         ),
     )
 

@@ -53,7 +53,7 @@ class Peaking:
         check_range("blur", self.blur, *BLUR_RANGE)
         if self.color not in PEAKING_COLORS:
             known = ", ".join(PEAKING_COLORS)
-            raise InputError(f"{self.color!r} is no colour of peaking; known are {known}.")
+            raise InputError(f"{self.color!r} is not a peaking colour; known are {known}.")
 
     @property
     def rgb(self) -> Rgb:

@@ -53,7 +53,7 @@ class DepthConvention(StrEnum):
         """Return what is known of the convention."""
         match self:
             case DepthConvention.AUTO:
-                words = "a guess that says why"
+                words = "a guess, with its reason"
                 return DepthFacts("guessed", words, takes_ends=True, has_unit=True)
             case DepthConvention.DISTANCE:
                 return DepthFacts("distance", "in the unit of the scene", has_unit=True)
@@ -66,10 +66,12 @@ class DepthConvention(StrEnum):
                 words = "1 near, 0 far"
                 return DepthFacts(words, words, takes_ends=True, needs_ends=True)
             case DepthConvention.DISPARITY:
-                words = "evenly over 1/distance, 1 or white near, as phones and depth networks do"
+                words = (
+                    "linear in 1/distance, 1 or white is near, as from phones and depth networks"
+                )
                 return DepthFacts("disparity, 1 near", words, takes_ends=True, is_disparity=True)
             case DepthConvention.DISPARITY_INVERTED:
-                words = "evenly over 1/distance, 0 or black near"
+                words = "linear in 1/distance, 0 or black is near"
                 return DepthFacts("disparity, 0 near", words, takes_ends=True, is_disparity=True)
             case DepthConvention.COC:
                 words = "signed diameter of the circle of confusion in pixels, used as it is"
@@ -151,7 +153,7 @@ class PlateOptions:
         default=None,
         metadata=option(
             "color layer",
-            "layer that holds R, G, B; '' is the one without a name (default: found by name)",
+            "layer that holds R, G, B; '' is the unnamed one (default: found by name)",
             metavar="NAME",
         ),
     )
@@ -165,9 +167,9 @@ class PlateOptions:
         default=DepthKind.AUTO,
         metadata=option(
             "depth kind",
-            "planar: measured along the optical axis, a wall seen straight on has one depth "
-            "(default, except for Mitsuba's ray-distance channels); radial: along each ray, which "
-            "needs focal length and sensor width",
+            "planar: measured along the optical axis, so that a wall seen head-on has one depth "
+            "(default, except for Mitsuba's ray-distance channels); radial: along each ray, "
+            "which needs focal length and sensor width",
         ),
     )
     scene_unit_m: float = field(
@@ -220,8 +222,8 @@ class PlateOptions:
         default=PictureCurve.AUTO,
         metadata=option(
             "picture curve",
-            "of PNG, JPEG and TIFF as colour: whole numbers are sRGB, floating point is linear "
-            "light, unless told otherwise",
+            "curve of PNG, JPEG and TIFF colour (default: sRGB for integers, linear light for "
+            "floating point)",
         ),
     )
     eye: str | None = field(
@@ -237,17 +239,17 @@ class PlateOptions:
         default=False,
         metadata=option(
             "despike",
-            f"replace single pixels more than {SPIKE_FROM:g} times as bright as all around them "
-            "by the median of these: grains of a path tracer, which out of focus become discs. "
-            "Lamps of one pixel without a depth of their own go with them; denoising does better",
+            f"replace single pixels over {SPIKE_FROM:g} times as bright as their neighbours by the "
+            "median of these: fireflies of a path tracer, which become discs out of focus. Lamps of "
+            "one pixel without a depth of their own are lost too; denoising is better",
         ),
     )
     strict: bool = field(
         default=False,
         metadata=option(
             "strict",
-            "refuse a depth that can be read in two ways, and a focus, lens and depth that can "
-            "hardly belong together, instead of saying so and going on",
+            "stop, instead of warning, if the depth is ambiguous or focus, lens and depth are "
+            "implausible together",
         ),
     )
 

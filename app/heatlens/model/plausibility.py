@@ -109,7 +109,7 @@ def focus_unit_doubts(focus_m: Sequence[float], span: DepthSpan) -> tuple[Doubt,
         return ()
     ends = " to ".join(dict.fromkeys(format_distance(value) for value in (told[0], told[-1])))
     sentence = (
-        f"The table's focus, taken for metres, is {ends}, and the picture has surfaces from "
+        f"The table's focus, taken as metres, is {ends}, and the picture has surfaces from "
         f"{span.words}. If {_WORDS[meant[0]]} are meant, say --table-unit focus={meant[0]}."
     )
     return (Doubt("focus", sentence),)
@@ -149,8 +149,8 @@ def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
     if lens.f_stop < _F_STOP_LEAST:
         yield Doubt(
             "aperture",
-            f"No lens is faster than f/{_F_STOP_LEAST:g}, and this is f/{lens.f_stop:g}: discs are "
-            "far larger than any camera's.",
+            f"No lens is faster than f/{_F_STOP_LEAST:g}, but this is f/{lens.f_stop:g}: its discs "
+            "are larger than any camera's.",
         )
     is_reported = (
         focal_mm < _LEAST_HARDWARE_MM or not _SENSOR_LEAST_MM <= sensor_mm <= _SENSOR_MOST_MM
@@ -159,8 +159,8 @@ def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
         yield Doubt(
             "lens",
             f"A focal length of {focal_mm:g} mm on a sensor {sensor_mm:g} mm wide sees "
-            f"{degrees:.3g} degrees, which no such lens does. --focal-length and --sensor-width "
-            "are both in mm.",
+            f"{degrees:.3g} degrees, too wide for a rectilinear lens. --focal-length and "
+            "--sensor-width are both in mm.",
         )
 
 
@@ -169,8 +169,8 @@ def _too_small(name: str, option: str, value_mm: float) -> str:
     metres, inches = value_mm * 1e3, value_mm * _INCH_MM
     if value_mm >= 0.3:  # Maya's film aperture, in inches: 1.417 is 36 mm
         return (
-            f"A {name} of {value_mm:g} mm is smaller than any camera's: if it is in inches, as "
-            f"Maya tells its film aperture, say {option} {inches:.4g}."
+            f"A {name} of {value_mm:g} mm is smaller than any camera's: if it is in inches, like "
+            f"Maya's film aperture, give {option} {inches:.4g}."
         )
     return (
         f"A {name} of {value_mm:g} mm is smaller than any camera's: if it is in metres, say "
@@ -230,6 +230,6 @@ def _sharpness_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
         units = [unit for unit in ("cm", "mm") if _is_room(span.in_unit(_SCENE_UNITS[unit]))]
         yield Doubt(
             "depth",
-            f"Nothing will be blurred: with this lens all of the picture ({span.words}) looks "
+            f"Nothing will be blurred: with this lens the whole picture ({span.words}) looks "
             f"sharp. {_unit_question(span, units)}",
         )

@@ -60,13 +60,13 @@ class Method(StrEnum):
             case Method.HEAT:
                 return MethodFacts("one layer of heat, the basic form of diffusion")
             case Method.GATHER:
-                return MethodFacts("each pixel looks around in its disc", grows_with_blur=True)
+                return MethodFacts("each pixel averages its disc", grows_with_blur=True)
             case Method.SCATTER:
                 return MethodFacts("each pixel is drawn as its disc", grows_with_blur=True)
             case Method.PYRAMID:
-                return MethodFacts("smaller and smaller pictures")
+                return MethodFacts("blurred copies at smaller sizes")
             case Method.ACCUMULATION:
-                words = "a scene from many points of the lens"
+                words = "a 3D scene, seen from many points of the lens"
                 return MethodFacts(words, needs_scene=True, views_are="views")
             case Method.RAYTRACED:
                 words = "rays through the lens into a scene"
@@ -85,7 +85,7 @@ VIEWS_MAX = 65536
 PROXY_MIN = 1 / 16
 _ONLY_DIFFUSION = {
     "asked_by": lambda method: method is Method.DIFFUSION,
-    "why_not": "has no such choice, only diffusion has",
+    "why_not": "has no such choice; only diffusion has",
 }
 
 
@@ -105,8 +105,8 @@ class DefocusSettings:
         default=Bokeh.DISC,
         metadata=option(
             "bokeh",
-            "shape of a point of light: disc as a lens (default), gaussian, or heat, the fastest, "
-            "a four-pointed star",
+            "shape of a point of light: disc, as in a lens (default), gaussian, or heat, a "
+            "four-pointed star and the fastest",
             **_ONLY_DIFFUSION,
         ),
     )
@@ -114,7 +114,7 @@ class DefocusSettings:
         default=Quality.FILM,
         metadata=option(
             "quality",
-            "how closely that shape is met; the amount of blur is the same (default film)",
+            "how closely that shape is matched; the amount of blur is the same (default film)",
             **_ONLY_DIFFUSION,
         ),
     )
@@ -122,7 +122,7 @@ class DefocusSettings:
         default=None,
         metadata=option(
             "layers",
-            f"depth layers, 1 (nothing uncovers) to {LAYERS_MAX}; default: as the quality says",
+            f"depth layers, 1 (nothing is uncovered) to {LAYERS_MAX} (default: set by the quality)",
             metavar="N",
             least=1,
             most=LAYERS_MAX,
@@ -160,7 +160,7 @@ class DefocusSettings:
             least=1,
             most=VIEWS_MAX,
             asked_by=lambda method: method.needs_scene,
-            why_not="looks from one point alone",
+            why_not="sees the scene from one point only",
         ),
     )
 
@@ -174,5 +174,5 @@ class DefocusSettings:
 
 def barred_methods(has_many_views: bool) -> dict[str, str]:
     """Return the methods that are unavailable for what is open, with the reason."""
-    why = "Looks into a 3D scene from many points of the lens; a plate is a picture from one."
+    why = "This needs a 3D scene, seen from many points of the lens; a plate is seen from one."
     return {} if has_many_views else {str(method): why for method in Method if method.needs_scene}

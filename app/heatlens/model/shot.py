@@ -105,7 +105,7 @@ class Shot:
         if self.start_timecode is not None:
             parse_timecode(self.start_timecode)
         if self.source is not None and (not self.source or "\0" in self.source):
-            raise InputError(f"{self.source!r} cannot be the name of a file.")
+            raise InputError(f"{self.source!r} cannot be a file name.")
 
     @property
     def key_frames(self) -> tuple[float, ...]:

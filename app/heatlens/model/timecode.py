@@ -42,11 +42,11 @@ class Timecode:
         """
         rate, whole = f"{frames_per_second:.5g} frames a second", round(frames_per_second)
         if self.frames >= whole:
-            return f"{self} is no timecode at {rate}: its frames go from 00 to {whole - 1:02}."
+            return f"{self} is not a timecode at {rate}: frames go from 00 to {whole - 1:02}."
         if self.drop and whole not in _DROPPING:
             return (
-                f"{self} drops frame numbers, as only 29.97 and 59.94 frames a second do, and not "
-                f"{rate}: write {replace(self, drop=False)}."
+                f"{self} is drop-frame, which exists only at 29.97 and 59.94 frames a second, not "
+                f"at {rate}: write {replace(self, drop=False)}."
             )
         return ""
 

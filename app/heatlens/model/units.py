@@ -44,7 +44,7 @@ def parse_distance_m(text: str) -> float:
     if distance_m is None:
         distance_m = _one_unit_m(words)
     if distance_m is None or not math.isfinite(distance_m):
-        raise InputError(f"{text!r} is not a distance; understood are {_UNDERSTOOD}.")
+        raise InputError(f"{text!r} is not a distance; use {_UNDERSTOOD}.")
     return distance_m
 
 
@@ -70,8 +70,8 @@ def parse_scene_unit_m(text: str) -> float:
         unit_m = float(match[1]) if match else 0.0
     if not 0 < unit_m < math.inf:
         raise InputError(
-            f"{text!r} is not a scene unit. Use m, cm, mm, km, ft, in or the metres in "
-            "one unit, such as 0.01."
+            f"{text!r} is not a scene unit. Use m, cm, mm, km, ft, in or metres per unit, such as "
+            "0.01."
         )
     return unit_m
 

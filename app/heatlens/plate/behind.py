@@ -181,8 +181,8 @@ def _restacked(plate: Plate, made: Stacked, reports: tuple[BehindReport, ...]) -
 def _depth_of(plate: Plate) -> FloatImage:
     if plate.depth_m is None:
         raise InputError(
-            f"{plate.path} holds circles of confusion and no distances, so that it cannot be "
-            "sorted with pictures behind it. Give --depth-convention and a depth channel."
+            f"{plate.path} holds circles of confusion and no distances, so it cannot be sorted "
+            "with pictures behind it. Give --depth-convention and a depth channel."
         )
     return plate.depth_m
 

@@ -286,7 +286,7 @@ def checked_lens_mm(
     if focal_length_mm is None or sensor_width_mm is None:
         missing = "--focal-length" if focal_length_mm is None else "--sensor-width"
         raise InputError(
-            f"{path}: radial depth becomes planar only with the lens known, and the header does "
-            f"not give it: add {missing} (mm)."
+            f"{path}: converting radial depth to planar needs the lens, which the header does not "
+            f"give: add {missing} (mm)."
         )
     return focal_length_mm, sensor_width_mm

@@ -12,7 +12,7 @@ from heatlens.plate.plate import FloatImage
 # Relative noise in the evenest parts of a plate, from which grain shows as discs. Clean plates of
 # wires, leaves and patterns were measured at up to 0.013, path-traced ones of 24 samples at 0.16.
 NOISE_DOUBTFUL = 0.05
-DESPIKE_HELPS = "; --despike takes out single pixels that are far too bright"
+DESPIKE_HELPS = "; --despike removes single pixels that are far too bright"
 _BLOCK = 8  # side of the blocks in which noise is measured, pixels
 _BLOCKS_LEAST = 50
 _EVENEST = 5  # per cent of the blocks
@@ -65,9 +65,11 @@ def noise_doubt(color: FloatImage, what: str, cure: str = "") -> tuple[str, ...]
     if noise < NOISE_DOUBTFUL:
         return ()
     return (
-        f"{what} is noisy: even parts of it differ by {100 * noise:.0f} % from pixel to pixel, and "
-        "out of focus each bright grain becomes a small disc. Denoise it or render more samples"
-        f"{cure}.",
+        (
+            f"{what} is noisy: its flat parts vary by {100 * noise:.0f} % from pixel to pixel, and "
+            "each bright grain becomes a small disc out of focus. Denoise it or render more "
+            f"samples{cure}."
+        ),
     )
 
 

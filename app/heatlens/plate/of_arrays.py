@@ -67,8 +67,8 @@ def _check_colors(colors: NDArray[np.generic]) -> None:
     """Raise InputError for colours that are no floating point light, or of another shape."""
     if colors.dtype.kind in "iub":
         raise InputError(
-            f"The colours are whole numbers ({colors.dtype}), which do not tell their light: make "
-            "them scene-linear floating point first (of 8-bit sRGB, divide by 255 and undo the "
+            f"The colours are whole numbers ({colors.dtype}), so their light is unknown: make "
+            "them scene-linear floating point first (for 8-bit sRGB, divide by 255 and undo the "
             "curve), or save them as a PNG and open it with depth_source."
         )
     _check_numbers("The colours", colors, "f")
@@ -99,8 +99,8 @@ def _float32(what: str, values: NDArray[np.generic]) -> FloatImage:
     """Return the values as float32. Raises InputError if some of them are masked."""
     if np.ma.is_masked(values):
         raise InputError(
-            f"{what} cannot have masked values, for every pixel shows something: fill them first, "
-            "as with filled(0) for colours and filled(numpy.inf) for depths."
+            f"{what} cannot have masked values: fill them first, for example with filled(0) for "
+            "colours and filled(numpy.inf) for depths."
         )
     with np.errstate(over="ignore"):  # what float32 cannot hold becomes infinite
         return np.ascontiguousarray(values, np.float32)
@@ -108,7 +108,9 @@ def _float32(what: str, values: NDArray[np.generic]) -> FloatImage:
 
 def _depth_report(depth_m: FloatImage) -> DepthReport:
     if not (depth_m > 0).all():  # NaN fails as well
-        raise InputError("depth_m holds NaN, 0 or less: a distance is above 0, or infinite.")
+        raise InputError(
+            "depth_m holds NaN, zeros or negative values: a distance is above 0, or infinite."
+        )
     finite = depth_m[np.isfinite(depth_m)]
     near, far = (float(finite.min()), float(finite.max())) if finite.size else (np.inf, np.inf)
     beyond = depth_m.size - finite.size

@@ -45,7 +45,7 @@ def read_opening_image(path: str | os.PathLike[str]) -> OpeningImage:
 
 def opening_notes(image: OpeningImage, has_blades: bool) -> tuple[str, ...]:
     """Return the notes on an aperture image; `has_blades` if the lens has blades set."""
-    unused = "The aperture image takes the place of the blades, which do not count."
+    unused = "The aperture image replaces the blades, which have no effect."
     return (unused, *image.notes) if has_blades else image.notes
 
 
@@ -61,8 +61,8 @@ def _read(path: Path, stamp: tuple[int, int]) -> OpeningImage:
     light = _in_square(np.maximum(luminance, 0.0))
     if seen_light(light).max() <= 0.0:
         raise InputError(
-            f"{path} cannot be an aperture image: it is black within the circle of the lens, so "
-            "that no light passes; bright parts of the picture are the opening."
+            f"{path} cannot be an aperture image: it is black inside the circle of the lens, so "
+            "no light passes; the opening is the bright part of the picture."
         )
     light /= light.max()
     notes = (*notes, *_off_axis(path, light))
@@ -79,9 +79,11 @@ def _off_axis(path: Path, light: NDArray[np.float32]) -> tuple[str, ...]:
     if off < _NEAR_AXIS:
         return ()
     return (
-        f"{path}: the middle of its light lies {100 * off:.0f} % of the radius beside the middle "
-        "of the picture: lamps and the other methods show it there, but what is diffused is "
-        "blurred about the middle of the picture.",
+        (
+            f"{path}: the centre of its light is {100 * off:.0f} % of the radius off the centre of "
+            "the picture: lamps and the other methods show that, but diffusion blurs about the "
+            "centre of the picture."
+        ),
     )
 
 

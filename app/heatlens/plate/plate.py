@@ -76,7 +76,7 @@ class BehindReport:
         hidden, seen = (f"{100 * part:.3g} %" for part in (self.hidden_part, self.seen_part))
         if not (self.hidden_part or self.seen_part):
             return (
-                "adds nothing: it is nowhere behind what the picture shows, nor in front of it. "
+                "adds nothing: it lies neither behind nor in front of what the picture shows. "
                 "Its depth may be in another unit, or it is the same picture"
             )
         if not self.seen_part:

@@ -55,7 +55,7 @@ def _read_behind(path: Path, options: PlateOptions) -> Plate:
         return read_plate(path, options)
     except NoDepthError as error:
         raise InputError(
-            f"{path} has no depth channel, and what lies behind a picture is sorted by its own "
+            f"{path} has no depth channel, but pictures behind the plate are sorted by their "
             "depth: render Z into it."
         ) from error
 

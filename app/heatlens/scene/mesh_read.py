@@ -94,9 +94,9 @@ class _Reading:
         positions = self._rows("points", geometry.vertices, 3).astype(np.float64)
         is_seen = (np.abs(positions) < _FAR_MOST).all(axis=1)
         if not is_seen.all():
-            self.notes[f"{np.count_nonzero(~is_seen):,} points have no valid place: left out."] = (
-                None
-            )
+            self.notes[
+                f"{np.count_nonzero(~is_seen):,} points have no valid position and are left out."
+            ] = None
         if not is_seen.any():
             return
         normals, colors = point_normals(geometry), _point_colors(geometry)

@@ -115,11 +115,11 @@ def _likely_unit_m(path: Path, size: float) -> float:
 def _guesses(path: Path, framing: Framing, told: Placing, size: float) -> list[str]:
     found = []
     if told.up_axis is None:
-        found.append(f"{framing.up_axis} is taken as up; --up-axis changes it")
+        found.append(f"{framing.up_axis} is taken as up; change it with --up-axis")
     if told.meters_per_unit is None:
         unit_m = framing.meters_per_unit
         found.append(
-            f"its unit is taken as {_NAMES[unit_m]}, so that it is {size * unit_m:.3g} m large; "
-            "--meters-per-unit changes it"
+            f"its unit is taken as {_NAMES[unit_m]}, which makes it {size * unit_m:.3g} m large; "
+            "change it with --meters-per-unit"
         )
     return [f"{path} has no unit and no up axis: {', and '.join(found)}."] if found else []

@@ -323,5 +323,5 @@ def check_instances(path: Path, count: int) -> None:
     """Raise InputError if a file has more instances than can be drawn."""
     if count > INSTANCES_MOST:
         raise InputError(
-            f"{path} has {count:,} objects or more; heatlens draws {INSTANCES_MOST:,}. Join some."
+            f"{path} has {count:,} objects or more; heatlens draws {INSTANCES_MOST:,} at most."
         )

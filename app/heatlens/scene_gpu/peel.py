@@ -112,9 +112,8 @@ class Peeled:
         if left_out <= 0:
             return ()
         return (
-            f"{left_out} of {self.count} surfaces behind the picture were left out, because there "
-            "is no room for them: towards the picture's end what is behind is guessed. A smaller "
-            "--size has room.",
+            f"Memory for surfaces behind the picture ran out: {left_out} of {self.count} were left "
+            "out, and at the bottom of the picture they are guessed. Use a smaller --size.",
         )
 
     def read(self) -> FragmentLists:

@@ -68,7 +68,7 @@ class DrawnPixels:
     def _checked(self, texture: moderngl.Texture) -> moderngl.Texture:
         assert get_ident() == self._thread, "OpenGL is on another thread"
         if not self._is_there:
-            raise GpuError("This picture of the scene has been drawn over: look at it again.")
+            raise GpuError("This picture of the scene has been overwritten: draw it again.")
         return texture
 
 

@@ -25,9 +25,7 @@ if TYPE_CHECKING:  # they are imported on use, so that a command loads only what
 
 _PATTERN_MARKS = "#%@$"
 STREAM_PREFIX = "tev://"
-NO_FILES = (
-    "These frames come from a renderer and have no files: have it write an EXR, and open that."
-)
+NO_FILES = "These frames come from a renderer and have no files: write an EXR there and open that."
 
 
 @dataclass(frozen=True)

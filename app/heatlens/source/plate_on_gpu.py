@@ -113,8 +113,8 @@ class PlateOnGpu:
         """Raise InputError for a method that needs views from many points of the lens."""
         if method.needs_scene:
             raise InputError(
-                f"The method {method} looks at a 3D scene from many points of the "
-                f"lens; {self.held.plate.path.name} is a picture from one."
+                f"The method {method} needs a 3D scene, seen from many points of the lens; "
+                f"{self.held.plate.path.name} is seen from one."
             )
 
     def look(

@@ -27,7 +27,7 @@ def words(view: ViewState, sides: CompareSides, reference: str | None, shown: Sh
     if view.compare is Compare.OFF:
         return a
     if view.compare is Compare.GRID:
-        return "looks beside each other"
+        return "looks side by side"
     if view.a_look and sides.of_a(view) is not None:
         a = _look_words(view.a_look, sides)
     return f"A: {a}    B: {_b_words(view, sides, reference)}"

@@ -21,7 +21,7 @@ def add_display_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentG
     """Add --ocio, --display, --view, --input-space, --gamma and --exposure; return their group."""
     group = parser.add_argument_group(
         "look",
-        "For pictures and movies; EXR stays scene-linear. The default looks as in the window.",
+        "For pictures and movies; EXR stays scene-linear. The default matches the window.",
     )
     add_fields(group, DisplayOptions)
     return group

@@ -30,7 +30,7 @@ def add_kit_option(group: "argparse._ArgumentGroup") -> None:
     group.add_argument(
         "--breathe",
         action="store_true",
-        help="let the view breathe with the focus as the lens of the kit does (default: it stays); "
+        help="let the view breathe with focus as the lens of the kit does (default: no breathing); "
         "--breathing sets it for a lens without a kit",
     )
 
@@ -85,7 +85,7 @@ def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
     if any(getattr(args, option, None) is not None for n in changed for option in _BOUNDED[n]):
         raise InputError(refusal)
     if refusal:
-        say(f"{refusal} It is taken as far as the lens goes.")
+        say(f"{refusal} The nearest possible value is used.")
     return bounded
 
 

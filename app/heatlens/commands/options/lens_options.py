@@ -34,8 +34,7 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
     """
     group = parser.add_argument_group(
         "lens",
-        "Values not given are taken from the plate's header or the scene's camera, where these "
-        "have them.",
+        "Values not given are taken from the plate's header or the scene's camera if possible.",
     )
     add_fields(group, Lens, ["focal_length_mm"])
     back = group.add_mutually_exclusive_group()
@@ -109,7 +108,9 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
         found = plate_lens(plate, values)
     except MissingLensError as error:
         raise InputError(error.sentence(_GIVEN_WITH)) from None
-    changed = {"assumed full frame": f"assumed full frame; {_FLAGS['sensor_width_mm']} changes it"}
+    changed = {
+        "assumed full frame": f"assumed full frame; change it with {_FLAGS['sensor_width_mm']}"
+    }
     told = {field: changed.get(source, source) for field, source in found.sources.items()}
     lens = lens_of_kit(args, found.lens)
     return lens, f"lens: {lens_words(lens, {**told, **sources})}"

@@ -22,8 +22,9 @@ def add_pinhole_options(parser: argparse.ArgumentParser) -> None:
         "--overscan",
         type=_overscan,
         metavar="N|auto",
-        help="with --pinhole: pixels around the frame, in a data window larger than the display "
-        "window, so that they blur in; auto: as many as the lens needs at each frame",
+        help="with --pinhole: extra pixels around the frame, so that what lies outside can blur "
+        "in (the data window is larger than the display window); auto: as many as the lens "
+        "needs at each frame",
     )
     parser.add_argument(
         "--deep",
@@ -56,13 +57,15 @@ def check_pinhole_options(
     wrong = [name for name, is_given in names.items() if is_given]
     if wrong and not args.pinhole:
         raise InputError(
-            f"{' and '.join(wrong)}: the surroundings of a scene's picture are always used; these "
+            f"{' and '.join(wrong)}: a scene is always rendered with its surroundings; these "
             "options write them to a plate. Give --pinhole too."
         )
     if wrong and not is_exr:
         raise InputError(f"{' and '.join(wrong)}: {args.output} is not an EXR file.")
     if args.deep and args.compression not in (None, usual):
-        raise InputError("--deep: a deep file is always compressed as zips; leave --compression.")
+        raise InputError(
+            "--deep: a deep file is always compressed as zips: leave --compression out."
+        )
     is_known = has_lens or None not in (args.f_stop, args.focus_distance)
     if args.overscan == AUTO and not is_known:
         raise InputError(
@@ -78,7 +81,7 @@ def rendered_plate(
     plate = pinhole_plate(renderer, shot, frame, pinhole_options(args), args.output)
     if args.overscan == AUTO:
         margin_px = -plate.data_window.x0
-        say(f"overscan: {margin_px} pixels on every side, as the lens needs them at frame {frame}")
+        say(f"overscan: {margin_px} pixels on every side, as the lens needs at frame {frame}")
     if args.deep:
         count = 0 if plate.fragments is None else plate.fragments.count
         pixels = plate.data_window.width * plate.data_window.height

@@ -36,14 +36,15 @@ def add_framing_options(
 
     `has_rate` says that the command has an option --fps already.
     """
-    group = parser.add_argument_group("3D scene", "How it is viewed; not for plates.")
+    group = parser.add_argument_group("3D scene", "How the scene is viewed; not for plates.")
     group.add_argument(
         "--size", type=size_of, metavar="WxH", help="of the picture (default 1280x720)"
     )
     group.add_argument(
         "--scene-camera",
         metavar="NAME",
-        help="camera of the scene to use (default: its first; without one, the view shows it all)",
+        help="camera of the scene to use (default: the first; without any, the view shows the "
+        "whole scene)",
     )
     add_timing_options(group, has_rate)
     add_placing_options(group)
@@ -104,7 +105,7 @@ def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
     """
     if args.focus_at is not None:
         raise InputError(
-            "--focus-at needs a picture, and a scene has none before it is rendered: give "
+            "--focus-at needs a picture, and a scene has none until it is rendered: give "
             "--focus-distance."
         )
     return _checked(args, text, _first_shot(args, text))

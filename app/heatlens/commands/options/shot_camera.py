@@ -32,9 +32,10 @@ def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and 
         "--lens-from",
         dest="camera",
         metavar="CAMERA",
-        help="lens, keys, frames and rate of a camera: cam.usda, shot.usda:/world/cam, a .json or "
-        ".csv of `heatlens camera`, the .csv of a shoot (ARRI, RED, Sony; take.csv@1001 puts its "
-        f"first row at frame 1001), or the headers of 'plate.####.exr'; what {wins} say wins",
+        help="lens, keys, frames and rate of a camera: cam.usda, shot.usda:/world/cam, a .json "
+        "or .csv of `heatlens camera`, the .csv of a shoot (ARRI, RED, Sony; take.csv@1001 "
+        "puts its first row at frame 1001), or the headers of 'plate.####.exr'; values "
+        f"given with {wins} take precedence",
     )
     parser.add_argument(
         "--table-unit",

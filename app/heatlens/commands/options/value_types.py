@@ -45,8 +45,8 @@ def f_number(text: str) -> float:
         ) from None
     if (match[1] or "").lower().startswith("t"):
         say(
-            f"{text} is taken as f/{value:g}. A T-stop also counts what the glass swallows; the "
-            "blur is that of the f-stop, which is a little lower."
+            f"{text} is taken as f/{value:g}. A T-stop also counts the light lost in the glass; "
+            "the blur depends on the f-stop, which is a little lower."
         )
     return value
 

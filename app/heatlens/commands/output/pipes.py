@@ -32,7 +32,7 @@ def file_of_input(path: Path) -> Iterator[Path]:
         yield path
         return
     if sys.stdin is None or sys.stdin.isatty():
-        raise InputError("- is standard input, and nothing is piped into it.")
+        raise InputError("The name - is standard input, but nothing is piped into it.")
     with _folder() as folder:
         data = sys.stdin.buffer.read()
         suffix = next((end for magic, end in _MAGIC.items() if data.startswith(magic)), None)
@@ -54,7 +54,10 @@ def file_for_output(path: Path) -> Iterator[Path]:
         yield path
         return
     if sys.stdout.isatty():
-        raise InputError("- is standard output, and a terminal shows no EXR: pipe it on.")
+        raise InputError(
+            "The name - is standard output, and a terminal cannot show an EXR: pipe it into a "
+            "program or file."
+        )
     with _folder() as folder:
         spooled = folder / "stdout.exr"
         yield spooled

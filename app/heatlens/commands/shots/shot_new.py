@@ -79,11 +79,11 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     )
     parser.add_argument(
         "plate",
-        help="pattern of its files, such as 'plate.####.exr', or one; or a 3D scene; or - for the "
-        "lens of a plate on standard input",
+        help="the plate: a pattern such as 'plate.####.exr' or one file; or a 3D scene; or - to "
+        "take the lens from a plate on standard input",
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{SHOT_SUFFIX} to write")
-    parser.add_argument("--overwrite", action="store_true", help="replace a shot that is there")
+    parser.add_argument("--overwrite", action="store_true", help="replace an existing shot file")
     add_camera_option(parser)
     _add_time_options(parser)
     add_lens_options(parser)
@@ -117,7 +117,7 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
         help="interpolate focus between keys in dioptres, like a focus ring (default), or metres",
     )
     group.add_argument(
-        "--frames", metavar="FIRST-LAST", help="default: those of the plate, else of the keys"
+        "--frames", metavar="FIRST-LAST", help="default: those of the plate, else those of the keys"
     )
     group.add_argument("--in-out", metavar="FIRST-LAST", help="the part to play (default all)")
     group.add_argument(
@@ -151,8 +151,8 @@ def _piped_shot(args: argparse.Namespace) -> Shot:
     with file_of_input(Path(DASH)) as plate:
         shot = _shot_of(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
     say(
-        "standard input has no file name, so the shot names no plate: give one with "
-        "`heatlens export --plate`."
+        "standard input has no file name, so the shot has no plate: give one with `heatlens "
+        "export --plate`."
     )
     return replace(shot, source=None)
 
@@ -244,7 +244,7 @@ def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace
 
 def _say_unused(args: argparse.Namespace, option: str) -> None:
     if getattr(args, option) is not None:
-        say(f"--{option.replace('_', '-')} is not used: keys set it at every frame.")
+        say(f"--{option.replace('_', '-')} is not used, because keys set it at every frame.")
 
 
 def _check_output(path: Path, overwrite: bool) -> None:

@@ -53,7 +53,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the shot")
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="PAGE.html",
-        help="page to write; a table with the same name and .csv is written beside it",
+        help="page to write; a table of the same name, .csv, is written beside it",
     )  # fmt: skip
     parser.add_argument("--title", help="heading of the page (default: the name of the shot)")
     parser.add_argument(
@@ -62,7 +62,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.add_argument(
         "--start-timecode",
         metavar="HH:MM:SS:FF",
-        help="of the first frame (default: the shot's, else what the headers of the plates tell)",
+        help="of the first frame (default: the shot's, else from the plates' headers)",
     )
     parser.add_argument(
         "--progress",

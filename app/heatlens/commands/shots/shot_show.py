@@ -38,10 +38,10 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         description=_DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the file to show")
+    parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the shot file")
     parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
     parser.add_argument(
-        "--unit", choices=("m", "ft"), default="m", help="of distances for reading (default m)"
+        "--unit", choices=("m", "ft"), default="m", help="unit of distances in the text (default m)"
     )
     parser.set_defaults(run=run)
 

@@ -50,8 +50,8 @@ class PlateCommands(SourceCommands):
         """Load one plate, and return its shot."""
         if settings.method.needs_scene:
             raise InputError(
-                f"{args.plate} is a plate, seen from one point: --method {settings.method} looks "
-                "at a 3D scene from many."
+                f"{args.plate} is a plate, seen from one point: --method {settings.method} needs "
+                "a 3D scene, seen from many."
             )
         options = plate_options(args)
         plate = read_plate(args.plate, options)

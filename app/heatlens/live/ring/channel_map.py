@@ -68,7 +68,7 @@ class ChannelMap:
 
     def __post_init__(self) -> None:
         if not abs(self.high - self.low) > _LEARNT_LEAST:
-            raise InputError(f"The channel {self.channel} does not move between its ends.")
+            raise InputError(f"The channel {self.channel} has the same value at both ends.")
         if not _BENDS[0] <= self.bend <= _BENDS[1]:
             raise InputError(f"A bend is {_BENDS[0]:g} to {_BENDS[1]:g}, not {self.bend:g}.")
         for value in (self.at_low, self.at_high):

@@ -43,7 +43,7 @@ def sample_of(text: bytes, encoding: Encoding) -> LensSample:
     """
     root = _decoded(text, encoding)
     if not isinstance(root, dict):
-        raise RingPacketError("a sample is not a list of names and values")
+        raise RingPacketError("a sample is not an object of names and values")
     lens = _below(root, "lens")
     values: Values = {name: _number(lens, key, _LEAST) for name, key in _POSITIVE.items()}
     turns = _below(lens, "encoders")

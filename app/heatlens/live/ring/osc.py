@@ -41,10 +41,10 @@ class OscDecoder:
                 messages = [timed.message for timed in self._packets.OscPacket(datagram).messages]
             told = [(message.address, tuple(message.params)) for message in messages]
         except Exception as error:  # the library raises various errors for invalid data
-            raise RingPacketError("a datagram is not one of OSC") from error
+            raise RingPacketError("a datagram is not OSC") from error
         channels = dict(_numbers(told))
         if not channels:
-            raise RingPacketError("a message of OSC holds no number")
+            raise RingPacketError("an OSC message holds no number")
         return (_sample(channels, sender),)
 
 
@@ -58,7 +58,7 @@ class _Refusing(logging.Handler):
     def handle(self, record: logging.LogRecord) -> bool:
         """Raise RingPacketError."""
         if record.thread == self._thread:
-            raise RingPacketError("a datagram of OSC holds what is unknown")
+            raise RingPacketError("an OSC datagram holds an unknown type")
         return False
 
 

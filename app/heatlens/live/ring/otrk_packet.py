@@ -65,11 +65,11 @@ def fletcher16(data: bytes) -> int:
 def segment_of(datagram: bytes) -> Segment:
     """Parse a datagram; raise RingPacketError if it is incomplete or inconsistent."""
     if len(datagram) < HEADER_BYTES or not datagram.startswith(IDENTIFIER):
-        raise RingPacketError("a datagram is not one of OpenTrackIO")
+        raise RingPacketError("a datagram is not OpenTrackIO")
     _, _, encoding, sequence, offset, last_length, checksum = _HEADER.unpack_from(datagram)
     payload = datagram[HEADER_BYTES:]
     if len(payload) != last_length & ~_LAST:
-        raise RingPacketError("a datagram has another length than its header says")
+        raise RingPacketError("a datagram is not as long as its header says")
     if fletcher16(datagram[:_BEFORE_CHECKSUM] + payload) != checksum:
         raise RingPacketError("the checksum of a datagram is wrong")
     if encoding not in tuple(Encoding):

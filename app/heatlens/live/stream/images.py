@@ -69,8 +69,8 @@ class TevImages:
         count = message.width * message.height * len(message.channels)
         if count > self._max_values:
             raise TevPacketError(
-                f"{message.name[:40]!r} has {count} values in all its channels; "
-                f"{self._max_values} are taken"
+                f"{message.name[:40]!r} has {count} values in all its channels; at most "
+                f"{self._max_values} are accepted"
             )
         self._images.pop(message.name, None)
         while len(self._images) >= self._max_images or self.value_count + count > self._max_values:
@@ -83,7 +83,7 @@ class TevImages:
     def _update(self, message: UpdateImage) -> bool:
         image = self._images.get(message.name)
         if image is None:
-            raise TevPacketError(f"there is no image {message.name[:40]!r} to update")
+            raise TevPacketError(f"no image {message.name[:40]!r} exists to update")
         for channel, tile in message.tiles.items():
             _check_place(image, channel, tile, message)
         for channel, tile in message.tiles.items():

@@ -160,7 +160,7 @@ class _Fields:
 
     def channels(self, count: int) -> tuple[str, ...]:
         if not 1 <= count <= MAX_CHANNELS:
-            raise TevPacketError(f"it has {count} channels; 1 to {MAX_CHANNELS} are taken")
+            raise TevPacketError(f"it has {count} channels; 1 to {MAX_CHANNELS} are accepted")
         names = tuple(self.text() for _ in range(count))
         if len(set(names)) < count or "" in names:
             raise TevPacketError("two of its channels share a name, or one has none")
@@ -217,7 +217,7 @@ def _update_image(fields: _Fields, operation: int) -> UpdateImage:
 def _check_size(name: str, width: int, height: int) -> None:
     if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
         raise TevPacketError(
-            f"{name[:40]!r} has {width} x {height} pixels; 1 to {MAX_SIDE_PX} a side are taken"
+            f"{name[:40]!r} has {width} x {height} pixels; 1 to {MAX_SIDE_PX} a side are accepted"
         )
 
 

@@ -232,7 +232,7 @@ class TevServer(Closing):
         except TevPacketError as error:
             self._drop(str(error))
         except MemoryError:
-            self._drop("this machine has no memory for its image")
+            self._drop("there is not enough memory for its image")
 
     def _apply(self, message: Message) -> bool:
         """Apply `message`; return whether the shown picture may have changed."""

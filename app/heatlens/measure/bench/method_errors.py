@@ -104,13 +104,13 @@ def check_errors(size: tuple[int, int], settings: DefocusSettings, truth_views: 
     most = most_views(settings)
     if not most < truth_views <= VIEWS_MAX:
         raise InputError(
-            f"--truth-views must be more than the {most} views that are held against it and at "
-            f"most {VIEWS_MAX}, or 0 for only times; got {truth_views}."
+            f"--truth-views must be above {most}, the views of the methods, and at most "
+            f"{VIEWS_MAX}, or 0 to measure only times; got {truth_views}."
         )
     if min(proxy_size(size, settings.proxy)) < _SIDE_MIN_PX:
         raise InputError(
-            f"--truth-size {size[0]}x{size[1]} is too small to compare pictures on; "
-            f"{_SIDE_MIN_PX} pixels a side, after --proxy, are the least."
+            f"--truth-size {size[0]}x{size[1]} is too small for comparing pictures: at least "
+            f"{_SIDE_MIN_PX} pixels a side are needed, after --proxy."
         )
     black = np.zeros((_SIDE_MIN_PX, _SIDE_MIN_PX, 3), np.float32)
     try:

@@ -88,7 +88,7 @@ def _check_shapes(result: FloatImage, truth: FloatImage) -> None:
         )
     if min(result.shape[:2]) < _SSIM_SIDE_PX:
         raise InputError(
-            f"Pictures are compared from {_SSIM_SIDE_PX} pixels a side, these have "
+            f"Pictures need {_SSIM_SIDE_PX} pixels a side to be compared; these have "
             f"{result.shape[1]} x {result.shape[0]}."
         )
 

@@ -43,7 +43,7 @@ def checked_target(path: str | os.PathLike[str]) -> Path:
     """Return the path of the folder; raise InputError where it may not be written or replaced."""
     target = Path(os.path.realpath(path))
     if not target.parent.is_dir():
-        raise InputError(f"{path}: there is no folder {target.parent} to make the report in.")
+        raise InputError(f"{path}: there is no folder {target.parent} to write the report in.")
     if not os.access(target.parent, os.W_OK):
         raise InputError(f"{path}: {target.parent} is not writable.")
     if target.exists() and not target.is_dir():
@@ -70,7 +70,7 @@ def _check_is_ours(folder: Path) -> None:
     strange = sorted(found - ours)
     if strange:
         raise InputError(
-            f"{folder} holds files that are no report of heatlens ({', '.join(strange[:3])}"
+            f"{folder} holds files that are not a heatlens report ({', '.join(strange[:3])}"
             f"{', ...' if len(strange) > 3 else ''}); give another folder or empty this one."
         )
 

@@ -65,7 +65,7 @@ def measure_all(
         except GpuError as error:
             if not rows and at == len(methods):
                 raise
-            left_out.append(f"{method} is left out: {error}")
+            left_out.append(f"{method} is skipped: {error}")
             say(left_out[-1])
     return Rows(tuple(sorted(rows, key=lambda row: row.scores.flip)), tuple(left_out))
 

@@ -11,9 +11,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.plate.plate import FloatImage
 
-_SHARED = (
-    "Accumulation begins with the views that the truth begins with, which favours it a little."
-)
+_SHARED = "Accumulation shares its first views with the truth, which favours it a little."
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +68,8 @@ def announce(reference: Reference, say: Callable[[str], None]) -> None:
         say(f"truth: {reference.name}")
     else:
         say(
-            f"no truth was given: the methods are held against {reference.name}, which is a "
-            "method itself; --truth compares with a finished picture"
+            f"no truth was given: the methods are compared with {reference.name}, which is itself "
+            "a method; --truth compares with a finished picture"
         )
 
 

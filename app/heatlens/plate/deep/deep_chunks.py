@@ -125,7 +125,7 @@ class DeepPart:
             width, height, _mode = struct.unpack("<IIB", header["tiles"])
             self._tile = width, height
         if self._compression not in (_NONE, _RLE, _ZIPS):
-            raise CutError(f"deep pixels have no compression of number {self._compression}")
+            raise CutError(f"deep pixels cannot have compression number {self._compression}")
 
     def _places(self, file: BinaryIO, headers: list[RawHeader], part: int) -> list[int]:
         """Return where in the file the chunks of the part begin."""

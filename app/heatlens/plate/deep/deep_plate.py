@@ -113,7 +113,10 @@ def _report(made: Stacked) -> BehindReport:
 
 
 def _surfaces_sentence(path: Path, made: Stacked) -> str:
-    return f"{path}: {made.count / made.depth_m.size:.2f} surfaces a pixel, at most {made.most}."
+    return (
+        f"{path}: {made.count / made.depth_m.size:.2f} surfaces a pixel on average, at most "
+        f"{made.most}."
+    )
 
 
 def _merge_sentence(path: Path, made: Stacked) -> str:

@@ -199,7 +199,7 @@ def _from_disparity(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Co
         values = (values - np.float32(raw.low)) / np.float32(max(raw.high - raw.low, 1e-30))
         ends = "--near and --far" if inverted else "--far and --near"
         notes = (
-            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are taken as {ends}, "
+            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are read as {ends}, "
             "separately in every frame.",
         )
     values = 1 - values if inverted else values
@@ -220,8 +220,8 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
     if wrong > MAX_WRONG_SIGN_FRACTION * (positive + raw.negative_count):
         raise InputError(
             f"{raw.what} has {raw.negative_count} negative and {positive} positive values, so it "
-            "is no depth. Name the depth with --depth-channel or, if these are diameters of the "
-            "circle of confusion in pixels, say --depth-convention coc."
+            "is not a depth. Name the depth with --depth-channel or, if these are diameters of "
+            "the circle of confusion in pixels, say --depth-convention coc."
         )
     if raw.negative_count > positive:
         return -1.0, (f"{raw.what} is negative, as along -z: its sign was turned.",)
@@ -238,8 +238,8 @@ def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
     if report.repaired_count:
         notes.append(
             f"{raw.what} holds no usable value in {report.repaired_count} of {raw.values.size} "
-            "pixels (NaN, of the wrong sign or nearer than a micrometre): they took the "
-            "nearest neighbour's."
+            "pixels (NaN, of the wrong sign or nearer than a micrometre): they were filled from "
+            "the nearest neighbour."
         )
     if raw.low == raw.high and not 0 < report.infinite_count < raw.values.size:
         notes.append(f"{raw.what} is {raw.low:g} everywhere: the blur will be the same everywhere.")

@@ -120,7 +120,7 @@ def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) 
         found = "NaN" if zero_count == 0 else "zero or NaN" if nan_count else "zero"
         raise InputError(
             f"{what} is empty (every pixel is {found}). Was the depth pass switched on for this "
-            "render? Another channel is taken with --depth-channel."
+            "render? Choose another channel with --depth-channel."
         )
     low, high = (float(plain.min()), float(plain.max())) if plain.size else (np.nan, np.nan)
     negative = int(np.count_nonzero(plain < 0)) if low < 0 else 0
@@ -140,7 +140,7 @@ def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
     given = [name for name, value in ends.items() if value is not None]
     if guess.convention is DepthConvention.DISTANCE and len(given) == 1:
         raise InputError(
-            f"{raw.what} is taken as distances, but {given[0]} is an end of a normalized depth: "
+            f"{raw.what} is read as distances, but {given[0]} is for a normalized depth: "
             f"leave {given[0]} out, or give --depth-convention."
         )
     return guess
@@ -156,7 +156,8 @@ def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
         return by_name
     if raw.infinite_count == raw.values.size:
         return Guess(
-            DepthConvention.DISTANCE, "Every pixel holds a mark of infinity, as only distances do."
+            DepthConvention.DISTANCE,
+            "Every pixel holds a value that means infinity, as only distances do.",
         )
     has_ends = options.near_m is not None and options.far_m is not None
     if has_ends and raw.top <= NORMALIZED_UP_TO:
@@ -178,14 +179,14 @@ def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
         return Guess(DepthConvention.DISTANCE, why)
     votes = flat_votes(raw.values, raw.infinite)
     if votes.says_distance:
-        return Guess(DepthConvention.DISTANCE, f"{why} Flat surfaces in it run as distances do.")
+        return Guess(DepthConvention.DISTANCE, f"{why} Its flat surfaces vary as distances do.")
     if votes.says_inverse and raw.bottom <= INVERSE_LOW_MOST:
         return _inverse_by_surfaces(raw, votes)
     if _is_of_nuke(raw):
         return _asked(
             raw,
             DepthConvention.INVERSE,
-            f"Nuke wrote the file, and its {raw.channel} is 1/z; no flat surface in it tells.",
+            f"Nuke wrote the file, and its {raw.channel} is 1/z; no flat surface confirms it.",
         )
     if _is_dense_near_zero(raw):
         return _asked(
@@ -197,8 +198,8 @@ def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
 def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
     """Guess 1/z from the flat surfaces; ask the user unless the program writes 1/z as well."""
     why = (
-        f"Flat surfaces in it run as 1/z does, in {votes.inverse} places against "
-        f"{votes.distance} that run as distances do"
+        f"Its flat surfaces vary as 1/z does, in {votes.inverse} places against {votes.distance} "
+        "that vary as distances do"
     )
     if _is_of_nuke(raw):
         return Guess(DepthConvention.INVERSE, f"{why}, and Nuke wrote the file.", certain=False)

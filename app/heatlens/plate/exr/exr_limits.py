@@ -112,7 +112,7 @@ def _check_tiles(path: Path, header: RawHeader) -> None:
     most = tuple(max(side, _TILE_LEAST_PX) for side in _size_of(path, header))
     if not (0 < width <= most[0] and 0 < height <= most[1]):
         raise InputError(
-            f"{path} claims tiles of {width} x {height} pixels; with a picture of this size, "
+            f"{path} claims tiles of {width} x {height} pixels; for a picture of this size, "
             f"heatlens takes up to {most[0]} x {most[1]}. The file is damaged: write it again."
         )
 

@@ -49,5 +49,6 @@ def _check_is_flat(path: Path) -> None:
     """Raise InputError for a deep file, which the library may be unable to open."""
     if is_deep_file(path):
         raise InputError(
-            f"{path} holds deep samples, which heatlens reads as a plate alone: flatten it first."
+            f"{path} holds deep samples, which heatlens can read only as the plate itself: "
+            "flatten it first."
         )

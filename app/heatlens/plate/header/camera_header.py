@@ -91,11 +91,11 @@ def _add_lens_of_shoot(
     for name in _ATTRIBUTES:
         value = getattr(lens, name)
         if value is not None and name not in values:
-            unit = "" if name != "focus_distance_m" or lens.has_unit else ", taken for metres"
+            unit = "" if name != "focus_distance_m" or lens.has_unit else ", taken as metres"
             values[name], sources[name] = value, f"{lens.sources[name]}{unit}"
     if "f_stop" not in values and lens.t_stop is not None:
         values["f_stop"] = lens.t_stop
-        sources["f_stop"] = f"{lens.sources['t_stop']}, a T-stop taken for an f-stop"
+        sources["f_stop"] = f"{lens.sources['t_stop']}, a T-stop taken as an f-stop"
 
 
 def lens_model_of(camera: CameraHeader) -> tuple[LensModel, str]:

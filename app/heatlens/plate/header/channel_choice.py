@@ -252,8 +252,8 @@ def _with_guess_noted(chosen: ColorChoice, layers: Mapping[str, ColorChoice]) ->
     if _last(chosen.rgb[0].plain_layer) in _COLOR_LAYERS or len(layers) == 1:
         return chosen
     note = (
-        f"No layer is named like the finished picture: the colour is layer {chosen.layer!r}; "
-        f"--color-layer takes another of {listed(layers)}."
+        "No layer has a usual name for the finished picture: the colour is layer "
+        f"{chosen.layer!r}; --color-layer takes another of {listed(layers)}."
     )
     return replace(chosen, notes=(note,))
 
@@ -283,7 +283,7 @@ def _no_depth_sentence(path: Path, headers: Sequence[Header], view: str) -> str:
     found = listed(ref.full_name for ref in list_channels(headers))
     of_view = f" of the view {view}" if view else ""
     return (
-        f"{path} has no depth channel{of_view}: looked for Z, depth, depth.Z, zdepth, distance and "
-        f"the like; it has: {found}.{unusable_sentence(headers)} Render the depth into the file, "
-        "name its channel with --depth-channel, or the file that holds it with --depth FILE."
+        f"{path} has no depth channel{of_view}: looked for Z, depth, depth.Z, zdepth, distance "
+        f"and the like; it has: {found}.{unusable_sentence(headers)} Render the depth into the "
+        "file, or name its channel with --depth-channel or its file with --depth FILE."
     )

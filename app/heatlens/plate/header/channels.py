@@ -99,7 +99,10 @@ def listed(names: Iterable[str]) -> str:
 def unusable_sentence(headers: Sequence[Header]) -> str:
     """Return a sentence about deep or subsampled channels, "" if there are none."""
     if any(is_deep(header) for header in headers):
-        return " It holds deep samples, which heatlens reads as a plate alone: flatten it first."
+        return (
+            " It holds deep samples, which heatlens can read only as the plate itself: flatten "
+            "it first."
+        )
     if any(c.xSampling != 1 or c.ySampling != 1 for h in headers for c in h["channels"]):
         return " Subsampled channels are not read: write them at full resolution."
     return ""

@@ -189,8 +189,8 @@ def _check_avif(path: Path, head: bytes) -> None:
     at = head.find(b"av1C")
     if at >= 0 and head[at + 6 : at + 7] and head[at + 6] & 0b0100_0000:
         raise InputError(
-            f"{path} has more than 8 bits a channel, which AVIF is not read with: convert it to a "
-            "PNG or TIFF of 16 bits, or to EXR."
+            f"{path} has more than 8 bits a channel, which heatlens cannot read from AVIF: "
+            "convert it to a 16-bit PNG or TIFF, or to EXR."
         )
 
 

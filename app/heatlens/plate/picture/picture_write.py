@@ -78,7 +78,7 @@ def check_output(path: Path, plate: Path, *beside: Path) -> None:
     if _is_same(path, plate):
         raise InputError(f"{path} is the plate itself: give another name for the output.")
     if any(_is_same(path, other) for other in beside):
-        raise InputError(f"{path} is a part of {plate.name}: give another name for the output.")
+        raise InputError(f"{path} is part of {plate.name}: give another name for the output.")
 
 
 def _is_same(path: Path, other: Path) -> bool:

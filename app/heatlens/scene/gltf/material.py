@@ -21,7 +21,7 @@ from heatlens.scene.gltf.textures import GltfTextures
 from heatlens.scene.scene import Array, Color, MapPlace, Material
 
 _STEEPEST = 1e3
-_APART = "Gloss maps placed unlike the colour map are placed like it"
+_APART = "Gloss maps with a placement of their own take that of the colour map"
 _GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 _SETS_MOST = 2
 _TOO_MANY_SETS = "Materials with more than two sets of texture coordinates use only two"
@@ -188,7 +188,7 @@ def _share(record: Record, name: str) -> float:
 # Share of light that passes straight through clear glass; its two sides reflect the rest.
 _CLEAREST = 0.9
 _HOLED = "Glass with holes is opaque around them"
-_BY_MEAN = "Transmission maps placed unlike the colour map are replaced by their mean"
+_BY_MEAN = "Transmission maps with a placement of their own are replaced by their mean"
 
 
 def see_through(

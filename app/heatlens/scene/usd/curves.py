@@ -44,7 +44,7 @@ def read_curves(materials: UsdMaterials, prim: object) -> list[Mesh]:
     lines = _Lines(np.column_stack([points, widths, colors]), counts).evaluated(curves)
     if len(lines.rows) > _MOST:
         lines = lines.some(_MOST)
-        materials.notes[f"Only {_MOST:,} points of curves with very many points are drawn."] = None
+        materials.notes[f"Of curves with very many points, only {_MOST:,} are drawn."] = None
     if not len(lines.rows):
         return []
     sides = _SIDES if len(lines.rows) < _MANY else _SIDES_OF_MANY

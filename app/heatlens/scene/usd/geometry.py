@@ -62,7 +62,10 @@ class UsdGeometry:
         start = f"{self.materials.stage.path}: "
         told = [f"Left out: {str(e).removeprefix(start)}" for e in self.refused[:_TOLD_MOST]]
         more = len(self.refused) - len(told)
-        return [*told, *([f"Left out for such reasons: {more} more objects."] if more else [])]
+        return [
+            *told,
+            *([f"Another {more} objects are left out for such reasons."] if more else []),
+        ]
 
     def _read_or_refused(self, prim: UsdObject) -> list[Mesh]:
         try:

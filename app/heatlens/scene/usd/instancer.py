@@ -71,7 +71,7 @@ class Instancers:
         for frame in times[1:]:
             other = self._at(prim, frame, 0)
             if other.meshes != found.meshes:
-                self.notes["An instancer whose copies come and go stays as it is first."] = None
+                self.notes["An instancer whose copies come and go keeps its first state."] = None
                 return found
             locals_.append(other.local)
         return Copies(found.names, found.meshes, np.concatenate(locals_))

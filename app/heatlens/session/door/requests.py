@@ -120,7 +120,7 @@ class Pull(Request):
         if marks.named(self.mark) is None:
             raise InputError(f"There is no mark {self.mark!r}.")
         if self.frames < 1:
-            raise InputError(f"A pull lasts 1 frame or more, not {self.frames}.")
+            raise InputError(f"A pull must last at least 1 frame, not {self.frames}.")
         marks.begin_pull()
         marks.pull_from, marks.pull_to = None, self.mark
         marks.lengthen_pull(self.frames)

@@ -76,7 +76,7 @@ class ExportCommands(Worker):
     def write_sheet(self, path: Path, title: str) -> None:
         """Start to write the focus pull as a page to print for the set, with a table beside it."""
         if self.run.is_busy:
-            self._say(Problem("An export is under way: the pull sheet has to wait for its end."))
+            self._say(Problem("An export is running: write the pull sheet when it has finished."))
             return
         words = ["--title", title, *words_of(self._look.options())]
         try:

@@ -49,8 +49,8 @@ class ExportState:
     def when_stopped(self) -> str:
         """What stays of an export that is stopped, in a sentence."""
         if Path(self.output).suffix.lower() in MOVIE_SUFFIXES:
-            return "A movie is whole or not there; exporting again begins it anew."
-        return "Finished frames stay; exporting again goes on with the rest."
+            return "An unfinished movie is deleted; exporting again starts over."
+        return "Finished frames are kept; exporting again continues with the rest."
 
 
 class ExportRun:
@@ -99,7 +99,7 @@ class ExportRun:
     ) -> None:
         """Start the process and follow it. If that fails, nothing is left of it."""
         title = f"{_TITLES.get(command, command)} to {output}"
-        with faults_reported(f"The {title} could not begin"), ExitStack() as undone:
+        with faults_reported(f"The {title} could not start"), ExitStack() as undone:
             folder = tempfile.TemporaryDirectory(prefix="heatlens-")
             undone.enter_context(folder)
             path = Path(folder.name) / f"window{SHOT_SUFFIX}"

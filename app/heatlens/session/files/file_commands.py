@@ -78,7 +78,7 @@ PURPOSES = {
             "Save the shot",
             "Save",
             (SHOT_SUFFIX,),
-            "Lens, keys, marks and how the plate is read; text that people can read.",
+            "Lens, keys, marks and how the plate is read, as readable text.",
             is_save=True,
         ),
     )
@@ -176,9 +176,9 @@ class FileCommands(Worker):
     def may_choose(self, key: str) -> bool:
         """Return True if a file can be chosen for this purpose; report why not otherwise."""
         if self._source.plate is None and PURPOSES[key].is_save:
-            self._say("Nothing is open that could be saved.")
+            self._say("There is nothing to save.")
         elif key == "behind" and not self.reading.is_possible:
-            self._say("Pictures behind are added to a plate, and none is open.")
+            self._say("Open a plate first, to add a picture behind it.")
         elif key == "save shot" and self._source.once_only:
             self._say(self._source.once_only)
         else:

@@ -46,7 +46,7 @@ class KitCommands:
         if kit is None:
             if name is None:
                 self._editing.do(replace(self._editing.shot, kit=None))
-                self._say("The lens is free of any kit.")
+                self._say("The lens no longer belongs to a kit.")
             return
         self._mount(kit, kit.nearest(self._editing.lens.focal_length_mm))
 

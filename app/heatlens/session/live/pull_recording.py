@@ -92,7 +92,9 @@ class PullRecording(Worker):
     def why_not(self) -> str:
         """A sentence why nothing can be recorded now; "" if it can."""
         is_still = self._timeline.played.count < 2
-        return "A pull is recorded while frames play, and there is only one." if is_still else ""
+        return (
+            "A pull is recorded while frames play, but there is only one frame." if is_still else ""
+        )
 
     @property
     def samples(self) -> Samples:

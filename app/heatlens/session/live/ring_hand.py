@@ -167,7 +167,7 @@ class RingHand(Worker):
             return
         found = learning.learnt()
         if found is None:
-            self._say(Problem("No control was turned, so nothing was learnt."))
+            self._say(Problem("No control was turned, so none was learnt."))
             return
         self.map(learning.ring, found)
         self._say(f"{found.channel} turns the {learning.ring.words}.")
@@ -206,11 +206,11 @@ class RingHand(Worker):
         try:
             self._editing.edit_lens(replace(self._editing.lens, **changed))
         except LensError as error:
-            self._say(Problem(f"The ring sent a lens that is not taken over: {error}"))
+            self._say(Problem(f"The ring sent a lens that cannot be used: {error}"))
 
     def _tell_silence(self, heard: Heard) -> None:
         if heard.is_silent and not self._was_silent:
-            self._say(Problem("The ring has fallen silent; the lens stays as it was sent last."))
+            self._say(Problem("The ring has stopped sending; the lens keeps the values sent last."))
         self._was_silent = heard.is_silent
 
     def seconds_until_needed(self) -> float | None:

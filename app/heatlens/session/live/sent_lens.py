@@ -89,7 +89,7 @@ class SentLens(Worker):
         try:
             self._editing.edit_lens(replace(self._editing.lens, **values))
         except LensError as error:
-            self._say(f"The renderer sent a lens that is not taken over: {error}")
+            self._say(f"The renderer sent a lens that cannot be used: {error}")
 
 
 def _values(camera: CameraHeader) -> dict[str, float]:

@@ -61,7 +61,7 @@ class LookCommands:
     def back(self) -> None:
         """Return to the lens before the latest look; a second call returns to the look."""
         if self._before is None:
-            self._say(Problem("There is no lens to go back to: no look was taken yet."))
+            self._say(Problem("There is no earlier lens: no look has been applied yet."))
         else:
             self._take(self._before)
 
@@ -105,7 +105,7 @@ class LookCommands:
         others = [other.name for other in self.looks if other != look]
         if state.a_look == look.name or not others:
             if not others:
-                self._say(Problem("A second look is needed at the right. Shift+L keeps one."))
+                self._say(Problem("A second look is needed on the right. Shift+L keeps one."))
             self._view.state = replace(self._view.state, a_look="")
             return
         b_look = state.b_look if state.b_look in others else others[0]

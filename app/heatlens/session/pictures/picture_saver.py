@@ -60,7 +60,7 @@ class PictureSaver:
     def ask(self, source: str | None, frame: int, path: Path | None) -> None:
         """Save the picture of `frame` to `path`, or copy it, as soon as it is complete."""
         if self._writer.is_busy:
-            self._say("The picture before is still being written: try again in a moment.")
+            self._say("The previous picture is still being written: try again in a moment.")
             return
         self._request = _Request(source, frame, path)
         self._say(f"Waiting for the whole picture before {self._request.words} ...")

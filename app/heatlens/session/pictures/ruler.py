@@ -44,7 +44,7 @@ def distance_m(a: Vector, b: Vector) -> float:
 
 Pixel = tuple[int, int]
 
-_ASSUMED = "The file tells no lens: the ruler goes by the one that is set."
+_ASSUMED = "The file has no lens: the ruler uses the current one."
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Ruler:
         plate = self._source.plate
         if plate is None:
             return "Nothing is open."
-        return "" if plate.has_distances else "The plate tells its blur and no distances."
+        return "" if plate.has_distances else "The plate holds its blur, not distances."
 
     def toggle(self) -> None:
         """Switch the ruler on or off."""

@@ -246,4 +246,4 @@ def _message(name: str, lens: Lens, told: Collection[str]) -> str:
     }
     came = ", ".join(words for field, words in parts.items() if field in told)
     kept = " and ".join(words for field, words in parts.items() if field not in told)
-    return f"Through {name}: {came}." + f" Its file tells no more: {kept} stay." * bool(kept)
+    return f"Through {name}: {came}." + f" Its file has no other values: {kept} stay." * bool(kept)

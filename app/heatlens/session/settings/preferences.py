@@ -142,7 +142,7 @@ class Preferences:
                 write_whole(path, text.encode(), FOR_THE_USER)  # it names opened files
         except (OSError, InputError) as error:
             self.path = None
-            raise InputError(f"Preferences are not kept: {error}") from error
+            raise InputError(f"Preferences cannot be saved: {error}") from error
 
     def first_view(self, given: ViewState) -> ViewState:
         """Return the given view state, with remembered values for fields that were not given."""

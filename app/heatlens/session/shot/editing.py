@@ -10,8 +10,8 @@ from heatlens.model.lens import Lens
 from heatlens.model.shot import LensCurves, LensParameter, Shot
 from heatlens.session.loop.messages import Problem, passing
 
-_ONLY_TRIED = "Only tried at this frame, as auto key (A) is off. K keeps it as a key."
-_ALL_FRAMES = "The focus is the same at all frames. K sets a key; then each change sets one."
+_ONLY_TRIED = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."
+_ALL_FRAMES = "The focus is the same at all frames. K sets a key; after that each change sets one."
 _KEYS_HERE = "A key of the focus was set at frame {}: auto key (A) is on."
 _GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this are one gesture
 

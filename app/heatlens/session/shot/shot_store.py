@@ -79,7 +79,7 @@ class ShotStore:
     def _begin(
         self, threads: ThreadPoolExecutor | Threads, job: Callable[[], Result]
     ) -> Future[Result]:
-        future = threads.submit(faults_reported("The shot could not be kept or read")(job))
+        future = threads.submit(faults_reported("The shot could not be saved or read")(job))
         future.add_done_callback(lambda _: self._wake())
         return future
 

@@ -75,10 +75,10 @@ def shot_question(documents: ShotDocuments) -> None:
 def _answer_recovery(documents: ShotDocuments, offer: Found) -> None:
     topmost.answers_keys_itself()
     if offer.saved is None:
-        imgui.text_wrapped("There is a shot of this plate that was never saved to a file.")
+        imgui.text_wrapped("A shot of this plate was never saved to a file.")
     else:
-        imgui.text_wrapped(f"{printable(offer.path.name)} was changed after it was saved last.")
-    imgui.text_wrapped("Heatlens ended before that was saved. Recover it?")
+        imgui.text_wrapped(f"{printable(offer.path.name)} has unsaved changes.")
+    imgui.text_wrapped("heatlens ended before they were saved. Recover them?")
     widgets.spacer()
     for name, goes_on in (("Recover it", True), ("Discard it", False)):
         entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)

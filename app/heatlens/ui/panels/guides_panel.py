@@ -32,7 +32,7 @@ def guides_panel(view: ViewState, squeeze: float, say: Callable[[str], None]) ->
 def _matte(guides: Guides, say: Callable[[str], None]) -> Guides:
     known = {aspect: name for name, aspect in MATTES.items()}
     shown = _NO_MATTE if guides.aspect is None else known.get(guides.aspect, _OWN)
-    tip = "Darkens what another aspect would cut off."
+    tip = "Darkens what another aspect ratio would cut off."
     picked = widgets.choice("matte", shown, [_NO_MATTE, *MATTES, _OWN], tip)
     if picked != shown:
         aspect = {_NO_MATTE: None, _OWN: _OWN_FIRST}.get(picked, MATTES.get(picked))
@@ -53,8 +53,8 @@ def _desqueeze(guides: Guides, squeeze: float, say: Callable[[str], None]) -> Gu
     now = guides.desqueeze
     shown = _AS_FILE if now is None else _SQUARE if now == 1.0 else known.get(now, _OWN)
     tip = (
-        "How wide pixels are shown for their height. It changes the view and exports with guides; "
-        "the blur goes by the file."
+        "Width of a pixel over its height as shown. It changes the view and exports with guides, "
+        "not the blur."
     )
     as_lens = f"as the lens: {squeeze:.4g}"
     lens = [as_lens] if squeeze != 1.0 else []
@@ -77,7 +77,7 @@ def _peaking(view: ViewState) -> ViewState:
     color = widgets.choice("in", peaking.color, list(PEAKING_COLORS))
     stops = peaking.stops
     if on is PeakingOn.PICTURE:
-        tip = "Edges of at least this contrast are coloured: less finds more of them."
+        tip = "Edges of at least this contrast are coloured: a lower value finds more."
         stops = widgets.slider("contrast", stops, *STOPS_RANGE, "%.2f stops", tip)
     tip = "How large a blur still counts as in focus, in acceptable circles of confusion."
     blur = widgets.slider("blur up to", peaking.blur, *BLUR_RANGE, "%.2f", tip)

@@ -38,7 +38,7 @@ _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
 _NO_T_STOP = "as the f-stop"
 _VIEWS_REACH = 4096  # largest value of the slider
 _PROXIES = {"full": 1.0, "1/2": 0.5, "1/3": 1 / 3, "1/4": 0.25}
-_LENS_IS_FIXED = "This plate brings its circle of confusion: the lens is fixed in it."
+_LENS_IS_FIXED = "This plate holds circles of confusion, so its lens is fixed."
 Say = Callable[[str], None]
 
 
@@ -136,12 +136,12 @@ def _limits(lens: Lens, unit: str) -> None:
         imgui.end_table()
     limit_um = 1e3 * lens.coc_limit_mm
     if imgui.is_item_hovered():
-        imgui.set_tooltip(f"Sharp is what blurs to less than {limit_um:.0f} µm on the sensor.")
+        imgui.set_tooltip(f"What blurs to less than {limit_um:.0f} µm on the sensor is sharp.")
 
 
 def _aperture(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     imgui.separator_text("Aperture")
-    widgets.label("f-stop", "Third stops; any value in the field at the right.")
+    widgets.label("f-stop", "Third stops; type any value in the field on the right.")
     imgui.set_next_item_width(imgui.get_content_region_avail().x - 4.6 * imgui.get_font_size())
     index = nearest_index(lens.f_stop)
     widest = 0 if facts.kit_lens is None else nearest_index(facts.kit_lens.f_stop)
@@ -201,7 +201,12 @@ def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     lens = _model(lens)
     lens = _measured(lens, say)
     squeeze = widgets.slider(
-        "squeeze", lens.squeeze, 1.0, 2.0, "%.2f x", "Anamorphic: discs so many times as tall."
+        "squeeze",
+        lens.squeeze,
+        1.0,
+        2.0,
+        "%.2f x",
+        "Anamorphic: how many times as tall as wide discs are.",
     )
     if squeeze != lens.squeeze:
         lens = replace(lens, squeeze=squeeze)
@@ -231,13 +236,13 @@ def _model(lens: Lens) -> Lens:
 def _measured(lens: Lens, say: Say) -> Lens:
     """Draw where distances are measured from, and the offset of the pupil from the film plane."""
     names = [start.words for start in MeasuredFrom]
-    tip = "The depth of a plate begins at the entrance pupil, a tape measure at the film plane."
+    tip = "The depth of a plate starts at the entrance pupil, a tape measure at the film plane."
     picked = widgets.choice("distances from", lens.measured_from.words, names, tip)
     start = next(start for start in MeasuredFrom if start.words == picked)
     if start is not lens.measured_from:
         lens = replace(lens, measured_from=start)
     if start is MeasuredFrom.FILM:
-        tip = "From the film plane to the entrance pupil; a camera may tell it."
+        tip = "From the film plane to the entrance pupil; some cameras record it."
         widgets.label("pupil offset", tip)
         text = widgets.text_field(
             "pupil offset", f"{lens.pupil_offset_mm:.4g} mm", lens.pupil_offset_mm, _parse_mm, say
@@ -265,7 +270,7 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
     """Draw the settings of the blur; return them as the user left them."""
     imgui.separator_text("Blur")
     tip = (
-        "diffusion is ours; the others are there to compare with, and take no bokeh or layers. "
+        "diffusion is heatlens's own; the others are for comparison, and use no bokeh or layers. "
         "accumulation and raytraced render a 3D scene through the whole lens."
     )
     methods, barred = [str(m) for m in Method], barred_methods(has_many_views)
@@ -297,7 +302,7 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
 
 def _views(settings: DefocusSettings) -> DefocusSettings:
     """Draw the number of views through the lens, which may exceed the range of the slider."""
-    tip = "Points of the lens that are looked through, or rays of each pixel: more, less noise."
+    tip = "Points of the lens to look through, or rays for each pixel. More give less noise."
     widgets.label("views", tip)
     width = imgui.get_content_region_avail().x - widgets.VALUE_EM * imgui.get_font_size()
     imgui.set_next_item_width(width)

@@ -60,8 +60,8 @@ def _input(view: ViewState, color: ColorChoice) -> ViewState:
     told = color.input_of("")
     auto = f"auto: {told.name}"
     tip = (
-        "Space of the pictures' light. Auto: as the plate's header tells, or linear Rec.709, as "
-        f"renderers write unless told otherwise. Now: {told.why}."
+        "Colour space of the pictures. Auto: the space in the plate's header, or linear Rec.709, "
+        f"the default of renderers. Now: {told.why}."
     )
     chosen = widgets.choice("input", view.input_space or auto, [auto, *color.input_spaces()], tip)
     return replace(view, input_space="" if chosen == auto else chosen)

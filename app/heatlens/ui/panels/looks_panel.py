@@ -105,7 +105,7 @@ def looks_panel(facts: Facts, desk: PictureDesk, stills: LookStills) -> None:
         if imgui.button("Leave grid" if is_grid else "Grid"):
             desk.looks.toggle_grid()
         probe.note("look grid")
-        _tip("Up to four looks beside each other (Shift+W); a click takes one.")
+        _tip("Up to four looks side by side (Shift+W); click one to take it.")
     imgui.same_line()
     with widgets.disabled(not is_look_b(view)):
         if imgui.button("Wipe off"):
@@ -153,17 +153,17 @@ def _buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
     """Draw buttons for the sides of the wipe, the grid, and to delete the look."""
     view = facts.view
     is_compared = is_look_b(view)
-    tip = "The frame through this look at the left of the wipe"
+    tip = "Show this look on the left of the wipe"
     if _toggle("left", f"left {look.name}", is_compared and view.a_look == look.name, tip):
         desk.looks.compare_as_a(look)
     imgui.same_line(0.0, 4.0)
-    tip = "The frame through this look at the right of the wipe"
+    tip = "Show this look on the right of the wipe"
     if _toggle("right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip):
         desk.looks.compare(look)
     if len(facts.shot.looks) > GRID_MOST:
         imgui.same_line(0.0, 4.0)
         is_in = look.name in grid_names(view, facts.shot)
-        if _toggle("grid", f"in grid {look.name}", is_in, "Whether the grid shows this look"):
+        if _toggle("grid", f"in grid {look.name}", is_in, "Show this look in the grid"):
             desk.looks.toggle_in_grid(look)
     imgui.same_line(0.0, 4.0)
     if imgui.button("x"):

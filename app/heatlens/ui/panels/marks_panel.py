@@ -102,7 +102,7 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
 
 def _close_focus(desk: TimeDesk, unit: str) -> None:
     imgui.separator_text("Barrel")
-    widgets.label("close focus", "The nearest distance of the lens; frames focused nearer are red.")
+    widgets.label("close focus", "The closest focus of the lens; frames focused nearer are red.")
     limit_m = desk.editing.lens.close_focus_m
     lens = desk.editing.lens
     shown = "" if limit_m is None else measured_text(lens, limit_m, unit)

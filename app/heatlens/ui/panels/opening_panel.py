@@ -72,7 +72,7 @@ def _image(lens: Lens, ask: Callable[[], None]) -> Lens:
     is_taken_off = False
     if image is not None:
         is_taken_off = imgui.small_button("x##no aperture image")
-        _tip("Take the image off; the blades are back.")
+        _tip("Remove the image and use the blades again.")
         probe.note("no aperture image")
         imgui.same_line()
     if imgui.button("Choose..." if image is None else f"{printable(Path(image.path).name)}##image"):
@@ -111,7 +111,7 @@ def _widest(lens: Lens, say: Say) -> Lens:
     """Draw the f-stop at which the barrel causes the full cat's eye."""
     if lens.cat_eye == 0.0:
         return lens
-    widgets.label("at f-stop", "The widest of the lens: stopped down, the barrel cuts less.")
+    widgets.label("at f-stop", "The widest f-stop of the lens: stopped down, the barrel cuts less.")
     shown = "" if lens.widest_f_stop is None else f"f/{lens.widest_f_stop:.4g}"
     widest = widgets.text_field(
         "at f-stop", shown, lens.widest_f_stop, _parse_f_stop, say, "every f-stop"

@@ -173,8 +173,8 @@ def _corner(data: Box, display: Box) -> str:
 def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
     plate = facts.plate
     names = depth_channels_first(plate.aovs)
-    channel = _named("channel", options.depth_channel, names, "The channel that is the depth.")
-    tip = f"What its values are. Now: {options.depth_convention.facts.meaning}."
+    channel = _named("channel", options.depth_channel, names, "The channel that holds the depth.")
+    tip = f"What its values mean. Now: {options.depth_convention.facts.meaning}."
     convention = _keyed("convention", options.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
         widgets.colored_text(window_words(plate.depth.question), theme.colors.accent_text)
@@ -200,7 +200,9 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
 def _despike(value: bool) -> bool:
     _, value = imgui.checkbox("take out bright grains", value)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Single pixels far brighter than all around them, as path tracers leave.")
+        imgui.set_tooltip(
+            "Single pixels far brighter than their neighbours, as path tracers leave."
+        )
     probe.note("take out bright grains")
     return value
 
@@ -214,7 +216,9 @@ def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
 
 
 def _distance_field(name: str, value: float | None, unit: str, say: Say) -> float | None:
-    widgets.label(name, "Where a depth of 0 to 1 has this end: 0.5, 30cm, 6'3\"; empty: not known.")
+    widgets.label(
+        name, "Distance of this end of a depth of 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
+    )
     shown = "" if value is None else format_distance(value, unit)
     return widgets.text_field(name, shown, value, _parse_end_m, say)
 
@@ -227,7 +231,9 @@ def _parse_end_m(text: str) -> float | None:
 
 
 def _kind(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
-    tip = "Along the axis a wall seen straight on has one depth; along the ray its corners are far."
+    tip = (
+        "Along the axis, a wall seen head-on has one depth; along the ray, its corners are farther."
+    )
     kind = _keyed("kind", options.depth_kind, _KINDS, tip)
     if kind == options.depth_kind:
         return options

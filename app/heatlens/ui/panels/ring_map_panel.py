@@ -16,10 +16,10 @@ from heatlens.ui import probe, widgets
 Say = Callable[[str], None]
 
 _NONE = "nothing"
-_FROM_CAMERA = "as the camera tells it"  # sent in metres, stops or mm, so no channel is needed
+_FROM_CAMERA = "as sent by the camera"  # sent in metres, stops or mm, so no channel is needed
 _LEARN_EM, _END_EM = 4.0, 5.0
 _BEND_TIP = "Above 1 the ring turns slowly at its first end, below 1 slowly at its last."
-_ENDS_TIP = "The lens at the two ends of the control's way, with what it sends there."
+_ENDS_TIP = "The lens value at both ends of the control, with what the control sends there."
 
 
 def ring_map_panel(hand: RingHand, unit: str, say: Say) -> None:
@@ -86,7 +86,7 @@ def _range(hand: RingHand, found: ChannelMap, unit: str, say: Say) -> None:
 
 def _end(found: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:
     sent = found.low if words == "first end" else found.high
-    widgets.label(words, f"{_ENDS_TIP} Here it sends {sent:.3g}.")
+    widgets.label(words, f"{_ENDS_TIP} The control sends {sent:.3g} here.")
     if found.ring is Ring.FOCUS:
         shown = format_distance(value, unit)
         return widgets.text_field(f"{words} of focus", shown, value, parse_distance_m, say)

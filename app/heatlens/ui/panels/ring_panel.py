@@ -9,7 +9,7 @@ from heatlens.base.printable import printable
 from heatlens.live.ring.sources import Heard
 from heatlens.ui import probe, theme, widgets
 
-_FIRST_HEARD = "the first that is heard"
+_FIRST_HEARD = "first one heard"
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def _status(facts: RingFacts) -> None:
     if heard.sample is None:
         imgui.text_wrapped(f"Listening at {facts.address}; nothing was heard yet.")
     elif heard.is_silent:
-        text = f"Silent for {heard.age_s:.0f} s; the lens stays as it was sent last."
+        text = f"Silent for {heard.age_s:.0f} s; the lens keeps the values sent last."
         widgets.colored_text(text, theme.colors.bad)
     elif math.isinf(heard.silent_after_s):  # a controller, which sends nothing while unmoved
         imgui.text(f"Turned {heard.age_s:.1f} s ago.")

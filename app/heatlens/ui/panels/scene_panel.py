@@ -18,16 +18,16 @@ from heatlens.ui.status_bar import fitting
 
 _OWN = "moved by hand"
 _CAMERA_TIP = (
-    "Which camera is looked through; its lens comes with it. In the picture the right button turns "
-    "it round what is in focus, with Ctrl it goes aside, and Ctrl with the wheel goes nearer."
+    "The camera of the view, with its lens. In the picture, drag with the right button to orbit "
+    "what is in focus, with Ctrl to move sideways; Ctrl and the wheel move nearer."
 )
 _CLIP_TIP = (
-    "Which animation of the file is played; the frames of the shot become those in which something "
-    "moves. The file is read again for it."
+    "The animation to play. The shot's frames become those in which something moves. The file is "
+    "read again."
 )
 _LINES_LEAST = 3  # smallest height of the list of objects
-_UP_TIP = "Which axis of the file is up; the file does not say it."
-_UNIT_TIP = "How long one unit of the file is; the file does not say it. The focus scales with it."
+_UP_TIP = "The up axis, which the file does not define."
+_UNIT_TIP = "The length of one unit, which the file does not define. The focus scales with it."
 _UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 _SIZES = {"640x360": (640, 360), "1280x720": (1280, 720), "1920x1080": (1920, 1080)}
 

@@ -18,7 +18,7 @@ _DIGITS = (
     (_K._5, _K.keypad5), (_K._6, _K.keypad6), (_K._7, _K.keypad7), (_K._8, _K.keypad8),
     (_K._9, _K.keypad9),
 )  # fmt: skip
-_TITLE, _PROMISE = "heatlens", "What if focus were there, at f/1.4?"
+_TITLE, _PROMISE = "heatlens", "What if the focus were there, at f/1.4?"
 _HINT = "Then click on what is to be sharp, or drag the focus bar."
 _HINT_OF_SHOTS = "Then press Space to play, click on what is to be sharp, and pull with Shift+M."
 _DROP_HINT = "A file can be dropped here as well."

@@ -21,8 +21,8 @@ from heatlens.ui.timeline.tool_row import Tool, button_width, tool_row
 _TOLERANCE_EM, _FIGURE_EM = 7.0, 7.2
 _ARMED = "Ready to record: play (Space) and move the focus. Escape leaves."
 _TOLERANCE_TIP = (
-    "How far the keys may be off what was performed: the red band.\n"
-    "At first half of what is sharp on one side of the focus, which nobody sees."
+    "How far the keys may deviate from the performance: the red band.\n"
+    "Starts at half the depth of field on one side, which is invisible."
 )
 
 

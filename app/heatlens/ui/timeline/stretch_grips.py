@@ -41,7 +41,7 @@ def _grip(stretch: KeyStretch, scale: TimeScale, name: str, corner: ImVec2, is_l
     if is_lit:
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Drag: the chosen keys take longer, or less long")
+        imgui.set_tooltip("Drag to stretch or shorten the chosen keys")
     if imgui.is_item_activated():
         stretch.press(is_last)
     elif imgui.is_item_active():

@@ -135,7 +135,7 @@ def _words(words: str) -> None:
     imgui.text_disabled(words)
     probe.note(words)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Frames that are played: I and O set in and out, Shift+I clears them.")
+        imgui.set_tooltip("Frames to play: I and O set in and out, Shift+I clears them.")
 
 
 def _timecode_field(desk: TimeDesk) -> None:
