@@ -1,7 +1,7 @@
 """Check names, types and values of arguments, so that every mistake is a sentence.
 
-Programs in Python can give any object for any argument. What passes these checks has the type of
-its field; the dataclasses of the model check its range.
+A Python program can pass any object. A value that passes these checks has the type of its field;
+the dataclasses of the model check its range.
 """
 
 import difflib
@@ -45,7 +45,7 @@ _NAMES = {
 
 
 def check_names(function: str, given: Iterable[str]) -> None:
-    """Raise InputError for a name that is no argument of `function`, with what was meant."""
+    """Raise InputError for a name that is not an argument of `function`; suggest what was meant."""
     for name in given:
         if name not in _NAMES[function]:
             raise InputError(f"There is no {name!r}{_meant(function, name)}")
@@ -174,7 +174,7 @@ def known(kind: type[Choice], name: str, value: object) -> Choice:
 
 
 def is_single(value: object) -> bool:
-    """Return whether a value is a single one, of which no array can be made."""
+    """Return True for a single value, which cannot become an array."""
     is_listed = isinstance(value, list | tuple | memoryview) or hasattr(value, "__array__")
     return not (is_listed or hasattr(value, "__array_interface__")) or _is_scalar(value)
 
@@ -199,7 +199,7 @@ _READ: dict[type, Callable[[str, object], object]] = {
 
 
 def _python_scalar(value: object) -> object:
-    """Return the number that an array without dimensions holds, as NumPy and others make them."""
+    """Return the number in an array without dimensions, as NumPy and others make them."""
     return value.item() if _is_scalar(value) and hasattr(value, "item") else value
 
 
@@ -212,7 +212,7 @@ def _wrong(name: str, expected: str, value: object, hint: str = "") -> InputErro
 
 
 def shown(value: object) -> str:
-    """Return a value for a sentence, shortened; its type where it cannot be written."""
+    """Return a value shortened for a sentence, or its type if it has no short text."""
     try:
         return " ".join(reprlib.repr(value).split())
     except ValueError:  # a whole number of thousands of digits

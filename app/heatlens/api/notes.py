@@ -24,7 +24,7 @@ class Notes:
         self._kept.update(dict.fromkeys(map(in_python, sentences)))
 
     def warn(self, *sentences: str) -> None:
-        """Keep sentences, and warn with those that were not warned of before."""
+        """Keep sentences, and warn of those that are new."""
         for sentence in map(in_python, sentences):
             self._kept[sentence] = None
             if sentence not in self._warned:
@@ -33,7 +33,7 @@ class Notes:
 
 
 def _level_outside() -> int:
-    """Return the `stacklevel` with which the caller of this function names who called heatlens."""
+    """Return the `stacklevel` that makes a warning name the code that called heatlens."""
     frame, level = sys._getframe(1), 1
     while frame.f_back is not None and _is_own(frame.f_globals.get("__name__", "")):
         frame, level = frame.f_back, level + 1

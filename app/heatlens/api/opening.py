@@ -46,7 +46,7 @@ def open(
 ) -> Source:
     """Open what `source` names: a plate (EXR), shot.####.exr, a scene, "demo" or a shot file.
 
-    A file is that picture alone, also as one of a sequence, which is called shot.####.exr.
+    The name of a file opens that picture alone; shot.####.exr opens its sequence.
     Or an array: colour (H, W, 3 or 4), scene-linear and premultiplied, with `depth_m` (H, W) in
     planar metres, infinite where nothing was hit, or with `coc_px` (H, W), the signed diameter of
     the circle of confusion in pixels. `camera` and `size` (width, height) are for scenes. `reading`
@@ -67,7 +67,7 @@ def open(
 
 
 def _plate_of(color: ArrayLike, depth_m: ArrayLike | None, coc_px: ArrayLike | None) -> Plate:
-    """Return the plate of arrays. Raises InputError for what is no array at all."""
+    """Return the plate of arrays. Raises InputError for other objects."""
     if is_single(color):
         raise InputError(
             "heatlens.open takes the name of a file, or an array of colours with depth_m or "

@@ -1,4 +1,4 @@
-"""Say in Python's words what sentences say in those of the command line.
+"""Translate sentences from the words of the command line to those of Python.
 
 Below the commands and this interface, a sentence names what would help as an option, for example
 "say --scene-unit cm". Here it becomes "say scene_unit_m=0.01".
@@ -25,13 +25,13 @@ _FLAG = re.compile(r"--([a-z]+(?:-[a-z]+)*)(?: ([^\s,;:]*[^\s,;:.]))?")
 
 
 def in_python(sentence: str) -> str:
-    """Return the sentence with arguments in the place of options."""
+    """Return the sentence with arguments instead of options."""
     return _FLAG.sub(_argument, sentence)
 
 
 @contextmanager
 def python_words() -> Iterator[None]:
-    """Say errors that are raised inside in Python's words."""
+    """Raise errors from inside the block in Python's words."""
     try:
         yield
     except HeatlensError as error:
@@ -40,7 +40,7 @@ def python_words() -> Iterator[None]:
 
 
 def _argument(found: "re.Match[str]") -> str:
-    """Return name=value for an option and the value behind it; the name where no value is one."""
+    """Return name=value for an option and its value, or the name if there is no value."""
     flag, word = found[1], found[2]
     after = "" if word is None else f" {word}"
     if flag in _OTHERS:
@@ -53,7 +53,7 @@ def _argument(found: "re.Match[str]") -> str:
 
 
 def _value(told: Option, word: str) -> str | None:
-    """Return the number that `word` stands for, as text; None for a word of the sentence."""
+    """Return the number that `word` stands for, as text, or None for an ordinary word."""
     parse: Any = float if told.parse is None else told.parse
     try:
         value = parse(word)

@@ -163,7 +163,7 @@ def blender_text(camera: CameraSamples) -> str:
 def _lens(camera: CameraSamples) -> dict[str, object]:
     """Return the value of each property; None for one of our own that an earlier lens may have.
 
-    A camera that tells its f-stop tells its opening too: what it does not say is as in a plain
+    A camera with an f-stop defines its opening too: what is missing is as in a plain
     lens, whatever the camera of Blender had before.
     """
     tracks, image = camera.lens_tracks, camera.aperture_image

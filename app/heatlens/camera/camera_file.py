@@ -73,7 +73,7 @@ def read_camera(
 
     Headers alone do not tell the unit of their world, which is `scene_unit_m` metres, and which
     axis points up in it, which is `up_axis`. `focus_unit_m` is the unit of the focus in the table
-    of a shoot, where a person says it.
+    of a shoot, if it was given.
 
     Raises InputError if there is no camera, the file is damaged, or an aperture image that it
     names cannot be read.

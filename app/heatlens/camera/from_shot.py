@@ -165,8 +165,8 @@ def _opening_notes(lens: Lens) -> tuple[str, ...]:
     image = lens.aperture_image
     if image is None:
         return notes
-    lost = "heatlens reads it back; other programs do not render with it."
-    return *notes, f"the aperture image {image.path} is named beside the lens. {lost}"
+    beside = f"the aperture image {image.path} is named beside the lens"
+    return *notes, f"{beside}. heatlens reads it back; other programs do not render with it."
 
 
 def _plate(shot: Shot) -> tuple[Sequence | None, tuple[str, ...]]:

@@ -16,8 +16,8 @@ def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -
     """Return `shot` with the lens of `camera`.
 
     Fields of Lens named in `kept`, and those that the camera does not have, stay as they are; an
-    opening of which it tells anything is taken whole. A value that changes over the frames gets
-    linear keys on the curve's own scale; a constant one gets none.
+    opening with any known value is taken whole. A value that changes over the frames gets linear
+    keys on the curve's own scale; a constant one gets none.
 
     Raises InputError for a film back whose width changes, and LensError where the values describe
     no possible lens.

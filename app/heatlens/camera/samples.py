@@ -74,9 +74,9 @@ class CameraSamples:
     notes              sentences for the user
     opening            the tracks of OPENING_TRACKS that are known, as in `Lens`
     aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
-    timecodes          of each frame, where the table of a shoot tells them
-    has_focus_unit     False for the table of a shoot that names no unit of its focus in any row,
-                       which is taken for metres
+    timecodes          of each frame, if they came with the table of a shoot
+    has_focus_unit     False for a shoot table without any unit of the focus, which is then taken as
+    metres
 
     Raises InputError that names the frame if a value is impossible for a camera.
     """
@@ -119,7 +119,7 @@ class CameraSamples:
 
     @property
     def tells_opening(self) -> bool:
-        """Return whether it names the opening; what it does not name is then as in a plain lens."""
+        """Return whether it defines the opening; what it leaves out is then as in a plain lens."""
         return bool(self.opening) or self.aperture_image is not None
 
     @property

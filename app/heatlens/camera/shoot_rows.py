@@ -1,4 +1,4 @@
-"""Split the table of a shoot into rows, and tell which of its cells cannot be read."""
+"""Split the table of a shoot into rows, and report cells that cannot be read."""
 
 import csv
 import io
@@ -88,7 +88,7 @@ def unreadable_notes(path: Path, table: ShootTable, lenses: Sequence[ShootLens])
 
 
 def conflict_notes(table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
-    """Return a sentence for each value that two columns tell, and tell differently in some row."""
+    """Return a sentence for each value on which two columns disagree in some row."""
     notes = []
     for field in _EXPECTED:
         rows = [index for index, lens in enumerate(lenses) if field in lens.conflicts]
@@ -104,7 +104,7 @@ def conflict_notes(table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
 
 
 def _too_wide(row: Mapping[str | None, object], number: int, between: str) -> str:
-    """Return a sentence if cells lie beyond the last column, as unquoted decimal commas make."""
+    """Return a sentence if cells lie beyond the last column, as after unquoted decimal commas."""
     extra = row.get(None)
     if not isinstance(extra, list) or not any(str(cell).strip() for cell in extra):
         return ""
@@ -115,8 +115,8 @@ def _too_wide(row: Mapping[str | None, object], number: int, between: str) -> st
 def _has_decimal_commas(rows: Sequence[Row], between: str) -> bool:
     """Return True if a comma marks decimals even before three digits, as in 4,812.
 
-    A table with a point in any number does not, for its commas may separate thousands. Without
-    one, semicolons between the cells tell it, and so does a comma before other than three digits.
+    In a table with a point in any number they do not, because commas may separate thousands.
+    Otherwise, semicolons between the cells show it, and so does a comma not before three digits.
     """
     cells = [cell for row in rows for cell in row.values()]
     if any(_WITH_POINT.fullmatch(cell) for cell in cells):

@@ -48,7 +48,7 @@ def is_shoot_table(names: Sequence[str]) -> bool:
 
 
 def table_columns(path: Path) -> list[str]:
-    """Return the names of the columns; none of heatlens' own names is one of a shoot."""
+    """Return the names of the columns; none of heatlens's own names is one of a shoot."""
     names = _read(path).columns
     return [] if _OWN & set(names) else list(names)
 
@@ -60,9 +60,9 @@ def read_shoot_table(
 
     Without `first_frame` the timecodes of the rows are kept, to be matched with those of a shot.
     `focus_unit_m` is the unit of focus distances that have none of their own, where it is known. A
-    missing value is taken from the row before, and so are a few that cannot be read, which a note
-    says. Raises InputError if the file cannot be read, has no rows, most values of a column cannot
-    be read, or the frames are not in order.
+    missing value is taken from the row before; so are a few unreadable ones, with a note. Raises
+    InputError if the file cannot be read, has no rows, most values of a column cannot be read, or
+    the frames are not in order.
     """
     table = _read(path)
     rows = table.rows
@@ -133,7 +133,7 @@ def _notes(
 
 
 def _unit_notes(lenses: Sequence[ShootLens]) -> list[str]:
-    """Return a sentence if the focus of some rows is in no known unit."""
+    """Return a sentence if the focus of some rows has no known unit."""
     count = sum(not lens.has_unit for lens in lenses)
     if not count:
         return []
@@ -150,7 +150,7 @@ def _unknown(table: ShootTable) -> str:
 
 
 def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[int, ...]:
-    """Return the frames of the column that counts them; without one, or moved, from the first."""
+    """Return the frames in their column; without it, or with a given first frame, count on."""
     column = _named(rows[0], _FRAMES)
     if column is None:
         first = 0 if first_frame is None else first_frame

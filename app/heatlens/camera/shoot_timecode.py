@@ -1,4 +1,4 @@
-"""The rows of a shoot's table on the frames of a shot that have the same timecode."""
+"""Match the rows of a shoot's table with the frames of a shot that have the same timecode."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,7 +18,7 @@ def at_timecode(
     `of_shot` is some frame of the shot with its timecode, `rate` the frames a second that both
     count. Rows outside `frames`, the frames of the shot, are left out; None leaves out none. One
     note says what was matched. A camera without timecodes, or a shot without one, is returned as
-    it is; where nothing matches, the rows stay where the table has them, and that is noted.
+    it is; if nothing matches, the rows keep the table's frames, and a note says so.
     """
     if camera.timecodes is None or of_shot is None:
         return camera
@@ -46,7 +46,7 @@ def _frames_of(
 
 
 def _kept(placed: Sequence[int], frames: FrameRange | None) -> tuple[int, ...]:
-    """Return the indices of the rows that count: in order, one for a frame, and inside."""
+    """Return the indices of the rows to use: in order, one for each frame, and inside the shot."""
     kept: list[int] = []
     for index, frame in enumerate(placed):
         is_inside = frames is None or frame in frames
@@ -71,7 +71,7 @@ def _matched(
     placed: Sequence[int],
     frames: FrameRange | None,
 ) -> str:
-    """Return which rows lie on which frames, and what is outside."""
+    """Return a sentence on which rows were matched, and what is outside."""
     first, last = kept[0], kept[-1]
     where = f"{timecodes[first]} is frame {placed[first]}, {timecodes[last]} frame {placed[last]}"
     words = f"{len(kept)} of {len(timecodes)} rows matched by timecode: {where}"

@@ -1,4 +1,4 @@
-"""A camera out of a USD stage, in any of its formats."""
+"""Read a camera from a USD stage, in any of its formats."""
 
 import math
 import re

@@ -189,8 +189,8 @@ def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
 def default_view(config: ColorConfig, display: str, attributes: Mapping[str, object]) -> str:
     """Return the initial view of a display for a plate whose header has `attributes`.
 
-    This is the first view of the config. A photo is display-referred already, so it keeps its look
-    with the view without tone mapping, if there is one.
+    This is the first view of the config. A photo is already display-referred, so it gets the view
+    without tone mapping, if there is one.
     """
     views = config.views(display)
     if attributes.get(FOR_THE_EYE) and PLAIN_OCIO_VIEW in views:

@@ -190,7 +190,7 @@ def _encoder(on_cpu: Any) -> Callable[[FloatImage], FloatImage]:
 
 
 def _for_gpu(library: ModuleType, processor: Any) -> tuple[str, tuple[Lut, ...], str]:
-    """Return GLSL, tables and a key of what both compute."""
+    """Return GLSL, its tables, and a key that identifies both."""
     on_gpu = processor.getDefaultGPUProcessor()
     shader = library.GpuShaderDesc.CreateShaderDesc(
         language=library.GPU_LANGUAGE_GLSL_4_0, functionName=_FUNCTION, resourcePrefix="ocio_"

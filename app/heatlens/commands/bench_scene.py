@@ -60,7 +60,7 @@ def add_scene_options(parser: argparse.ArgumentParser, group: "argparse._Argumen
 
 
 def run_scene(args: argparse.Namespace, settings: DefocusSettings) -> int:
-    """Measure the methods on the scene. Raises InputError for what cannot end well."""
+    """Measure the methods on the scene. Raises InputError for impossible requests."""
     _check(args)
     shot = replace(_shot(args), defocus=settings)
     framing = shot.framing or Framing()
@@ -79,7 +79,7 @@ def run_scene(args: argparse.Namespace, settings: DefocusSettings) -> int:
 
 
 def _check(args: argparse.Namespace) -> None:
-    """Refuse early what has no meaning for a scene."""
+    """Refuse options that have no meaning for a scene before measuring."""
     if not args.methods:
         raise InputError(f"{args.shown}: only --methods measures a scene: give it too.")
     others = ("sweep_coc", "bare", "drag", "plate", "plot")
@@ -87,7 +87,7 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _shot(args: argparse.Namespace) -> Shot:
-    """Return the shot that is measured, in the size of the options."""
+    """Return the shot to measure, at the size of the options."""
     args.size = args.size or (None if is_shot_file(args.shown) else _SIZE)
     if not is_shot_file(args.shown):
         _check_kind(args.shown)
@@ -112,7 +112,7 @@ def _check_kind(source: str) -> None:
 
 
 def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
-    """Return the frames asked for, else some that are evenly spread."""
+    """Return the requested frames, or else some that are evenly spaced."""
     source = source_of(shot)
     if args.frames is not None:
         frames = frames_of(shot, args.frames)

@@ -71,7 +71,7 @@ class _Parser(argparse.ArgumentParser):
         )
 
     def format_help(self) -> str:
-        """Return the help; a usage of many options would fill the first screen, so is cut short."""
+        """Return the help; a usage with many options is shortened, as it would fill the screen."""
         if self.usage is None and len(self._option_string_actions) > _OPTIONS_LISTED:
             formatter = self._get_formatter()
             needed = [it for it in self._actions if it.required or not it.option_strings]
@@ -106,7 +106,7 @@ class _Parser(argparse.ArgumentParser):
             raise
 
     def _get_option_tuples(self, option_string: str) -> list[Any]:
-        """Return the options that begin like this, except where other programs mean another one."""
+        """Return the options with this prefix, except those that mean something else elsewhere."""
         return [] if is_name_elsewhere(option_string) else super()._get_option_tuples(option_string)
 
 

@@ -1,4 +1,4 @@
-"""`heatlens study`: every way to blur one frame, seen and measured on one page."""
+"""`heatlens study`: show and measure every method on one frame, as one page."""
 
 import argparse
 from dataclasses import replace
@@ -116,7 +116,7 @@ def _add_blur_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Refuse early what cannot end well; render, measure, write."""
+    """Check the request, then render, measure and write."""
     with file_of_input(args.plate) as plate:
         args.plate = plate
         _study(args)
@@ -168,7 +168,7 @@ def _check_truth(args: argparse.Namespace, kind: SourceKind, judged: int) -> Non
 
 
 def _chosen(args: argparse.Namespace, subject: Subject) -> tuple[Method, ...]:
-    """Return the methods asked for. Raises InputError for one that only a scene can have."""
+    """Return the requested methods. Raises InputError for one that needs a scene."""
     if args.methods is None:
         return subject.methods
     missing = [method for method in args.methods if method not in subject.methods]
@@ -210,7 +210,7 @@ def _report(
 
 
 def _facts(subject: Subject, reference: Reference) -> tuple[tuple[str, str], ...]:
-    """Return what the pictures have in common, for reading."""
+    """Return what the pictures have in common, as text."""
     region = reference.region
     lens = "the plate brings its circle of confusion"
     if subject.plate.coc_px is None:

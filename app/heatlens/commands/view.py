@@ -127,7 +127,7 @@ def run(args: argparse.Namespace) -> int:
 def _is_handed_over(args: argparse.Namespace) -> bool:
     """Have a running window open the files; False if there is none, or if options are given.
 
-    Raises InputError for what cannot be opened, as a window of its own would.
+    Raises InputError for files that cannot be opened, as a new window would.
     """
     if not args.plate or args.new_window or given(args, _add_options):
         return False
@@ -188,7 +188,7 @@ def _lens_in(args: argparse.Namespace) -> AbstractContextManager[RingInput | Non
 
 
 def _lens_out(args: argparse.Namespace) -> AbstractContextManager[LensSender | None]:
-    """Open what the lens is sent to. Raises InputError for an address that cannot be sent to."""
+    """Open the receiver of the lens. Raises InputError for an invalid address."""
     if args.lens_out is None:
         return nullcontext()
     address = opentrackio_address(args.lens_out)

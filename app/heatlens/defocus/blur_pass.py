@@ -32,7 +32,7 @@ class Diffusion:
     coc            diameter in pixels; the sign is ignored
     kernel         the shape to which a point of light spreads
     axis_scales    diameter along x and y, relative to `coc`
-    least_px       smaller values of coc count as this
+    least_px       lower limit of the coc
     resampled_px_2 squared diameter of the blur that the picture has already
     shape          the shape of the discs in pixels of the picture, if it varies over the picture
     is_in_front    all of the picture is in front of the focus, regardless of the sign of `coc`

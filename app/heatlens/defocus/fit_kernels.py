@@ -68,7 +68,7 @@ def fit_disc(count: int, power: float = 1.0, starts: int = 12, seed: int = 1) ->
 
 
 def refined(error: DiscError, poles: Complexes) -> Fit:
-    """Return the kernel of least error that lies downhill from `poles`."""
+    """Return the kernel of least error found downhill from `poles`."""
     count = len(poles)
 
     def of(point: Reals) -> tuple[float, Reals]:
@@ -126,7 +126,7 @@ class _RankSearch:
         return self.error.decibels(value, _slopes(poles, images, by_pole, by_mix))
 
     def excess(self, point: Reals) -> Reals:
-        """Return by which share light and variance (2,) are too great."""
+        """Return the relative excess of light and variance (2,)."""
         poles, images = self.opened(point)
         mix = images @ images.T
         return np.array([mix.sum().real / LIGHT, _moment(poles, mix) / VARIANCE]) - 1
@@ -147,7 +147,7 @@ def _slopes(poles: Complexes, images: Complexes, by_pole: Complexes, by_mix: Com
 
 
 def _parts(slopes: Complexes) -> Reals:
-    """Return slopes along real and imaginary parts, from complex ones as `DiscError.of` has."""
+    """Return slopes along real and imaginary parts from the complex slopes of `DiscError.of`."""
     return np.concatenate([slopes.real.ravel(), -slopes.imag.ravel()])
 
 
@@ -184,7 +184,7 @@ def images_of(mix: Complexes) -> Complexes:
 
 
 def entry_of(fit: Fit) -> dict[str, object]:
-    """Return a kernel as it stands in the file."""
+    """Return a kernel as it is written in the file."""
     moment = _moment(fit.poles, fit.mix)
     return {
         "kappa": [_pair(pole) for pole in fit.poles],
@@ -223,7 +223,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _fit_all_rims(names: Sequence[str], output: Path | None) -> None:
-    """Print how well discs with a rim are met, and write them, a kernel a line."""
+    """Print how well discs with a rim are matched, and write them, one kernel on each line."""
     lines = []
     for name in names:
         for rim, fit in zip(RIMS, fit_rims(name), strict=True):

@@ -1,4 +1,4 @@
-"""Highlights: what outshines its surroundings is taken out and drawn as the discs it becomes."""
+"""Highlights: pixels brighter than their surroundings are removed and drawn as discs."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ class HighlightBuffers:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Scratch for what a pixel is compared with, all of `half_size`.
+    """Scratch for the surroundings of a pixel, all of `half_size`.
 
     luminance  RGBA
     coc        R
@@ -94,7 +94,7 @@ class WithoutHighlights:
     """A picture split into its highlights and the rest.
 
     low     RGBA, the part to diffuse
-    high    RGBA, what is drawn as discs, and its signed coc
+    high    RGBA, the part to draw as discs, and its signed coc
     around  R of half the size, the luminance that highlights exceed
     lists   the same of fragment lists, where there are lists
     """
@@ -127,9 +127,9 @@ class HighlightSplitPass:
         out: WithoutHighlights,
         has_places: bool = False,
     ) -> Iterator[None]:
-        """Split `color` into the textures of `out`; of lists their colours too.
+        """Split `color` into the textures of `out`, and the colours of lists too.
 
-        `has_places`: it is known where in its pixel each light stands, see `HighlightListPass`.
+        `has_places`: the position of each light in its pixel is known, see `HighlightListPass`.
         """
         lists = out.lists
         read = None if lists is None else lists.whole
@@ -176,9 +176,9 @@ class HighlightListPass:
         coc: moderngl.Texture,
         places: moderngl.Texture | None = None,
     ) -> Iterator[None]:
-        """Fill the list; where it would be too long, put the highlights back where they were.
+        """Fill the list; if it would be too long, put the highlights back.
 
-        `places`, RGBA of the picture's size, tells where in its pixel the light of each stands.
+        `places`, RGBA of the picture's size, has the position of each light in its pixel.
         """
         high, lists = split.high, split.lists
         size = high.size
@@ -241,7 +241,7 @@ class HighlightDrawPass:
         color: moderngl.Texture,
         has_places: bool = False,
     ) -> Iterator[None]:
-        """Add every disc of the list to `color`, where `picture` does not show it hidden.
+        """Add every disc of the list to `color`, except where `picture` hides it.
 
         `has_places` is True if the list was filled with the places of the light in its pixels. The
         picture is drawn in bands, so that many large discs do not hold up the window.
@@ -262,7 +262,7 @@ class HighlightDrawPass:
         band: tuple[int, int, int, int],
         has_places: bool,
     ) -> None:
-        """Draw into `band` (x, y, width, height) alone, with all state set: others draw between."""
+        """Draw into `band` (x, y, width, height) alone; set all state, which others change."""
         listed = {"LISTS": picture.lists is not None, "FINE_RIMS": has_places}
         switches = listed | optics.disc.switches
         program = self._programs.with_(**switches)

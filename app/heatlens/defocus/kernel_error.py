@@ -57,9 +57,9 @@ class DiscError:
         return float(self._weight @ self._disc**2)
 
     def decibels(self, value: float, slopes: Reals) -> tuple[float, Reals]:
-        """Return an error against the disc's norm in decibels, and its slopes.
+        """Return an error relative to the disc's norm in decibels, and its slopes.
 
-        A search in decibels ends as exactly for a good kernel as for a poor one.
+        In decibels, a search converges equally well for good and poor kernels.
         """
         found = 10 * float(np.log10(value / self.of_nothing))
         return found, 10 / np.log(10) / value * slopes

@@ -135,7 +135,7 @@ def fragments_bytes(work: Work, runs: int) -> Traffic:
 
 
 def tiles_bytes(work: Work, runs: int) -> Traffic:
-    """Count one read of the picture for any number of layers; the few words of a tile are free."""
+    """Count one read of the picture for any number of layers; words per tile are ignored."""
     return Traffic(_COC + _KIND, _COC + _KIND, at_least=True)
 
 

@@ -1,4 +1,4 @@
-"""Depth of field from a pyramid of smaller and smaller pictures, read where the blur is that large.
+"""Depth of field from a pyramid of ever smaller pictures, read at the level that fits the blur.
 
 Burt and Adelson 1983 make the levels, Williams 1983 reads between them.
 """
@@ -25,9 +25,8 @@ def level_variance(level: int) -> float:
 def level_places(size: tuple[int, int], widest_px: float) -> list[Place]:
     """Return where levels 1, 2, .. lie in one texture, as many as discs `widest_px` across need.
 
-    The first stands left, all others in a column beside it. A level has a pixel beyond the last one
-    of the level below, so that there is something to interpolate to; from 2 pixels on it would not
-    become smaller.
+    The first is on the left, all others in a column beside it. A level has one pixel more than half
+    of the level below, to interpolate to; below 2 pixels it would not shrink.
     """
     places: list[Place] = []
     width, height = size
@@ -48,7 +47,7 @@ def pyramid_size(places: list[Place]) -> tuple[int, int]:
 
 
 def widest_px(optics: Optics) -> float:
-    """Return the largest disc of the plate, along the axis that is shorter in every disc."""
+    """Return the largest disc of the plate, along the shorter axis of discs."""
     return max(abs(optics.nearest_px), abs(optics.farthest_px)) * min(optics.disc.spreads)
 
 

@@ -56,7 +56,7 @@ def layers_for(settings: DefocusSettings) -> int:
 
 
 def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, ...]:
-    """Return a sentence where a plate knows what lies behind it, and the method does not use it."""
+    """Return a sentence if a plate has surfaces behind it that the method cannot use."""
     if plate.fragments is None or layers_for(settings) > 1:
         return ()
     return (

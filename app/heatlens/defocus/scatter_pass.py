@@ -1,8 +1,8 @@
 """Depth of field by scattering: each pixel is drawn as its disc, far to near.
 
-Discs are drawn as instanced quads, sorted into bins of depth. Within a bin they add up, for a
-surface is made of discs that share its pixels and do not hide each other; bins go over each other.
-Discs put over each other one by one would let through 1/e of what is behind a closed surface.
+Discs are drawn as instanced quads, sorted into bins of depth. Within a bin they add up, because the
+discs of one surface share its pixels and do not hide each other; bins are composited. Compositing
+discs one by one would let 1/e of what is behind a closed surface through.
 """
 
 from collections.abc import Iterator
@@ -85,14 +85,14 @@ def bin_coc_px(number: int, largest_px: float) -> float:
 
 
 def disc_fragments(coc_px: float, disc: DiscShape, size: tuple[int, int]) -> int:
-    """Return how many pixels drawing a disc touches: its box, as far as it lies in the picture."""
+    """Return how many pixels drawing a disc touches: the part of its box inside the picture."""
     sides = [(coc_px + disc.wider_px) * half + 2 * DISC_RAMP_PX + 1 for half in disc.half_extents]
     across, down = (min(side, most) for side, most in zip(sides, size, strict=True))
     return max(1, int(across * down))
 
 
 class ScatterPass:
-    """Sorts the pixels, draws each bin's discs in parts, and puts the bins over each other."""
+    """Sorts the pixels, draws each bin's discs in parts, and composites the bins."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -134,7 +134,7 @@ class ScatterPass:
             yield
 
     def _sorted(self, coc: moderngl.Texture, targets: ScatterTargets) -> Counts:
-        """Fill `targets.pixel`, far to near; how many pixels there are in each bin."""
+        """Fill `targets.pixel`, far to near, and count the pixels in each bin."""
         rows = coc.size[1]
         groups = (groups_for(rows, ROW_GROUP), 1)
         buffers = {"place_block": targets.place, "pixel_block": targets.pixel}

@@ -32,7 +32,7 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Aperture(OpeningFields):
-    """The shape of the opening; without arguments a round one.
+    """The shape of the opening; round without arguments.
 
     stopped_down  diameter of the widest opening over that of this one, at least 1
 
@@ -62,14 +62,14 @@ class Aperture(OpeningFields):
 
     @property
     def diaphragm(self) -> Blades:
-        """The blades, as the functions of `model/opening.py` take them; none with an image."""
+        """The blades, for the functions of `model/opening.py`; none with an image."""
         turn = math.radians(90.0 + self.blade_rotation_deg)
         blades = self.blades if self.aperture_image is None else 0
         return Blades(blades, turn, self.blade_curvature)
 
     @property
     def grid(self) -> ImageGrid | None:
-        """The light of the image, turned as it stands in the lens; None without an image.
+        """The light of the image, rotated as in the lens; None without an image.
 
         Raises LensError if the file of the image was not read.
         """
@@ -114,7 +114,7 @@ class Aperture(OpeningFields):
     def covers(self, u: ArrayLike, v: ArrayLike) -> NDArray[np.bool_]:
         """Return whether light passes at the points (u, v), of the shape of the arguments.
 
-        The middle of the picture is meant, where the barrel cuts nothing.
+        This is for the middle of the picture, where the barrel cuts nothing.
         """
         across, up = self.half_extents
         x, y = np.divide(u, across), np.divide(v, up)
@@ -129,10 +129,9 @@ class Aperture(OpeningFields):
         """Return the points (n, 2) of the opening that belong to `square` (n, 2) in [0, 1)^2.
 
         Equal areas of the square become equal areas of the opening, so that even points stay even.
-        `radius` is that of the lens and gives the points its unit. Neighbours stay neighbours,
-        as quasi-random points need it: this is the concentric map of Shirley and Chiu 1997. With
-        an image equal areas become equal light. Barrel and rim are left to whoever weighs the
-        points.
+        `radius` is that of the lens and gives the points its unit. Neighbours stay neighbours, as
+        quasi-random points require: this is the concentric map of Shirley and Chiu 1997. With an
+        image equal areas become equal light. The caller's weights must account for barrel and rim.
         """
         across, up = self.half_extents
         grid = self.grid

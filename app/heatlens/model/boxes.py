@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Box:
     """Pixels x0 <= x < x1, y0 <= y < y1; y grows downwards. Coordinates may be negative.
 
-    A box without pixels has a width or height of zero or less and is a legal value: a damaged
-    header can hold one, and whoever reads it decides what to say.
+    A box without pixels, with a width or height of zero or less, is valid: a damaged header can
+    hold one, and its reader decides how to report it.
     """
 
     x0: int
@@ -33,7 +33,7 @@ class Box:
 
     @property
     def is_empty(self) -> bool:
-        """True where there is no pixel inside."""
+        """True if there is no pixel inside."""
         return self.width <= 0 or self.height <= 0
 
     def contains(self, x: float, y: float) -> bool:
@@ -41,7 +41,7 @@ class Box:
         return self.x0 <= x < self.x1 and self.y0 <= y < self.y1
 
     def intersection(self, other: "Box") -> "Box":
-        """Return the pixels in both; its width or height is 0 where they do not meet."""
+        """Return the pixels in both; its width or height is 0 if they do not meet."""
         x0, y0 = max(self.x0, other.x0), max(self.y0, other.y0)
         x1, y1 = min(self.x1, other.x1), min(self.y1, other.y1)
         return Box(x0, y0, max(x0, x1), max(y0, y1))

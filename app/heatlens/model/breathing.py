@@ -15,7 +15,7 @@ USUAL_CLOSE_M = 0.5  # where nothing tells how near a lens focuses
 def view_ratio(lens: Lens) -> float:
     """Return the width of the view over that at infinity; 1 for a lens that does not breathe.
 
-    Nearer than close focus the view stays.
+    Nearer than close focus it is constant.
     """
     if lens.breathing == 1.0:
         return 1.0
@@ -51,7 +51,7 @@ def plate_ratio(lens: Lens, room: float) -> float:
 
 
 def breathing_note(lens: Lens, room: float | None) -> str:
-    """Return in a sentence what breathing does to a picture; "" for a lens that does not breathe.
+    """Return a sentence on the effect of breathing on a picture; "" for a lens without it.
 
     `room` is as in `plate_ratio`; None for a scene, which is drawn as the lens sees it.
     """

@@ -56,9 +56,9 @@ def coc_px(depth_m: ArrayLike, line: CocLine) -> NDArray[np.float64]:
 def lens_diameter_m(lens: Lens) -> float:
     """Return the diameter in metres of the opening that makes the discs of `coc_line`.
 
-    A v (1/S - 1/z) on the sensor is f D (1/S - 1/z) with D = A v / f: what a pinhole's picture,
-    whose magnification is f / z, knows of the lens. The image of a real lens lies a little behind
-    the focal length, that of a renderer's on it, which makes D the aperture itself.
+    A v (1/S - 1/z) on the sensor is f D (1/S - 1/z) with D = A v / f: this suits a pinhole picture,
+    whose magnification is f / z. The image of a real lens lies a little behind the focal length,
+    that of a renderer's lens on it, so that there D is the aperture.
     """
     return -_per_dioptre_mm(lens) / lens.focal_length_mm
 
@@ -77,7 +77,7 @@ def axial_px(lens: Lens, display_width_px: int) -> float:
 def axial_dioptres(lens: Lens) -> float:
     """Return 1 / focus distance in blue less that in green, and in green less that in red.
 
-    That is what makes discs wider by `axial_px`.
+    This makes discs wider by `axial_px`.
     """
     return axial_px(lens, 1) * lens.sensor_width_mm / -_per_dioptre_mm(lens)
 
@@ -91,7 +91,7 @@ def hyperfocal_m(lens: Lens) -> float:
     """Return the nearest focus distance at which infinity still looks sharp: A v / S = c there.
 
     That is f + A f / c for a real lens and A f / c for a renderer's. c is the acceptable circle of
-    confusion; it is measured on the height of the disc, which a squeeze leaves alone.
+    confusion; it applies to the height of the disc, which a squeeze does not change.
     """
     f_mm = lens.focal_length_mm
     nearest_mm = f_mm if lens.model.facts.image_moves else 0.0
@@ -106,7 +106,7 @@ def near_limit_m(lens: Lens) -> float:
 def far_limit_m(lens: Lens) -> float:
     """Return the farthest depth that looks sharp, where coc = +c.
 
-    Infinite from the hyperfocal on.
+    Infinite from the hyperfocal distance on.
     """
     dioptres = 1.0 / lens.focus_distance_m - sharp_dioptres(lens)
     return 1.0 / dioptres if dioptres > 0 else math.inf

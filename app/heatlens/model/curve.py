@@ -24,13 +24,13 @@ _FRAMES_APART = SAME_FRAME / 2
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """A value that a curve meets exactly.
+    """A value that a curve passes through exactly.
 
     frame          between two frames is allowed
     value          in the parameter's own unit: metres, not dioptres
     interpolation  of the segment after this key
-    ease_out       handle into the segment after it, where that is a Bezier
-    ease_in        handle into the segment before it, where that is one
+    ease_out       handle into the segment after it, if that is a Bezier
+    ease_in        handle into the segment before it, if that is one
     """
 
     frame: float
@@ -45,9 +45,9 @@ class Key:
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """Keys in the order of their frames; the value stands still before them and after them.
+    """Keys in the order of their frames; the value is constant before and after them.
 
-    Raises InputError for keys out of order and for values that have no place on the scale.
+    Raises InputError for keys out of order and for values outside the scale.
     """
 
     keys: tuple[Key, ...] = ()

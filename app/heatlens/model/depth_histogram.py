@@ -1,4 +1,4 @@
-"""How much of a picture lies at which distance, over dioptres as a focus ring is marked."""
+"""Histogram of the distances in a picture, over dioptres, as a focus ring is marked."""
 
 import math
 from dataclasses import dataclass
@@ -20,10 +20,7 @@ class DepthHistogram:
     most_dioptres: float
 
     def part_at(self, distance_m: float) -> float:
-        """Return the place of a distance on the scale.
-
-        0 at infinity, 1 at its near end and before.
-        """
+        """Return the place of a distance on the scale, 0 at infinity to 1 at its near end."""
         return min(1.0 / max(distance_m, 1e-9) / self.most_dioptres, 1.0)
 
 

@@ -28,7 +28,7 @@ class DiscShape:
 
     pixel_aspect_ratio   width of a pixel over its height: where pixels are wide, the same length
                          covers more of them going down
-    in_picture           where its middle and corners are, for a shape that changes towards these
+    in_picture           its middle and corners, for a shape that changes towards these
     axial_px             signed diameter of a disc in blue less that in green, and of green less red
     """
 
@@ -66,7 +66,7 @@ class DiscShape:
     def spreads(self) -> Pair:
         """Standard deviations along x and y over those of a round disc of the same radius.
 
-        On the side of the focus where it is less, and in the middle of the picture.
+        The smaller of those on the two sides of the focus, in the middle of the picture.
         """
         x, y = self.half_extents
         spread = min(self.aperture.spreads)
@@ -149,13 +149,13 @@ class DiscShape:
         return np.asarray(inside * opening.profile(np.minimum(u**2 + v**2, 1.0), rim))
 
     def scaled(self, scale: float) -> "DiscShape":
-        """Return that of the picture at another size."""
+        """Return the shape for the picture at another size."""
         return replace(
             self, in_picture=self.in_picture.scaled(scale), axial_px=self.axial_px * scale
         )
 
     def moved(self, px: Pair) -> "DiscShape":
-        """Return that of a picture whose first pixel lies so many pixels left and up."""
+        """Return the shape for a picture that starts this many pixels farther left and up."""
         return replace(self, in_picture=self.in_picture.moved(px))
 
     @property

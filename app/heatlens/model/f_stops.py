@@ -1,4 +1,4 @@
-"""The numbers on an aperture ring: third stops as they are engraved."""
+"""The numbers engraved on an aperture ring, in third stops."""
 
 import math
 from bisect import bisect_left, bisect_right
@@ -12,7 +12,7 @@ _SAME = 1e-4  # relative: 2.8 that went through a float32 is still 2.8
 
 
 def stepped(f_stop: float, steps: int) -> float:
-    """Return the f-stop `steps` third stops up the ring, down where negative.
+    """Return the f-stop `steps` third stops up the ring, or down if negative.
 
     A value between two stops of the ring counts as one step. The result stays on the ring; 0 steps
     leave the value alone.

@@ -1,6 +1,6 @@
 """Film backs by name: the size that the sensor or the film gate gives the picture.
 
-Sizes are of the largest recorded area (open gate) in millimetres. Where they are from:
+Sizes are of the largest recorded area (open gate) in millimetres. Their sources:
   film      camera apertures in the American Cinematographer Manual and SMPTE standards
   cameras   the makers' technical data sheets
   programs  the defaults of a new camera, so that default renders match without asking

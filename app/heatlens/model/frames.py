@@ -21,7 +21,7 @@ FRAMES_PER_SECOND = 24.0  # what OpenEXR takes for granted where a header tells 
 
 @dataclass(frozen=True, slots=True)
 class FrameRange:
-    """Frames first to last, both of them in it.
+    """Frames first to last, both included.
 
     Raises InputError if there is no frame, or more than a shot can have.
     """
@@ -50,7 +50,7 @@ class FrameRange:
 
     @property
     def count(self) -> int:
-        """How many frames."""
+        """The number of frames."""
         return self.last - self.first + 1
 
     def intersection(self, other: "FrameRange") -> "FrameRange | None":

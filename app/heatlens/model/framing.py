@@ -130,7 +130,7 @@ def _quaternion(turn: Array) -> Quaternion:
 
 @dataclass(frozen=True, slots=True)
 class PoseKey:
-    """A camera stands here at a frame."""
+    """The pose of a camera at a frame."""
 
     frame: float
     pose: Pose
@@ -194,10 +194,7 @@ class CameraTrack:
         return _merged(kept, _shifted((k for k in self.keys if k.frame in frames), by_frames))
 
     def rippled(self, from_frame: float, by_frames: float) -> "CameraTrack":
-        """Return the track with the keys from `from_frame` on moved.
-
-        Earlier, they cut out others.
-        """
+        """Return the track with the keys from `from_frame` on moved; they replace those passed."""
         stay_until = from_frame + min(by_frames, 0.0)
         kept = [key for key in self.keys if key.frame < stay_until]
         return _merged(kept, _shifted((k for k in self.keys if k.frame >= from_frame), by_frames))
@@ -262,7 +259,7 @@ class WorldAxis(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SceneTiming:
-    """How the seconds of a scene's file become frames, for files without frame numbers.
+    """How to convert the seconds of a scene's file to frames, for files without frame numbers.
 
     clip               the animation that is played, by its name or its number from 1 on; None for
                        all at once
@@ -288,12 +285,12 @@ class Framing:
 
     width_px, height_px  of the picture; pixels are square
     camera               name of the scene's camera that is used, None for none
-    track                a camera of the shot's own, which wins over that
-    timing               how its seconds become frames; None as a scene is read by itself
-    up_axis              axis of the file that is up, for files that do not say it
+    track                a camera of the shot's own, which takes precedence over that
+    timing               how its seconds become frames; None for the default
+    up_axis              up axis, for files that do not define it
     meters_per_unit      metres in one unit of such a file
 
-    With neither camera nor track, it is the scene's first camera; without one, the whole scene is
+    With neither camera nor track, the scene's first camera is used; without any, the whole scene is
     seen. Raises InputError for an impossible size or unit.
     """
 
@@ -326,7 +323,7 @@ class Framing:
     def at(self, pose: Pose, frame: float) -> "Framing":
         """Return the framing from another pose.
 
-        A key is set where there are several, else it is fixed.
+        A track with several keys gets a key; else the pose is constant.
         """
         track = self.track
         if track is not None and track.is_moving:

@@ -29,7 +29,7 @@ def parse_aspect(text: str) -> float:
 
 
 def parse_desqueeze(text: str) -> float:
-    """Return how wide a pixel is shown for its height: "2", "1,33" or "4:3". Raises InputError."""
+    """Return a pixel's width over its height, from "2", "1,33" or "4:3". Raises InputError."""
     what = f"a desqueeze from {_PIXEL_LEAST:g} to {_PIXEL_MOST:g}. Examples: 2, 1.33, 4:3"
     return _parsed(text, _PIXEL_LEAST, _PIXEL_MOST, what)
 
@@ -56,7 +56,7 @@ class Guides:
     safe_areas  outlines of the action-safe and title-safe areas
     thirds      lines at the thirds
     centre      a cross in the middle
-    desqueeze   width of a pixel for its height, None: as the file says
+    desqueeze   width of a pixel over its height; None: that of the file
     """
 
     aspect: float | None = field(
@@ -120,7 +120,7 @@ class GuideShapes:
 
 
 def guide_shapes(guides: Guides, picture: Rect) -> GuideShapes:
-    """Return what is drawn over a picture that lies there, in units of the screen."""
+    """Return what to draw over a picture at this place, in units of the screen."""
     inner = inner_rect(picture, guides.aspect)
     frames = [inner] if inner != picture else []
     if guides.safe_areas:

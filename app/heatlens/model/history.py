@@ -1,4 +1,4 @@
-"""Undo: the shots that were, one step for each gesture, named after what it changed."""
+"""Undo: earlier shots, one step for each gesture, named after what it changed."""
 
 from dataclasses import dataclass, fields, replace
 from typing import Any

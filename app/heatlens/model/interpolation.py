@@ -1,4 +1,4 @@
-"""From one key to the next: on which scale a value moves, and along which path.
+"""Interpolation between keys: the scale on which a value moves, and its path.
 
 A path is drawn over frames on the scale of its parameter, where equal steps look equal:
   reciprocal   1/value: focus in dioptres (1/m), in which the blur and a focus ring are straight
@@ -94,9 +94,7 @@ class Ease:
 
     @staticmethod
     def of_handle(frames: float, rise: float, segment_frames: float) -> "Ease":
-        """Return the ease whose tip is dragged there.
-
-        The reverse of `handle`, kept inside the segment.
+        """Return the ease for a tip dragged to this point, kept inside the segment.
 
         A tip nearer to the key than `_REACH_LEAST` of the segment, or behind it, has no influence
         and no speed: its direction would be arbitrary.

@@ -29,7 +29,7 @@ class KitLens:
     f_stop            the widest
     close_focus_m     the nearest focus, from where the lens of the shot is measured
     longest_mm        of a zoom; None for a prime
-    t_stop            the widest T-stop; None if it is not told
+    t_stop            the widest T-stop; None if unknown
     breathing         width of the view at close focus over that at infinity, at the same length
 
     Raises InputError naming the value and what it may be.
@@ -137,10 +137,10 @@ class LensKit:
         return self.mounted(lens, self.nearest(lens.focal_length_mm))
 
     def followed(self, before: Lens | None, asked: Lens) -> Lens:
-        """Return what a hand gets that changes `before` to `asked`: no more than the kit allows.
+        """Return the lens after a change from `before` to `asked`, limited to the kit.
 
-        What was not changed stays, even where it is outside, as keys of an earlier lens may be;
-        where there is nothing before, all is new.
+        Values that were not changed stay, even outside the kit's limits, as keys of an earlier lens
+        may be; without `before`, all values are new.
         """
         bounded = _bounded(asked, self.nearest(asked.focal_length_mm))
         if before is None or asked.focal_length_mm != before.focal_length_mm:
@@ -187,7 +187,8 @@ def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
 def _close_focus_m(lens: Lens, kit_lens: KitLens) -> float:
     """Return how near a lens of a kit focuses, from the entrance pupil.
 
-    A kit measures it from the same point as `lens`. No lens focuses within its own length.
+    The kit's value is measured from the same point as `lens`. No lens focuses within its own
+    length.
     """
     least_m = _NEAREST_FOCUS * 1e-3 * kit_lens.length_near(lens.focal_length_mm)
     return max(from_pupil_m(lens, kit_lens.close_focus_m), least_m)

@@ -1,4 +1,4 @@
-"""How large the discs of a lens are: as a real lens makes them, or as a CG renderer does.
+"""How large the discs of a lens are: those of a real lens, or those of a CG renderer.
 
 A real lens that focuses nearer moves away from the sensor, to the image distance v with
 1/v = 1/f - 1/S. Renderers leave the image at the focal length, so that the field of view does not

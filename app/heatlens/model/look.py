@@ -1,4 +1,4 @@
-"""Looks: lenses that were kept under a name, to be compared and come back to."""
+"""Looks: lenses kept under a name, to compare and return to."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field

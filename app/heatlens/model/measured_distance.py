@@ -1,7 +1,7 @@
 """Distances as people read and type them beside a lens: from the pupil or the film plane.
 
-A shot keeps every distance from the entrance pupil. Whatever is shown beside a lens, or typed for
-it, goes through here, so that a focus, its limits and a mark on the same thing agree.
+A shot keeps every distance from the entrance pupil. Every distance shown beside a lens, or typed
+for it, is converted here, so that a focus, its limits and a mark on the same thing agree.
 """
 
 from heatlens.model.lens import Lens
@@ -9,17 +9,17 @@ from heatlens.model.units import format_distance, parse_distance_m
 
 
 def as_measured_m(lens: Lens, distance_m: float) -> float:
-    """Return a distance from the entrance pupil as it is read beside this lens; infinity stays."""
+    """Convert a distance from the entrance pupil to this lens's origin; infinity stays."""
     return distance_m + lens.measuring_offset_m
 
 
 def from_pupil_m(lens: Lens, measured_m: float) -> float:
-    """Return the distance from the entrance pupil of one that was read beside this lens."""
+    """Convert a distance from this lens's origin to one from the entrance pupil."""
     return measured_m - lens.measuring_offset_m
 
 
 def measured_text(lens: Lens, distance_m: float, unit: str = "m") -> str:
-    """Return a distance from the entrance pupil in words, as it is read beside this lens."""
+    """Return a distance from the entrance pupil as text, from this lens's origin."""
     return format_distance(as_measured_m(lens, distance_m), unit)
 
 

@@ -1,8 +1,8 @@
-"""From where distances are measured: the entrance pupil, as a picture does, or the film plane.
+"""The origin of distances: the entrance pupil, as in a picture, or the film plane.
 
 A tape and the scale on a lens begin at the film plane; the depth of a plate begins at the point
 that the camera looks from, which is the entrance pupil. A shot keeps distances from the pupil;
-those that people read, type and send are from where its lens says.
+those that people read, type and send start at the origin set on its lens.
 """
 
 from enum import StrEnum

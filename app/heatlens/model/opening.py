@@ -3,7 +3,7 @@
 Points are in the plane of the lens, in radii of the round lens of the same f-stop and before the
 squeeze: x to the right and y up, seen from behind the lens. The file
 shaders/lib/shaped_aperture.lib.glsl has the same functions; tests/defocus/test_aperture_on_gpu.py
-holds the two against each other.
+compares the two.
 
 Blades are arcs between corners on the unit circle. With the half angle h = pi / blades and a point
 (x, y) relative to the middle of its blade's chord, x outwards, the arc of curvature c is where
@@ -45,7 +45,7 @@ class Blades(NamedTuple):
 
 
 class Barrel(NamedTuple):
-    """The circles that the barrel leaves at a place of the picture.
+    """The circles of the barrel, seen from a place in the picture.
 
     |p + shift| and |p - shift| are at most the radius for a point p that lets light through.
     """
@@ -76,7 +76,7 @@ def past_blades(x: Array, y: Array, blades: Blades) -> tuple[Array, Array, Array
 
 
 def past_barrel(x: Array, y: Array, barrel: Barrel) -> tuple[Array, Array, Array]:
-    """Return the same for the barrel as `past_blades` for the diaphragm."""
+    """Return for the barrel what `past_blades` returns for the diaphragm."""
     side = np.where(x * barrel.shift[0] + y * barrel.shift[1] < 0, -1.0, 1.0)
     across, up = x + side * barrel.shift[0], y + side * barrel.shift[1]
     from_middle = np.maximum(np.hypot(across, up), _TINY)
@@ -84,10 +84,10 @@ def past_barrel(x: Array, y: Array, barrel: Barrel) -> tuple[Array, Array, Array
 
 
 def profile(square: ArrayLike, rim: float) -> Array:
-    """Return the brightness of a disc at the square of the distance from its middle, 0 to 1.
+    """Return the brightness of a disc at a squared distance from its middle, 0 to 1.
 
     `rim` is -1 for a disc that fades towards its rim, 0 for a flat one, 1 for a bright ring. The
-    mean over the unit disc is 1 whatever the rim.
+    mean over the unit disc is always 1.
     """
     part = np.asarray(square, np.float64)
     bright = part if rim > 0 else 1 - part

@@ -14,11 +14,10 @@ BLADES_LEAST, BLADES_MOST = 3, 16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpeningFields:
-    """The shape of the opening; without arguments a round one.
+    """The shape of the opening; round without arguments.
 
     `cat_eye` is the distance of the two circles of the barrel, as the corner of the picture sees
-    them, in radii of the widest opening. With an image the blades do not count, but their rotation
-    turns the picture.
+    them, in radii of the widest opening. An image replaces the blades, and their rotation turns it.
     """
 
     squeeze: float = option_field(

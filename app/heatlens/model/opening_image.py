@@ -5,10 +5,10 @@ the focus shows it: the top row is on top. Cells outside the circle are dark, be
 glass. Points are those of `model/opening.py`. The light is relative to its mean over the circle, so
 that neither a dark picture nor a small shape changes the exposure.
 
-shaders/lib/opening_image.lib.glsl has the same functions; tests/defocus/test_opening_image.py holds
-the two against each other. Both read one table: the sums of the light over the cells above and to
-the left of each corner (Crow 1984), in whole numbers, so that differences are exact. It yields the
-mean over any box, and sample points by inversion of the cumulative sums.
+shaders/lib/opening_image.lib.glsl has the same functions; tests/defocus/test_opening_image.py
+compares the two. Both read one table: the sums of the light over the cells above and to the left of
+each corner (Crow 1984), in whole numbers, so that differences are exact. It yields the mean over
+any box, and sample points by inversion of the cumulative sums.
 """
 
 import math
@@ -35,9 +35,9 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class OpeningImage:
-    """The picture of an opening, as it was when its file was read.
+    """The picture of an opening, as read from its file.
 
-    path    of the file, by which people know it
+    path    of the file, shown to people
     digest  of the light; "" where the file was not read
     light   (IMAGE_SIDE, IMAGE_SIDE) float32, 0 or more, rows from the top; None if the file was
             not read
@@ -139,7 +139,7 @@ class ImageGrid:
         return float((light * (x**2 + y**2)).sum() / light.sum() / 2)
 
     def parts_past_barrel(self, shift_most: float, radius: float, rim: float) -> Array:
-        """Return which part of the light the barrel lets pass, by the shift of its circles.
+        """Return the share of the light that the barrel lets pass, by the shift of its circles.
 
         (2 BARREL_STEPS + 1, BARREL_STEPS + 1): rows by the shift along y from -shift_most on,
         columns by that along x from 0 on, in even steps. A shift and its reverse are the same.
@@ -193,7 +193,7 @@ def _turned(light: NDArray[np.float32], rotation_deg: float) -> NDArray[np.float
 
 @lru_cache(maxsize=1)
 def _inside_circle() -> NDArray[np.float32]:
-    """Return which part of each cell lies in the unit circle."""
+    """Return the share of each cell inside the unit circle."""
     x, y = _middles(8 * IMAGE_SIDE)
     return _cell_means((x**2 + y**2 <= 1.0).astype(np.float32))
 
@@ -206,7 +206,7 @@ def _cell_means(fine: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _inside(barrel: Barrel, side: int) -> Array:
-    """Return which part of each of `side` x `side` cells a barrel lets through."""
+    """Return the share of each of `side` x `side` cells that a barrel lets through."""
     x, y = _middles(side)
     past = past_barrel(x, y, barrel)[0]
     return np.asarray(np.clip(0.5 - past * side / 2, 0.0, 1.0))
@@ -230,7 +230,7 @@ def _split(at: Array) -> tuple[NDArray[np.int64], Array]:
 
 
 def _inverted(sums: Array, wanted: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return in which cell the sums (n or 1, IMAGE_SIDE + 1) reach a share, and where in it."""
+    """Return the cell where the sums (n or 1, IMAGE_SIDE + 1) reach a share, and where in it."""
     rows = np.arange(len(wanted)) % len(sums)
     level, cell = wanted * sums[:, -1], np.zeros(len(wanted), np.int64)
     step = IMAGE_SIDE // 2

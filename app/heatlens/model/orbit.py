@@ -14,7 +14,7 @@ _NEAREST = 0.05  # of the way to the pivot that one step may leave
 
 
 def orbited(pose: Pose, pivot_m: Vector, turn_rad: float, tilt_rad: float) -> Pose:
-    """Round the pivot: `turn_rad` to the right about the upright, `tilt_rad` upwards."""
+    """Orbit the pivot: `turn_rad` to the right about the vertical, `tilt_rad` upwards."""
     arm = np.subtract(pose.position_m, pivot_m)
     radius = float(np.linalg.norm(arm))
     if radius < 1e-9:

@@ -34,12 +34,12 @@ class PeakingOn(StrEnum):
 class Peaking:
     """How peaking is drawn.
 
-    on     edges alone, or all that is in focus
+    on     edges alone, or everything in focus
     stops  contrast of an edge that is coloured, in stops of its light
     blur   how large a blur still counts as in focus, in acceptable circles of confusion
     color  name of the colour
 
-    Raises InputError for numbers out of range and for colours that there are not.
+    Raises InputError for numbers out of range and for unknown colours.
     """
 
     on: PeakingOn = PeakingOn.PICTURE

@@ -16,7 +16,7 @@ class PictureField:
     """The middle and the corners of a picture.
 
     middle_px         of the picture, from the first pixel's corner, x to the right and y down
-    half_diagonal_px  from there to a corner, in pixels across; infinite where no place counts
+    half_diagonal_px  from there to a corner, in pixels across; infinite if the place has no effect
     """
 
     middle_px: Pair = (0.0, 0.0)
@@ -24,23 +24,23 @@ class PictureField:
 
     @staticmethod
     def of(size: tuple[int, int], pixel_aspect_ratio: float = 1.0) -> "PictureField":
-        """Return that of a whole picture of width and height."""
+        """Return the field of a whole picture of this width and height."""
         width, height = size
         return PictureField(
             (width / 2, height / 2), math.hypot(width, height / pixel_aspect_ratio) / 2
         )
 
     def moved(self, px: Pair) -> "PictureField":
-        """Return that of a picture whose first pixel lies so many pixels left and up."""
+        """Return the field of a picture that starts this many pixels farther left and up."""
         return replace(self, middle_px=(self.middle_px[0] + px[0], self.middle_px[1] + px[1]))
 
     def scaled(self, scale: float) -> "PictureField":
-        """Return that of the picture at another size."""
+        """Return the field of the picture at another size."""
         x, y = self.middle_px
         return PictureField((x * scale, y * scale), self.half_diagonal_px * scale)
 
     def uniforms(self, aperture: Aperture, pixel_aspect_ratio: float = 1.0) -> dict[str, object]:
-        """Return what lib/shaped_aperture.lib.glsl needs of it."""
+        """Return the uniforms for lib/shaped_aperture.lib.glsl."""
         most = _shift_most(aperture)
         per_px = most / self.half_diagonal_px
         image = aperture.aperture_image
@@ -55,7 +55,7 @@ class PictureField:
     def diffusion_uniforms(
         self, aperture: Aperture, pixel_aspect_ratio: float = 1.0
     ) -> dict[str, object]:
-        """Return what lib/blur_system.lib.glsl needs to diffuse discs of the same variance."""
+        """Return the uniforms for lib/blur_system.lib.glsl, for discs of the same variance."""
         per_px = 1 / self.half_diagonal_px
         return {
             "field_middle_px": self.middle_px,
@@ -66,7 +66,7 @@ class PictureField:
     def barrel(
         self, aperture: Aperture, place_px: Pair, pixel_aspect_ratio: float = 1.0
     ) -> Barrel | None:
-        """Return the barrel as it is seen from a place; None if it cuts nowhere."""
+        """Return the barrel as seen from a place; None if it cuts nothing."""
         if aperture.cat_eye == 0.0:
             return None
         most = _shift_most(aperture)

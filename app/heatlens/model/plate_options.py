@@ -240,8 +240,8 @@ class PlateOptions:
         metadata=option(
             "despike",
             f"replace single pixels over {SPIKE_FROM:g} times as bright as their neighbours by the "
-            "median of these: fireflies of a path tracer, which become discs out of focus. Lamps of "
-            "one pixel without a depth of their own are lost too; denoising is better",
+            "median of these: fireflies of a path tracer, which become discs out of focus. Lamps "
+            "of one pixel without a depth of their own are lost too; denoising is better",
         ),
     )
     strict: bool = field(

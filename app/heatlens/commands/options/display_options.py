@@ -28,7 +28,7 @@ def add_display_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentG
 
 
 def look_of(args: argparse.Namespace) -> DisplayOptions:
-    """Return the options of the look as a value."""
+    """Return the display options as a value."""
     return DisplayOptions(**typed_fields(args, DisplayOptions))
 
 

@@ -57,7 +57,7 @@ def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()
 
 
 def fill_fields(args: argparse.Namespace, record: object) -> None:
-    """Take the fields of `record` that are not at their default where no option was typed."""
+    """Fill options that were not typed from fields of `record` that differ from their default."""
     kind: Any = type(record)
     for name, told in options_of(kind).items():
         typed, value = getattr(args, _attribute(told)), getattr(record, name)

@@ -36,8 +36,7 @@ def refuse_unused(
 ) -> None:
     """Raise InputError that names the given options without effect.
 
-    `source` is "" if its kind does not matter. If `method` is None, any method may be used, later
-    or one after the other.
+    `source` is "" if its kind does not matter. If `method` is None, any method may follow.
     """
     if getattr(args, "pinhole", False):
         blur = attributes_of(DefocusSettings)

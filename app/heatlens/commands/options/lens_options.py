@@ -75,7 +75,7 @@ def given_lens(args: argparse.Namespace) -> Values:
 
 
 def _read_image(args: argparse.Namespace) -> None:
-    """Put the picture of --aperture-image in the place of its path, once. Raises InputError."""
+    """Replace the path in --aperture-image by its picture, once. Raises InputError."""
     if not isinstance(args.aperture_image, str):
         return
     args.aperture_image = read_opening_image(args.aperture_image)

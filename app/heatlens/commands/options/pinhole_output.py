@@ -90,7 +90,7 @@ def rendered_plate(
 
 
 def _smaller(renderer: FrameRenderer, plate: Plate) -> str:
-    """Return words on the size at which the scene itself is blurred, where that is larger."""
+    """Return a note on the size at which the scene itself is blurred, if that is larger."""
     size = plate.display_window.width, plate.display_window.height
     fine = fineness(renderer.ctx, size)
     if fine == 1:

@@ -33,7 +33,7 @@ def with_point(text: str) -> str:
 def f_number(text: str) -> float:
     """Parse the N of f/N: 2.8, f/2.8, F2,8.
 
-    For T2.8 it explains that the blur has another number.
+    For T2.8 it explains that the blur depends on the f-stop.
     """
     match = re.fullmatch(r"(?i)\s*(f\s*/?|t\s*/?)?\s*(.*?)\s*", text)
     assert match is not None  # everything is matched

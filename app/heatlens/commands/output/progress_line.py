@@ -19,9 +19,9 @@ _WIPE = "\r\x1b[K"
 
 @contextmanager
 def progress_line(stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
-    """Yield a function that shows a text in the place of the one before; "" clears the line.
+    """Yield a function that replaces the text of the line; "" clears it.
 
-    Nothing is shown where `stream` (default stderr) is no terminal, or with `--quiet`.
+    Nothing is shown if `stream` (default stderr) is no terminal, or with `--quiet`.
     """
     out = stream or sys.stderr
     if not shows_progress(out):

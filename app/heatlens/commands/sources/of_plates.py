@@ -42,7 +42,7 @@ _FOR_THE_EYE = (
 
 
 class PlateCommands(SourceCommands):
-    """Reads plates, whose lens may stand in the header."""
+    """Reads plates, whose lens may be in the header."""
 
     def load(
         self, args: argparse.Namespace, renderer: "FrameRenderer", settings: DefocusSettings

@@ -50,7 +50,7 @@ class Segment:
 
     @property
     def end(self) -> int:
-        """The offset of what follows in the sample."""
+        """The offset of the next segment in the sample."""
         return self.offset + len(self.payload)
 
 

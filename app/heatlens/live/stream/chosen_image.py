@@ -50,7 +50,7 @@ class ChosenImage:
 def chosen_image(images: Sequence[TevImage], options: PlateOptions) -> ChosenImage:
     """Return the first of `images`, sorted from new to old, that has colour and depth.
 
-    Raises InputError, about the first one, where none has both.
+    Raises InputError about the first one if none has both.
     """
     why_not: dict[str, InputError] = {}
     for image in images:
@@ -71,8 +71,8 @@ def chosen_image(images: Sequence[TevImage], options: PlateOptions) -> ChosenIma
 def chosen_channels(image: TevImage, options: PlateOptions) -> TevImage:
     """Copy `image` with only the channels that a plate needs.
 
-    Where `options` name a file for the depth, none of its channels is needed. Raises InputError
-    where it has no colour or no depth.
+    If `options` name a file for the depth, no depth channel is needed. Raises InputError if it has
+    no colour or no depth.
     """
     path, headers = plate_path(image.name), [header_of(image)]
     color = choose_color(path, headers, options.color_layer)
@@ -125,7 +125,7 @@ def _depth_beside(
 
 
 def _depth_of(image: TevImage, name: str | None, is_coc: bool) -> _DepthBeside | None:
-    """Return the depth channel of an image that was sent as a depth; None for other images."""
+    """Return the depth channel of an image sent as a depth; None for other images."""
     if name is not None and (image.name == name or name.startswith(f"{image.name}.")):
         key = next((k for k in image.planes if f"{image.name}.{k}" == name), "")
         return _DepthBeside(image, key or next(iter(image.planes)), name)

@@ -61,7 +61,7 @@ def error_panel(axes: "Axes", report: ErrorReport) -> None:
 
 
 def trade_panel(axes: "Axes", report: ErrorReport) -> None:
-    """Draw FLIP against milliseconds: a large point per method at one blur, faint lines at all.
+    """Draw FLIP against milliseconds: a large point per method at one blur, faint lines for all.
 
     Low is accurate, left is fast. A method that was too slow for that blur has its point at the
     largest blur at which it was measured, which the legend gives.

@@ -1,4 +1,4 @@
-"""What a study measures: each method's picture, how far it is from the reference, its time."""
+"""Measure each method for a study: its picture, its distance from the reference, its time."""
 
 import time
 from collections.abc import Callable
@@ -25,7 +25,7 @@ Say = Callable[[str], None]
 class Row:
     """One method: its picture, scene-linear (H, W, 3), and what was measured of it.
 
-    seconds  median of `runs` frames after a warm-up; of the warm-up alone where runs is 0
+    seconds  median of `runs` frames after a warm-up; of the warm-up alone if runs is 0
     """
 
     method: Method
@@ -52,9 +52,9 @@ def check_measurable() -> None:
 def measure_all(
     subject: Subject, methods: tuple[Method, ...], reference: Reference, runs: int, say: Say
 ) -> Rows:
-    """Measure each method; leave out, and tell `say`, one that this machine has no room for.
+    """Measure each method; skip one that needs too much memory, and report it with `say`.
 
-    Raises the GpuError of the last method where none could be rendered.
+    Raises the GpuError of the last method if none could be rendered.
     """
     rows: list[Row] = []
     left_out: list[str] = []
@@ -85,7 +85,7 @@ def measured(subject: Subject, settings: DefocusSettings, reference: Reference, 
 def run_times(
     subject: Subject, settings: DefocusSettings, runs: int, last_start: float
 ) -> list[float]:
-    """Return the seconds of each of `runs` frames, of fewer where the clock passes `last_start`."""
+    """Return the seconds of `runs` frames, or fewer if the clock passes `last_start`."""
     seconds: list[float] = []
     while len(seconds) < runs and time.monotonic() < last_start:
         subject.forget(settings)
@@ -100,7 +100,7 @@ def cut(rgba: FloatImage, region: Box) -> FloatImage:
 
 
 def detail_of(settings: DefocusSettings) -> str:
-    """Describe the settings that the method uses; return "" where it has none."""
+    """Describe the settings that the method uses; return "" if it has none."""
     if settings.method is Method.DIFFUSION:
         layers = "" if settings.layers is None else f", {settings.layers} layers"
         return f"{settings.bokeh}, {settings.quality}{layers}"

@@ -47,7 +47,7 @@ def write_pictures(folder: Path, report: Report) -> Iterator[str]:
 
 
 def whole_pictures(report: Report) -> list[tuple[str, FloatImage]]:
-    """Name and light (H, W, 3) of what is seen whole and in crops, in the order it is shown."""
+    """Name and light (H, W, 3) of each picture, in the order shown."""
     pictures = [] if report.sharp is None else [(SHARP, report.sharp)]
     pictures.append((REFERENCE, report.reference.pixels))
     return pictures + [(str(row.method), row.pixels) for row in report.rows]

@@ -20,7 +20,7 @@ class Reference:
 
     name      what it is, in a few words
     is_truth  False where it is one of the methods itself, which may be wrong as well
-    note      a sentence on what favours a method, empty where nothing does
+    note      a sentence on what favours a method, or ""
     """
 
     pixels: FloatImage
@@ -31,9 +31,9 @@ class Reference:
 
 
 def from_file(subject: Subject, truth: Picture) -> Reference:
-    """Return the finished picture of a file, over the region that it shares with the subject.
+    """Return the finished picture of a file, over the region shared with the subject.
 
-    Raises InputError if the two are not on one pixel grid.
+    Raises InputError if their pixel grids differ.
     """
     plate = subject.plate
     data = plate.data_window
@@ -57,13 +57,13 @@ def from_views(subject: Subject, views: int, tell: Callable[[str], None]) -> Ref
 
 
 def from_diffusion(subject: Subject) -> Reference:
-    """Render the best that heatlens can make of a plate, which is not a truth."""
+    """Render a plate at the best quality, which is not a truth."""
     settings = DefocusSettings(bokeh=Bokeh.DISC, quality=Quality.FILM, method=Method.DIFFUSION)
     return _rendered(subject.pixels(settings), "diffusion, film", is_truth=False)
 
 
 def announce(reference: Reference, say: Callable[[str], None]) -> None:
-    """Say aloud what counts as right here."""
+    """Warn that the reference is not a truth, and of any bias."""
     if reference.is_truth:
         say(f"truth: {reference.name}")
     else:

@@ -1,4 +1,4 @@
-"""A whole study as a value: all that its pages and its numbers say."""
+"""A whole study as a value, for its page and its numbers."""
 
 from dataclasses import dataclass
 
@@ -10,16 +10,16 @@ from heatlens.plate.plate import FloatImage
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The values of a whole report: what was studied and what came out.
+    """The values of a whole report: the subject and the results.
 
     title     the name of the source
-    facts     what all the pictures have in common, as (label, value), for reading
+    facts     what all the pictures have in common, as (label, value)
     reference the picture that the rows are compared with
     sharp     the picture before the lens (H, W, 3) over the same region, None where there is none
     rows      the methods, the closest to the reference first
     left_out  a sentence for each method that is missing
     crops     places to look at, in pixels of the reference
-    gain      how many times brighter than they are the differences are drawn
+    gain      factor by which the differences are brightened
     machine   the name of the renderer that the times belong to
     """
 
@@ -35,12 +35,12 @@ class Report:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height that all its pictures have."""
+        """Width and height of all its pictures."""
         return self.reference.region.width, self.reference.region.height
 
     @property
     def best(self) -> Row:
-        """The nearest to the reference; a method that is the reference itself does not count."""
+        """The nearest to the reference, except a method that is the reference itself."""
         if self.reference.is_truth:
             return self.rows[0]
         return next((row for row in self.rows if row.scores.flip > 0), self.rows[0])

@@ -30,12 +30,12 @@ class Subject:
 
     @property
     def plate(self) -> Plate:
-        """The picture before the lens; of a scene as seen from the lens's middle."""
+        """The picture without a lens; of a scene, as seen from the lens's centre."""
         return self.renderer.look(self.shot, self.frame).plate
 
     @property
     def machine(self) -> str:
-        """The name that OpenGL gives what draws."""
+        """The name of the OpenGL renderer."""
         return str(self.renderer.ctx.info["GL_RENDERER"])
 
     def settings(self, method: Method) -> DefocusSettings:
@@ -50,11 +50,11 @@ class Subject:
         return download(drained(steps, tell))
 
     def draw(self, settings: DefocusSettings) -> None:
-        """Issue the picture; the GPU may still be at it."""
+        """Issue the picture; the GPU may still be working on it."""
         self.renderer.render(replace(self.shot, defocus=settings), self.frame)
 
     def forget(self, settings: DefocusSettings) -> None:
-        """Have a method that goes on where it stopped begin again: one view of another lens."""
+        """Make a method that accumulates start again, by rendering one view of another lens."""
         if settings.method.needs_scene:
             lens = replace(self.shot.lens, f_stop=0.8 * self.shot.lens.f_stop)
             other = replace(self.shot, lens=lens, defocus=replace(settings, views=1))
