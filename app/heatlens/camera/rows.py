@@ -20,8 +20,8 @@ CAMERA_VERSION = 1
 
 _VERSION = "heatlens_camera"
 _CONVENTIONS = (
-    "mm and m as the names say; world_to_camera is row-major and acts on columns in metres, the "
-    "camera has x to the right, y up and looks along -z"
+    "names end in their units; world_to_camera is row-major, acts on column vectors in metres; "
+    "the camera looks along -z with x to the right and y up"
 )
 _MODEL = "lens_model"
 _IMAGE = "aperture_image"

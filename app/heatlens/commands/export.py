@@ -182,7 +182,7 @@ def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
     say(f"{len(plan.job.frames)} frames in {len(chunks)} tasks. Keep the template in {Path.cwd()}")
     for path in paths:
         if path.relative_to(Path.cwd()) is None:
-            say(f"it cannot hold this path, so give it on submission: -p {path.name}={path.path}")
+            say(f"it cannot hold this path, so give that on submission: -p {path.name}={path.path}")
 
 
 def _paths(args: argparse.Namespace, plan: ExportPlan) -> list[PathParameter]:
@@ -238,6 +238,4 @@ def _is_config_file(args: argparse.Namespace) -> bool:
 def _check_text(template: str) -> None:
     """Raise InputError for characters that YAML cannot hold, as a name on disk may have them."""
     if not template.replace("\n", "").isprintable():
-        raise InputError(
-            "A template takes printable names only, and one of these is not. Rename the file."
-        )
+        raise InputError("A template can hold only printable names. Rename the file.")

@@ -195,9 +195,9 @@ def _failed(error: HeatlensError) -> int:
 
 
 def with_command(argv: Sequence[str], commands: Sequence[str]) -> list[str]:
-    """Put the command first: `view` where none is named, and help as the option that it is.
+    """Put the command first: `view` if none is named, and --help for `help`.
 
-    Raises InputError for a word that is nearly a command, and no file.
+    Raises InputError for a misspelt command that is not a file.
     """
     words = list(argv)
     if not words:
@@ -219,7 +219,7 @@ def with_command(argv: Sequence[str], commands: Sequence[str]) -> list[str]:
 
 
 def _near(word: str, commands: Sequence[str]) -> str:
-    """Return the end of a sentence: the command that is like `word`, else all that there are."""
+    """Return the end of a sentence: the command most like `word`, or else all commands."""
     near = difflib.get_close_matches(word, commands, 1)
     return f". Did you mean {near[0]}?" if near else f"; there are {', '.join(commands)}."
 
@@ -234,7 +234,7 @@ def is_name_elsewhere(option: str) -> bool:
 
 
 def _elsewhere(option: str, value: str, prog: str) -> str:
-    """Return the end of a sentence on the command that takes an option, "" where none is known."""
+    """Return the end of a sentence on the command that takes an option, or ""."""
     is_file = os.path.splitext(value)[1].lower() in _CAMERA_SUFFIXES
     if option == "--lens-from" or (option == "--camera" and is_file):
         return f". {option} gives the lens of a file to `heatlens shot new` and `heatlens view`."
@@ -252,10 +252,7 @@ def _lens_flags() -> set[str]:
 
 
 def meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
-    """Return ". Did you mean --f-stop?" for a wrong option that is like one there is, else "".
-
-    An option that another command takes is answered with that command.
-    """
+    """Return a sentence that suggests an option like the wrong one, or the command that has it."""
     known = [name for name in parser._option_string_actions if name.startswith("--")]
     for word, after in zip(unknown, (*unknown[1:], ""), strict=True):
         option, _, value = word.partition("=")

@@ -137,7 +137,7 @@ def second_start() -> Iterator[Finding]:
     new = (both - first) / first if first else 1.0
     said = f"finds {100 * (1 - new):.0f} % of its shaders compiled by the first"
     if not first:
-        said = "compiles every shader again: the driver keeps none, or keeps them elsewhere"
+        said = "compiles every shader again: the driver has no shader cache, or keeps it elsewhere"
     details = {"kept_bytes": first, "share_new": new}
     yield Finding("second start", "ok" if new <= MOST_NEW else "note", said, details)
 

@@ -120,10 +120,10 @@ def _is_of_others(path: Path) -> bool:
 
 def _words(others: list[Path], count: int) -> str:
     if count == 1:
-        return f"{others[0]} is there already, and no export of heatlens wrote it."
+        return f"{others[0]} already exists, and no export of heatlens wrote it."
     if len(others) == 1:
-        return f"1 of the {count} files is there already, and no export wrote it: {others[0]}."
+        return f"1 of the {count} files already exists, and no export wrote it: {others[0]}."
     return (
-        f"{len(others)} of the {count} files are there already, and no export of heatlens wrote "
-        f"them; {others[0]} is the first."
+        f"{len(others)} of the {count} files already exist, and no export of heatlens wrote them; "
+        f"{others[0]} is the first."
     )

@@ -297,5 +297,5 @@ def mark_of(text: str) -> Mark:
     try:
         x, y = (float(part) for part in place.split(","))
     except ValueError:
-        raise InputError(f"--mark takes a pixel as NAME@X,Y; got {text!r}.") from None
+        raise InputError(f"--mark takes a pixel as NAME@X,Y, got {text!r}.") from None
     return PointMark(name, x, y)

@@ -223,12 +223,12 @@ def error_tables(report: ErrorReport) -> str:
     """Return tables of FLIP (with that of the truth itself), PSNR, SSIM and milliseconds."""
     head = (
         f"errors at {report.width}x{report.height}, to the truth of {report.truth_views} views of "
-        "a scene, by its largest circle of confusion;\ntruth: how far that of half its views is"
+        "a scene, by its largest circle of confusion;\ntruth: the error of half its views"
     )
     return "\n\n".join(
         [
             head + "\n" + _of(report, "FLIP, 0 is equal", "flip", 4, with_truth=True),
-            _of(report, "PSNR [dB], more is nearer", "psnr_db", 1),
+            _of(report, "PSNR [dB], higher is closer", "psnr_db", 1),
             _of(report, "SSIM, 1 is equal", "ssim", 4),
             _of(report, "ms a frame of that scene; plates are given", "ms", 1),
         ]

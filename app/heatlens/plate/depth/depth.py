@@ -264,8 +264,8 @@ def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
     if not (0 <= near < far and is_far_good) or (is_disparity and near == 0):
         raise InputError(
             f"--near {near:g} and --far {far:g} cannot be the ends of a depth: both are metres, "
-            f"near {'more than' if is_disparity else 'at least'} 0 and less than far. Which end of "
-            "the values is near is said with --depth-convention."
+            f"near {'more than' if is_disparity else 'at least'} 0 and less than far. Which end "
+            "is near is set with --depth-convention."
         )
     return near, far
 
@@ -284,8 +284,8 @@ def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[Plate
     if options.near_m is None and far <= near:
         near = far / 10
     asked = (
-        f"{raw.what} says what is nearer, but not in metres: how far away are its nearest and its "
-        "farthest point? Give --near and --far."
+        f"{raw.what} is not in metres: how far away are its nearest and its farthest point? Give "
+        "--near and --far."
     )
     if options.strict:
         raise InputError(asked)
