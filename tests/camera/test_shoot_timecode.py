@@ -39,7 +39,7 @@ def test_each_row_is_at_its_frame_and_the_others_are_left_out(late, count, rate)
     assert dict(zip(placed.frames, placed.focus_distance_m, strict=True)) == inside
     assert f"{len(inside)} of {count} rows matched by timecode" in placed.notes[-1]
     outside, missing = count - len(inside), frames.count - len(inside)
-    assert (f"{outside} rows lie outside" in placed.notes[-1]) == (outside > 0)
+    assert (f"{outside} rows are outside" in placed.notes[-1]) == (outside > 0)
     assert (f"{missing} frames of the shot have no row" in placed.notes[-1]) == (missing > 0)
 
 

@@ -67,7 +67,7 @@ def test_exported_pictures_are_orange(capsys, tmp_path, primaries, through):
         words += ["--display", "sRGB - Display", "--view", "Un-tone-mapped"]
     assert main([*words, "--quality", "draft"]) == 0
     assert_orange(tmp_path / "out" / "1001.png")
-    assert "light is taken as" not in capsys.readouterr().err
+    assert "plate is read as" not in capsys.readouterr().err
 
 
 def test_an_exported_exr_keeps_what_was_told(tmp_path):

@@ -200,7 +200,7 @@ def test_headers_can_stand_in_the_place_of_a_shot(capsys):
         (("none.heatlens.json", "-o", "c.nk"), "is not there"),
         (("still.heatlens.json", "-o", "c.nk"), "Give them with --frames"),
         (("c.csv", "-o", "c.csv"), "is the input camera: give another name"),
-        (("c.csv", "-o", "d.nk", "--frames", "1-2"), "is for shots; c.csv is a camera"),
+        (("c.csv", "-o", "d.nk", "--frames", "1-2"), "is for shots; c.csv is already a camera"),
         (("c.csv", "-o", "d.nk", "--sensor-height", "9"), "--sensor-height is for shots"),
         (("none.usda", "-o", "c.nk"), "none.usda is not there"),
     ],

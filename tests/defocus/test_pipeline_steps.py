@@ -67,7 +67,7 @@ def test_another_method_has_one_layer(rig, method, step):
 
 @pytest.mark.parametrize("method", [Method.ACCUMULATION, Method.RAYTRACED])
 def test_a_method_that_draws_a_scene_is_no_method_of_plates(rig, method):
-    with pytest.raises(ValueError, match="a plate cannot be blurred so"):
+    with pytest.raises(ValueError, match="cannot blur a plate"):
         list(rig.steps(DefocusSettings(method=method)))
 
 

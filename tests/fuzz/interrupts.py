@@ -99,7 +99,7 @@ class Outcome:
         if self.alive:
             found.append("left a process")
         if self.seconds > limit_s:
-            found.append(f"took {self.seconds:.2f} s, {self.busy_s:.2f} s of a processor")
+            found.append(f"took {self.seconds:.2f} s, {self.busy_s:.2f} s of processor time")
         return found
 
 
@@ -208,13 +208,13 @@ def write_large(path: Path) -> None:
 
 
 def _children_s() -> float:
-    """Time of a processor that processes took which have ended and were waited for."""
+    """Time of processor time that processes took which have ended and were waited for."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
 def _worked_s(process: int) -> float:
-    """Time of a processor that `process` and all that it started have taken until now."""
+    """Time of processor time that `process` and all that it started have taken until now."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
         children = Path(f"/proc/{process}/task/{process}/children").read_text().split()
@@ -310,7 +310,7 @@ def _many(
     print(
         f"{name:14} {whole_s:5.1f} s, {times} signals, {told}; "
         f"{_spread('answer', [o.seconds for o in outcomes])}; "
-        f"{_spread('of a processor', [o.busy_s for o in outcomes])}; "
+        f"{_spread('of processor time', [o.busy_s for o in outcomes])}; "
         f"{faulty} faults; load {os.getloadavg()[0]:.1f}",
         flush=True,
     )

@@ -171,9 +171,9 @@ def test_the_command_puts_errors_beside_times(capsys, monkeypatch, session_conte
 @pytest.mark.parametrize(
     ("size", "settings", "views", "said"),
     [
-        (SIZE, DefocusSettings(), 66, "more than the 66 views"),
-        (SIZE, DefocusSettings(views=500), 500, "more than the 500 views"),
-        (SIZE, DefocusSettings(), -1, "or 0 for only times"),
+        (SIZE, DefocusSettings(), 66, "above 66, the views"),
+        (SIZE, DefocusSettings(views=500), 500, "above 500, the views"),
+        (SIZE, DefocusSettings(), -1, "or 0 to measure"),
         (SIZE, DefocusSettings(), 65537, "at most 65536"),
         ((64, 15), DefocusSettings(), 100, "16 pixels a side"),
         (SIZE, DefocusSettings(proxy=0.25), 100, "after --proxy"),

@@ -211,7 +211,7 @@ def test_what_finds_no_room_is_left_out_aloud_and_the_others_are_not():
     truth = truth_from(subject, 64)
     found = measure_all(subject, (Method.SCATTER, Method.HEAT), truth, 1, said.append)
     assert [row.method for row in found.rows] == [Method.HEAT]
-    assert found.left_out == ("scatter is left out: There is no room.",) and said[1:2] == [
+    assert found.left_out == ("scatter is skipped: There is no room.",) and said[1:2] == [
         *found.left_out
     ]
     with pytest.raises(GpuError, match="no room"):

@@ -102,7 +102,7 @@ def test_1_over_z_of_nuke_with_something_near_is_read_as_such(tmp_path):
     plate = read_plate(plate_file(tmp_path / "n.exr", inverse(depth), **NUKE))
     assert plate.depth.convention == "inverse" and not plate.depth.question
     np.testing.assert_allclose(plate.depth_m, depth, rtol=1e-5)
-    assert any("Flat surfaces" in note for note in plate.notes)
+    assert any("flat surfaces" in note for note in plate.notes)
     through = read_plate(plate_file(tmp_path / "z.exr", depth, **NUKE))  # a render passed on
     assert through.depth.convention == "distance"
     np.testing.assert_allclose(through.depth_m, depth, rtol=1e-6)

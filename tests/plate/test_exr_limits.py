@@ -156,7 +156,7 @@ def test_a_type_of_an_attribute_that_is_no_utf_8_is_told(tmp_path):
 def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "a.exr")
     for read in (read_plate, read_headers):
-        with pytest.raises(InputError, match=r"a\.exr cannot be read: it is no file"):
+        with pytest.raises(InputError, match=r"a\.exr cannot be read: it is not a file"):
             read(tmp_path / "a.exr")
 
 

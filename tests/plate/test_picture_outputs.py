@@ -159,7 +159,7 @@ def test_a_shot_takes_the_lens_of_a_piped_plate(tmp_path, capsys, monkeypatch):
     out = tmp_path / "s.heatlens.json"
     pipe(monkeypatch, plate.read_bytes())
     said = stderr_of_run(capsys, 0, "shot", "new", "-", "-o", out, "--f-stop", "4")
-    assert "the shot names no plate" in said
+    assert "the shot has no plate" in said
     shot = read_shot(out)
     assert shot.source is None and shot.lens == Lens(50.0, 4.0, float(np.float32(2.24)), 36.0)
 

@@ -116,7 +116,7 @@ def pipe(tmp_path):
 
 def test_a_scene_does_not_wait_for_a_pipe(tmp_path, pipe):
     buffers = [{"uri": "pipe", "byteLength": len(TRIANGLE)}]
-    with pytest.raises(InputError, match="'pipe' cannot be read: it is no file"):
+    with pytest.raises(InputError, match="'pipe' cannot be read: it is not a file"):
         read_scene(gltf(tmp_path, buffers=buffers))
     obj = tmp_path / "a.obj"
     obj.write_text("mtllib pipe\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
@@ -127,14 +127,14 @@ def test_a_scene_does_not_wait_for_a_pipe(tmp_path, pipe):
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
 def test_a_camera_is_no_pipe(tmp_path, pipe, suffix):
     named = pipe.rename(tmp_path / f"cam{suffix}")
-    with pytest.raises(InputError, match="no file"):
+    with pytest.raises(InputError, match="not a file"):
         read_camera(str(named))
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".gltf", ".obj", ".ply", ".stl", ".usda"])
 def test_a_scene_is_no_pipe(tmp_path, pipe, suffix):
     named = pipe.rename(tmp_path / f"a{suffix}")
-    with pytest.raises(InputError, match="no file"):
+    with pytest.raises(InputError, match="not a file"):
         read_scene(named)
 
 
@@ -231,7 +231,7 @@ def test_a_config_that_is_no_utf_8_is_told(tmp_path, data):
 
 
 def test_a_config_is_no_pipe(tmp_path, pipe):
-    with pytest.raises(InputError, match="no file"):
+    with pytest.raises(InputError, match="not a file"):
         load_color_config(str(pipe))
 
 

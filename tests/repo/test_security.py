@@ -26,8 +26,8 @@ def test_every_bound_is_told_as_it_is():
         f"{gltf_nodes._LEVELS_MOST} levels of nodes",
         f"{scene.INSTANCES_MOST:,} objects",
         f"{picture_read._TOGETHER_MOST // 1_000_000 + 1} million pixels together",
-        f"{limits.SECONDS_MOST:g} seconds of a processor, {limits.SECONDS_A_MEGABYTE:g} more for",
-        f"each megabyte of its files, and {limits.GIGABYTES_MOST:g} GB",
+        f"{limits.SECONDS_MOST:g} seconds of processor time, {limits.SECONDS_A_MEGABYTE:g} more",
+        f"for each megabyte of its files, and {limits.GIGABYTES_MOST:g} GB",
         limits.SECONDS,
         limits.GIGABYTES,
     ):

@@ -80,7 +80,7 @@ def test_a_file_that_cannot_be_written_is_told_by_its_own_name(tmp_path):
     assert str(error.value).count("o.exr") == 2
     assert ".part" not in str(error.value) and str(error.value).endswith("disk on fire.")
     with (
-        pytest.raises(InputError, match="no bytes arrived") as error,
+        pytest.raises(InputError, match="no bytes were written") as error,
         replacing(tmp_path / "o.exr"),
     ):
         pass  # nothing was written

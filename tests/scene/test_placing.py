@@ -68,7 +68,9 @@ def test_a_guess_is_said_and_kept_in_the_shot(tmp_path, name, comment, axis, uni
     framing = first.shot.framing
     assert (framing.up_axis, framing.meters_per_unit) == (axis, unit_m)
     (note,) = first.scene.notes
-    assert f"{axis} is taken as up; --up-axis" in note and "--meters-per-unit" in note
+    assert (
+        f"{axis} is taken as up; change it with --up-axis" in note and "--meters-per-unit" in note
+    )
     write_shot(tmp_path / "a.heatlens.json", first.shot)
     shot = read_shot(tmp_path / "a.heatlens.json")
     assert shot.framing == framing

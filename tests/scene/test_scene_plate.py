@@ -76,9 +76,9 @@ def test_what_has_been_drawn_over_is_not_taken_for_what_it_was(looked):
     kept = before.depth_m.copy()
     looked.look(replace(SHOT, lens=replace(SHOT.lens, focal_length_mm=80.0)))
     np.testing.assert_array_equal(before.depth_m, kept)  # it was fetched in time
-    with pytest.raises(GpuError, match="drawn over"):
+    with pytest.raises(GpuError, match="overwritten"):
         _ = before.color
-    with pytest.raises(GpuError, match="drawn over"):
+    with pytest.raises(GpuError, match="overwritten"):
         depth_at_m(before, 1, 1)
 
 

@@ -121,7 +121,7 @@ def test_a_damaged_mesh_is_left_out_and_named(tmp_path):
     assert scene.triangle_count == 1 and len(scene.instances) == 1
     notes = [note for note in scene.notes if "Left out" in note]
     assert notes[0] == f"{path}: Left out: /B0: a vertex is at NaN or infinity."
-    assert len(notes) == 9 and notes[-1].endswith("for such reasons: 1 more objects.")
+    assert len(notes) == 9 and notes[-1].endswith("for similar reasons: 1 more objects.")
 
 
 @pytest.mark.parametrize("corners", [[0, 1, 2, 3, 3, 2, 5], [0, 1], [0, 1, 2, 3, 3, 2, -1]])

@@ -130,7 +130,7 @@ def test_an_export_is_handed_the_shot_the_place_and_the_job(walls, exports, tmp_
     assert sheet[:2] == [shot, str(tmp_path / "p.html")] and sheet[2][:2] == ["--title", "Walls"]
     run.is_busy = True
     exports.write_sheet(tmp_path / "p.html", "Walls")
-    assert len(run.asked) == 3 and "has to wait" in walls.messages.text
+    assert len(run.asked) == 3 and "has finished" in walls.messages.text
     assert exports.why_not == ""
 
 

@@ -107,7 +107,7 @@ def test_what_cannot_be_measured_says_why(walls, view):
     assert ruler.measured() is None or math.isinf(ruler.measured().distance_m)
     ruler.leave()
     ruler.toggle()
-    assert "tells no lens" in walls.messages.text
+    assert "has no lens" in walls.messages.text
     picture.plate = None
     assert "Nothing is open" in ruler.why_not() and ruler.measured((1, 1)) is None
     assert not ruler.is_inside((1, 1))
@@ -211,7 +211,7 @@ def state(looks):
 
 def test_back_goes_to_and_fro(looks, said):
     looks.back()
-    assert "no lens to go back to" in said[-1]
+    assert "no earlier lens" in said[-1]
     other = replace(LENS, f_stop=8.0)
     looks._editing.edit_lens(other)
     looks.go(0)

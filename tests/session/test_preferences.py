@@ -156,7 +156,7 @@ def test_a_damaged_file_is_told_and_set_aside(tmp_path, content):
 @pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
 def test_a_pipe_or_device_is_told_and_not_read(tmp_path, make):
     make(tmp_path / FILE_NAME)
-    assert "it is no file" in Preferences.load(tmp_path).problem
+    assert "it is not a file" in Preferences.load(tmp_path).problem
 
 
 # Two windows

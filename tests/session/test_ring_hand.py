@@ -133,7 +133,7 @@ def test_a_channel_is_learnt_and_turns_the_lens(hand, receiver, editing, said):
 def test_where_nothing_was_turned_it_is_said(hand, receiver, said):
     hand.learn(Ring.FOCUS)
     hand.end_learning()
-    assert "nothing was learnt" in said[-1] and hand.maps == ()
+    assert "none was learnt" in said[-1] and hand.maps == ()
 
 
 def test_the_time_to_the_picture_is_from_the_first_turn_to_the_picture_of_the_last(

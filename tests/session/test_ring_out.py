@@ -80,7 +80,7 @@ def test_a_network_that_refuses_is_said_once(editing):
     ("options", "told"),
     [
         (("--lens-out", "osc://:9000"), "as OpenTrackIO"),
-        (("--lens-out", "opentrackio", "--lens-in", "opentrackio"), "hear itself"),
+        (("--lens-out", "opentrackio", "--lens-in", "opentrackio"), "cannot share an address"),
     ],
 )
 def test_what_cannot_be_sent_is_explained_before_a_window_opens(options, told, capsys):

@@ -64,7 +64,7 @@ class UsdGeometry:
         more = len(self.refused) - len(told)
         return [
             *told,
-            *([f"Another {more} objects are left out for such reasons."] if more else []),
+            *([f"Left out for similar reasons: {more} more objects."] if more else []),
         ]
 
     def _read_or_refused(self, prim: UsdObject) -> list[Mesh]:

@@ -78,7 +78,7 @@ def _answer_recovery(documents: ShotDocuments, offer: Found) -> None:
         imgui.text_wrapped("A shot of this plate was never saved to a file.")
     else:
         imgui.text_wrapped(f"{printable(offer.path.name)} has unsaved changes.")
-    imgui.text_wrapped("heatlens ended before they were saved. Recover them?")
+    imgui.text_wrapped("heatlens ended before this was saved. Recover it?")
     widgets.spacer()
     for name, goes_on in (("Recover it", True), ("Discard it", False)):
         entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)
