@@ -38,11 +38,13 @@ _BOKEH_LENS = {
     "sensor_height_mm": "apertureHeight",
 }
 _HELD = ("blades", "blade_rotation_deg", "blade_curvature", "widest_f_stop")
-_COMPARE = "Foundry does not say where rotation begins and how curvature counts: compare by eye"
+_COMPARE = (
+    "Foundry does not document the zero of rotation or the scale of curvature: compare by eye"
+)
 _HALF_DISC = "half_disc"
 _SIZE = (
-    "Its size is half the disc of what is infinitely far, half_disc times the width of the "
-    "picture, for depths that are distances in the unit of this file"
+    "Its size is half the disc of a point at infinity, half_disc times the width of the "
+    "picture, for depths that hold distances in the unit of this file"
 )
 _MAX_SIZE = "width/4"  # Nuke's own cuts what stands near the camera
 
@@ -88,7 +90,7 @@ def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
 
 
 def has_shape(camera: CameraSamples) -> bool:
-    """Return whether the opening is another than a round one."""
+    """Return True unless the opening is round."""
     tracks = camera.lens_tracks
     is_oval = set(tracks.get("squeeze", (1.0,))) != {1.0}
     return is_oval or bool(camera.shaped) or camera.aperture_image is not None
@@ -97,8 +99,8 @@ def has_shape(camera: CameraSamples) -> bool:
 def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
     """Return the text of ZDefocus with its keyed focus, and of Bokeh where the opening has a shape.
 
-    Both are left out for a round opening without a focus. Bokeh comes last, for a Nuke before 14
-    has no such node and stops reading there.
+    Both are left out for a round opening without a focus. Bokeh comes last, because a Nuke before
+    14 lacks that node and stops reading there.
     """
     if not has_shape(camera) and "focus_distance_m" not in camera.lens_tracks:
         return ""
@@ -185,7 +187,7 @@ def _has_blades(tracks: Mapping[str, tuple[float, ...]]) -> bool:
 
 
 def _told(camera: CameraSamples, names: Mapping[str, str]) -> Iterator[str]:
-    """Yield the knobs that take a track as it is; without blades Nuke's own number stays."""
+    """Yield the knobs that take a track unchanged; without blades Nuke's default stays."""
     tracks = camera.lens_tracks
     for name, knob in names.items():
         if name in tracks and (name != "blades" or _has_blades(tracks)):

@@ -193,7 +193,7 @@ def _joined(recording: _Recording, pieces: list[_Piece]) -> list[_Piece]:
 
 
 def linear_keys(frames: tuple[int, ...], track: tuple[float, ...], scale: Scale) -> tuple[Key, ...]:
-    """Return the fewest keys that meet the track at every frame; none for a constant track.
+    """Return the fewest keys that reproduce the track at every frame; none for a constant track.
 
     A key is left out if it lies on the straight line between its neighbours on `scale`: the line
     from the last key to the next has to pass every frame in between within the precision of

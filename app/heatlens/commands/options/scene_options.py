@@ -176,18 +176,18 @@ def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot
 
 
 def add_timing_options(group: "argparse._ArgumentGroup", has_rate: bool = False) -> None:
-    """Add --clip, --first-frame and --fps; `has_rate` where the command has an --fps already."""
+    """Add --clip, --first-frame and --fps; `has_rate` says that the command already has --fps."""
     group.add_argument(
         "--clip",
         metavar="NAME",
-        help="animation of a glTF that is played, by its name or its number (`info` lists them; "
-        "default: all at once)",
+        help="animation of a glTF to play, by name or number (`info` lists them; default: all at "
+        "once)",
     )
     group.add_argument(
         "--first-frame",
         type=whole,
         metavar="N",
-        help="frame at the first key of a glTF (default: frame 1 is its second 0). Blender's "
+        help="frame number of the first key of a glTF (default: second 0 is frame 1). Blender's "
         "frames 101 to 126 at 25 a second are --fps 25 --first-frame 101",
     )
     if not has_rate:
@@ -195,7 +195,7 @@ def add_timing_options(group: "argparse._ArgumentGroup", has_rate: bool = False)
             "--fps",
             type=number,
             metavar="N",
-            help=f"frames of a second of a glTF (default {FRAMES_PER_SECOND:g})",
+            help=f"frames per second of a glTF (default {FRAMES_PER_SECOND:g})",
         )
         group.set_defaults(is_rate_of_scene=True)
 

@@ -116,4 +116,4 @@ def write_difference(
 def check_is_png(path: str | os.PathLike[str]) -> None:
     """Raise InputError unless the name ends in .png; call it before a long comparison."""
     if Path(path).suffix.lower() != ".png":
-        raise InputError(f"{path}: the picture of the difference is written as .png.")
+        raise InputError(f"{path}: the difference can only be written as .png.")

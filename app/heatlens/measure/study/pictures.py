@@ -95,7 +95,7 @@ def flip_inside(picture: FloatImage, reference: FloatImage, box: Box) -> float:
 
 
 def _telling(pictures: list[FloatImage], reference: FloatImage) -> npt.NDArray[np.float64]:
-    """Return (H, W): the worst error minus the best error of each pixel's display value."""
+    """Return (H, W), the worst minus the best error of each pixel's display value."""
     shown = srgb_encoded(reference)
     errors = np.stack([np.abs(srgb_encoded(p) - shown).mean(axis=2) for p in pictures])
     least = errors.min(axis=0) if len(pictures) > 1 else 0.0
