@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from heatlens.files.apart import Stop
 from heatlens.frame_cache.cache import FrameCache
@@ -47,19 +48,26 @@ class Opening:
 class Opened(ABC):
     """An opened source whose first picture has been read; this base has neither files nor frames.
 
-    frame   the frame to show first
-    cache   the cache of plates; None if no plates are read from files
-    again   the source to render its frames again later; None if they exist only once
+    text        the name by which a shot file refers to the source
+    frame       the frame to show first
+    notes       sentences to show to the user: repairs, guesses, warnings
+    attributes  the header entries of the first plate, which describe its colour space
+    scene       the 3D scene; None if there is none
+    timing      how the seconds of a scene became frames; None in the usual way, and for all else
+    stamps      the stamps, from before reading, of the files that all frames are made of
+    cache       the cache of plates; None if no plates are read from files
+    again       the source to render its frames again later; None if they exist only once
     """
 
+    text: str
     frame: int
+    notes: tuple[str, ...]
+    attributes: Mapping[str, object] = MappingProxyType({})
+    scene: Scene | None = None
+    timing: SceneTiming | None = None
+    stamps: tuple[Stamp | None, ...] = ()
     cache: FrameCache | None = None
     again: Source | None = None
-
-    @property
-    @abstractmethod
-    def text(self) -> str:
-        """The name by which a shot file refers to the source."""
 
     @property
     @abstractmethod
@@ -77,34 +85,9 @@ class Opened(ABC):
         return None
 
     @property
-    def timing(self) -> SceneTiming | None:
-        """How the seconds of a scene became frames; None in the usual way, and for all else."""
-        return None
-
-    @property
     def news(self) -> int:
         """A counter that increases whenever the state of a frame changes."""
         return 0
-
-    @property
-    @abstractmethod
-    def notes(self) -> tuple[str, ...]:
-        """Sentences to show to the user: repairs, guesses, warnings."""
-
-    @property
-    def attributes(self) -> Mapping[str, object]:
-        """The header entries of the first plate, which describe its colour space."""
-        return {}
-
-    @property
-    def scene(self) -> Scene | None:
-        """The 3D scene; None if there is none."""
-        return None
-
-    @property
-    def stamps(self) -> tuple[Stamp | None, ...]:
-        """The stamps, from before reading, of the files that all frames are made of."""
-        return ()
 
     def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
         """Return the files that only `frame` is made of; none for a black or a missing frame."""

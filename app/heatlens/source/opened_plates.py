@@ -42,16 +42,14 @@ class News:
 class OpenedPlates(Opened):
     """A sequence, or a single file, of which one frame has been read."""
 
+    text: str
+    frame: int
+    notes: tuple[str, ...]
+    attributes: Mapping[str, object] = field()
     again: PlateSource = field()
     cache: FrameCache = field()
-    frame: int
     plate: Plate
     counter: News
-
-    @property
-    def text(self) -> str:
-        """The pattern or the name of the file."""
-        return self.again.text
 
     @property
     def options(self) -> PlateOptions:
@@ -77,16 +75,6 @@ class OpenedPlates(Opened):
     def news(self) -> int:
         """A counter of the state changes of all frames."""
         return self.counter.count
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What is said of the first plate."""
-        return self.plate.notes
-
-    @property
-    def attributes(self) -> Mapping[str, object]:
-        """The header entries of the first plate."""
-        return self.plate.attributes
 
     def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
         """Return the plate's own file, and those beside it."""
@@ -139,7 +127,8 @@ def opened_plates(opening: Opening) -> OpenedPlates:
     except Exception:
         cache.close()
         raise
-    return OpenedPlates(source, cache, first, found, news)
+    told = text, first, found.notes, found.attributes
+    return OpenedPlates(*told, source, cache, found, news)
 
 
 def _first_frame(sequence: Sequence, text: str, wanted: int | None) -> int:

@@ -22,16 +22,15 @@ from heatlens.source.scene_source import SceneSource
 class OpenedScene(Opened):
     """A 3D scene with its first shot; `asked` are the options that its plates would have."""
 
+    text: str
+    frame: int
+    notes: tuple[str, ...]
+    scene: Scene = field()
+    timing: SceneTiming | None = field()
+    stamps: tuple[Stamp | None, ...] = field()
     again: SceneSource = field()
     asked: PlateOptions
     first: FirstShot
-    frame: int
-    read_stamps: tuple[Stamp | None, ...]
-
-    @property
-    def text(self) -> str:
-        """The file of the scene, or "demo"."""
-        return self.again.text
 
     @property
     def options(self) -> PlateOptions:
@@ -39,29 +38,9 @@ class OpenedScene(Opened):
         return self.asked
 
     @property
-    def scene(self) -> Scene:
-        """The scene, as its file describes it."""
-        return self.first.scene
-
-    @property
     def frames(self) -> FrameRange | None:
         """The frames in which something moves."""
         return self.scene.frames
-
-    @property
-    def timing(self) -> SceneTiming | None:
-        """How its seconds became frames; None for the default."""
-        return self.again.timing
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What of the file is not drawn."""
-        return self.scene.notes
-
-    @property
-    def stamps(self) -> tuple[Stamp | None, ...]:
-        """The stamps of all of its files, from before they were read."""
-        return self.read_stamps
 
     def lens(self, given: Mapping[str, object]) -> StartLens:
         """Return the given lens, completed from the scene's camera, or assumed."""
@@ -86,4 +65,6 @@ def opened_scene(opening: Opening) -> OpenedScene:
     stamps = tuple(file.stamp for file in stamped(source.all_files))  # before it is read
     with opening.stop.heard():
         first = first_shot(opening.text, timing=opening.timing, placing=opening.placing)
-    return OpenedScene(source, opening.options, first, first.frame, stamps)
+    scene, timing = first.scene, opening.timing
+    told = opening.text, first.frame, scene.notes, scene, timing, stamps
+    return OpenedScene(*told, source, opening.options, first)

@@ -95,7 +95,9 @@ class SourceOpener:
         """Return the stream when its first frame arrives; None if that is not awaited."""
         stream = self._stream
         plate = None if stream is None or stream.is_shown else stream.poll()
-        return None if stream is None or plate is None else OpenedStream(stream, plate)
+        if stream is None or plate is None:
+            return None
+        return OpenedStream(stream.text, plate.notes, stream, plate)
 
     def close(self) -> None:
         """Cancel the opening, without waiting."""

@@ -123,24 +123,16 @@ def _arriving(plate: Plate) -> str:
 class OpenedStream(Opened):
     """A running renderer whose first frame has arrived."""
 
+    text: str
+    notes: tuple[str, ...]
     stream: StreamSource
     plate: Plate
     frame: int = 1
 
     @property
-    def text(self) -> str:
-        """The address at which it is heard."""
-        return self.stream.text
-
-    @property
     def options(self) -> PlateOptions:
         """The options, which may change while frames arrive."""
         return self.stream.options
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What is said of the first frame."""
-        return self.plate.notes
 
     def lens(self, given: Mapping[str, object]) -> StartLens:
         """Return the given lens, completed from what the renderer sent."""

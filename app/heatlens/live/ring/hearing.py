@@ -36,24 +36,6 @@ class Decoder(Protocol):
         ...
 
 
-class OpenTrackIODecoder:
-    """Decodes OpenTrackIO: segments with a checksum, which form samples."""
-
-    def __init__(self) -> None:
-        self._assembly = Assembly()
-
-    @property
-    def lost(self) -> int:
-        """How many samples were never whole."""
-        return self._assembly.lost
-
-    def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
-        """Return the sample that a datagram completes, if any. Raise RingPacketError if invalid."""
-        segment = segment_of(datagram)
-        text = self._assembly.add(sender, segment)
-        return () if text is None else (sample_of(text, segment.encoding),)
-
-
 class Hearing:
     """Decodes datagrams and keeps the newest samples.
 
@@ -151,6 +133,16 @@ class Assembly:
             self._unfinished.pop(next(iter(self._unfinished)))
             self.lost += 1
         return self._unfinished.setdefault(sender, _Unfinished([segment]))
+
+
+class OpenTrackIODecoder(Assembly):
+    """Decodes OpenTrackIO: segments with a checksum, which form samples."""
+
+    def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
+        """Return the sample that a datagram completes, if any. Raise RingPacketError if invalid."""
+        segment = segment_of(datagram)
+        text = self.add(sender, segment)
+        return () if text is None else (sample_of(text, segment.encoding),)
 
 
 def _can_follow(before: Segment, after: Segment) -> bool:

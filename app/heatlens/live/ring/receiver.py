@@ -11,7 +11,7 @@ from heatlens.live.ring.address import Protocol, RingAddress, listening_socket
 from heatlens.live.ring.hearing import Decoder, Hearing, OpenTrackIODecoder
 from heatlens.live.ring.osc import OscDecoder
 from heatlens.live.ring.ring_input import RingInput
-from heatlens.live.ring.sources import SILENT_AFTER_S, Heard, Numbered
+from heatlens.live.ring.sources import SILENT_AFTER_S
 
 _MAX_DATAGRAM = 65535
 _DECODERS: dict[Protocol, Callable[[], Decoder]] = {
@@ -21,7 +21,7 @@ _DECODERS: dict[Protocol, Callable[[], Decoder]] = {
 _AT_ONCE = 256  # datagrams between checks whether the thread should end
 
 
-class LensReceiver(RingInput):
+class LensReceiver(Hearing, RingInput):
     """Receives samples until `close`; its methods may be called from any thread."""
 
     def __init__(
@@ -35,7 +35,7 @@ class LensReceiver(RingInput):
         Raise InputError if the address cannot be used.
         """
         decoder, is_stream = _DECODERS[address.protocol](), address.protocol.is_stream
-        self._hearing = Hearing(decoder, clock, SILENT_AFTER_S if is_stream else math.inf)
+        super().__init__(decoder, clock, SILENT_AFTER_S if is_stream else math.inf)
         self._socket = listening_socket(address)
         self.address = RingAddress(address.protocol, *self._socket.getsockname()[:2])
         self.on_news = on_news
@@ -45,34 +45,6 @@ class LensReceiver(RingInput):
         self._selector.register(self._wake, selectors.EVENT_READ)
         self._thread = Thread(target=self._listen, name="lens-receiver", daemon=True)
         self._thread.start()
-
-    @property
-    def taken(self) -> int:
-        """The number of valid datagrams."""
-        return self._hearing.taken
-
-    @property
-    def refused(self) -> int:  # type: ignore[override]  # a count that goes up
-        """The number of invalid datagrams."""
-        return self._hearing.refused
-
-    @property
-    def fault(self) -> str | None:  # type: ignore[override]
-        """Why the last invalid datagram was refused; None if there was none."""
-        return self._hearing.fault
-
-    @property
-    def lost(self) -> int:  # type: ignore[override]
-        """The number of samples that were never complete."""
-        return self._hearing.lost
-
-    def heard(self, source: str | None = None) -> Heard:
-        """Return the present state of a source; see `RingSources.heard`."""
-        return self._hearing.sources.heard(source)
-
-    def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
-        """Return the samples of a source after a version of `heard`; see `RingSources.since`."""
-        return self._hearing.sources.since(version, source)
 
     def close(self) -> None:
         """End the thread and release the port; a second call does nothing."""
@@ -92,12 +64,12 @@ class LensReceiver(RingInput):
 
     def _hear_waiting(self) -> None:
         """Handle all waiting datagrams, and call `on_news` once."""
-        before = self._hearing.sources.version
+        before = self.sources.version
         for _ in range(_AT_ONCE):
             try:
                 datagram, sender = self._socket.recvfrom(_MAX_DATAGRAM)
             except OSError:  # no datagram is left, or the network reports a lost one
                 break
-            self._hearing.take(datagram, sender)
-        if self._hearing.sources.version != before and self.on_news is not None:
+            self.take(datagram, sender)
+        if self.sources.version != before and self.on_news is not None:
             self.on_news()

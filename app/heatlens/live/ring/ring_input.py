@@ -4,7 +4,6 @@ The axes of a game pad or jog wheel are channels of `PadInput`; the window reads
 """
 
 import time
-from abc import abstractmethod
 from collections.abc import Callable, Mapping
 
 from heatlens.base.closing import Closing
@@ -18,22 +17,28 @@ class RingInput(Closing):
     """An input for the rings of a lens; any thread may call it.
 
     address   the address or name of the device, for the user
+    sources   what each source has sent
     on_news   called after each sample, on any thread
     """
 
     address: object
+    sources: RingSources
     on_news: Callable[[], None] | None = None
     refused = 0  # number of invalid datagrams
-    lost = 0  # number of samples that were never complete
     fault: str | None = None  # why the last datagram was refused
 
-    @abstractmethod
+    @property
+    def lost(self) -> int:
+        """The number of samples that were never complete."""
+        return 0
+
     def heard(self, source: str | None = None) -> Heard:
         """Return the present state of a source; see `RingSources.heard`."""
+        return self.sources.heard(source)
 
-    @abstractmethod
     def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
         """Return the samples of a source after a version of `heard`; see `RingSources.since`."""
+        return self.sources.since(version, source)
 
     def seconds_until_due(self) -> float | None:
         """Return the seconds until the window must poll the input; None if `on_news` wakes it."""
@@ -51,21 +56,13 @@ class Controls(RingInput):
     ) -> None:
         """Begin without channels; for `silent_after_s` see `RingSources`."""
         self.address = address
-        self._sources = RingSources(clock, silent_after_s)
+        self.sources = RingSources(clock, silent_after_s)
 
     def take(self, source: str, channels: Mapping[str, float]) -> None:
         """Store values of channels and call `on_news`."""
-        self._sources.keep(LensSample(source, channels=dict(channels)))
+        self.sources.keep(LensSample(source, channels=dict(channels)))
         if self.on_news is not None:
             self.on_news()
-
-    def heard(self, source: str | None = None) -> Heard:
-        """See `RingInput`."""
-        return self._sources.heard(source)
-
-    def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
-        """See `RingInput`."""
-        return self._sources.since(version, source)
 
 
 class PadInput(Controls):
@@ -89,7 +86,7 @@ class PadInput(Controls):
             self._read_at = now_s
             axes = self.read()
             if axes is not None:
-                self._sources.keep(LensSample(channels=dict(axes)))
+                self.sources.keep(LensSample(channels=dict(axes)))
         return super().heard(source)
 
     def seconds_until_due(self) -> float:
