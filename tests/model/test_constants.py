@@ -11,6 +11,7 @@ from heatlens.model import interpolation, key_reduction, opening, plausibility
 from heatlens.model.boxes import Box
 from heatlens.model.coc import sharp_px
 from heatlens.model.depth_histogram import DepthHistogram, dioptres_shown
+from heatlens.model.f_stops import THIRD_STOPS
 from heatlens.model.frames import (
     FrameRange,
     check_frame,
@@ -178,6 +179,14 @@ def test_the_rim_leaves_some_light_everywhere():
     assert opening.profile(1.0, -1.0) == pytest.approx(0.02)
     assert opening.profile(0.0, 1.0) == pytest.approx(0.02)
     assert opening.profile(1.0, 1.0) == pytest.approx(1 + 0.98 * 2)
+
+
+def test_the_ring_has_third_stops_as_they_are_engraved():
+    """ISO 517 for the whole stops; those between are rounded as makers do."""
+    ring = "0.7 0.8 0.9 1 1.1 1.2 1.4 1.6 1.8 2 2.2 2.5 2.8 3.2 3.5 4 4.5 5 5.6 6.3 7.1 8 9 10 11"
+    assert [f"{stop:g}" for stop in THIRD_STOPS] == f"{ring} 13 14 16 18 20 22 25 29 32".split()
+    for number, stop in enumerate(THIRD_STOPS):
+        assert stop == pytest.approx(2 ** ((number - 3) / 6), rel=0.05)
 
 
 NEAR_ROOM = DepthSpan(1.0, 5.0)

@@ -22,6 +22,7 @@ from heatlens.plate.deep.deep_write import check_deep_fits, deep_samples, write_
 from heatlens.plate.focus_pick import area_at, depth_at_m, middle_m
 from heatlens.plate.fragments import packed_lists
 from heatlens.plate.grain import noise_of
+from heatlens.plate.header.camera_header import _short
 from heatlens.plate.header.shoot_names import ShootLens
 from heatlens.plate.picture.picture_open import _HEAD_BYTES, MAX_SIDE_PX, _check_size
 from heatlens.plate.plate_notes import depth_note, lens_notes, shot_notes
@@ -233,6 +234,13 @@ def test_a_lens_of_a_shoot_has_units_until_a_file_lacks_them():
     empty = ShootLens()
     assert empty.has_unit and empty.sources == {} == empty.unreadable == empty.conflicts
     assert all(getattr(empty, one.name) is None for one in fields(empty)[:5])
+
+
+def test_a_value_of_a_header_is_told_in_forty_letters():
+    assert _short("a" * 36) == "'" + "a" * 36 + "'"
+    told = _short("word " * 20)
+    assert 30 < len(told) <= 40 and told.endswith("[...]")
+    assert _short(2.5) == "2.5" and _short(np.float32([1, 2.5])) == "1 x 2.5"
 
 
 # What is said of a plate and its lens

@@ -212,6 +212,20 @@ def test_a_camera_of_the_command_line_is_for_the_first_source(tmp_path):
         session.close()
 
 
+def test_a_camera_beside_an_impossible_lens_is_left_out_with_it(tmp_path):
+    table = tmp_path / "lens.csv"
+    table.write_text("frame,focal_length_mm,f_stop,focus_distance_m\n1001,35,4,3\n1010,35,4,5\n")
+    lens = {"focal_length_mm": 6000.0}
+    source, camera = str(room_file(tmp_path / "a.exr", 8, 6)), read_camera(str(table))
+    session = started(tmp_path, source=source, camera=camera, lens=lens)
+    settled(session)
+    try:
+        assert session.facts.lens.focal_length_mm == 85.0 and not session.editing.shot.key_frames
+        assert "6000" in session.messages.text
+    finally:
+        session.close()
+
+
 def test_a_still_takes_the_frames_of_the_camera(tmp_path):
     table = tmp_path / "lens.csv"
     table.write_text("frame,focal_length_mm,f_stop,focus_distance_m\n41,35,4,3\n50,35,4,5\n")
