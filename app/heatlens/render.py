@@ -32,7 +32,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.picture_field import PictureField
 from heatlens.model.settings import Method, Quality
 from heatlens.model.shot import LensCurves, Shot
-from heatlens.plate.breathing_window import frame_centre_px, room_of
+from heatlens.plate.overscan_need import frame_centre_px, room_of
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 from heatlens.scene_gpu.overscan import Overscan

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.commands.options.plate_options import add_plate_options, plate_options
+from heatlens.commands.options.lens_options import add_plate_options, plate_options
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, DepthKind, PictureCurve, PlateOptions

@@ -15,7 +15,6 @@ from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.behind import _convention
-from heatlens.plate.breathing_window import frame_centre_px, picture_point, plate_pixel
 from heatlens.plate.deep.deep_plate import flattened_part, read_deep_plate
 from heatlens.plate.deep.deep_volumes import _SLICE, _SLICES_MOST
 from heatlens.plate.deep.deep_write import check_deep_fits, deep_samples, write_deep
@@ -24,6 +23,7 @@ from heatlens.plate.fragments import packed_lists
 from heatlens.plate.grain import noise_of
 from heatlens.plate.header.camera_header import _short
 from heatlens.plate.header.shoot_names import ShootLens
+from heatlens.plate.overscan_need import frame_centre_px, picture_point, plate_pixel
 from heatlens.plate.picture.picture_open import _HEAD_BYTES, MAX_SIDE_PX, _check_size
 from heatlens.plate.plate_notes import depth_note, lens_notes, shot_notes
 from heatlens.plate.windows import header_at_box

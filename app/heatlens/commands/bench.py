@@ -17,11 +17,11 @@ from heatlens.commands.bench_scene import (
     level_sentences,
     run_scene,
 )
-from heatlens.commands.options.blur_options import add_blur_options, settings_of
+from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import refuse_unused
 from heatlens.commands.options.scene_options import size_of
 from heatlens.commands.options.value_types import whole
-from heatlens.commands.output.progress_line import paced_progress
+from heatlens.commands.output.paced_progress import paced_progress
 from heatlens.commands.output.say import say
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.gpu.context import headless_context

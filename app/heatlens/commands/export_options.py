@@ -7,23 +7,26 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.color.view_transform import ViewTransform, srgb_transform
-from heatlens.commands.options.blur_options import add_blur_options, settings_of
 from heatlens.commands.options.display_options import (
     add_display_options,
     color_header,
     look_of,
     transform_of,
 )
-from heatlens.commands.options.field_options import add_fields, typed_fields
+from heatlens.commands.options.field_options import (
+    add_blur_options,
+    add_fields,
+    settings_of,
+    typed_fields,
+)
 from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
 from heatlens.commands.options.kept_option import kept_names
-from heatlens.commands.options.lens_options import add_lens_options
+from heatlens.commands.options.lens_options import add_lens_options, add_plate_options
 from heatlens.commands.options.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
     pinhole_options,
 )
-from heatlens.commands.options.plate_options import add_plate_options
 from heatlens.commands.options.scene_options import (
     add_framing_options,
     with_framing,

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.color.color_config import load_color_config
-from heatlens.commands.options.blur_options import add_blur_options, settings_of
 from heatlens.commands.options.display_options import (
     add_display_options,
     color_header,
@@ -16,15 +15,16 @@ from heatlens.commands.options.display_options import (
     say_seen_through,
     transform_of,
 )
+from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.frame_command import add_frame_command, check_one_frame
 from heatlens.commands.options.given_options import given, refuse_unused
 from heatlens.commands.options.kept_option import add_keep_option, kept_names
+from heatlens.commands.options.lens_options import plate_options
 from heatlens.commands.options.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
     rendered_plate,
 )
-from heatlens.commands.options.plate_options import plate_options
 from heatlens.commands.output.picture_progress import picture_progress
 from heatlens.commands.output.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.output.say import say, tell

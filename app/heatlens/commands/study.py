@@ -5,8 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.commands.options.blur_options import settings_of
-from heatlens.commands.options.field_options import add_fields
+from heatlens.commands.options.field_options import add_fields, settings_of
 from heatlens.commands.options.frame_command import add_frame_command, check_one_frame
 from heatlens.commands.options.given_options import refuse_unused
 from heatlens.commands.options.value_types import positive, whole

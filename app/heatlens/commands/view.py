@@ -7,11 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError, NoWindowError
-from heatlens.commands.options.blur_options import add_blur_options, settings_of
+from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
 from heatlens.commands.options.kit_options import kit_of
-from heatlens.commands.options.lens_options import add_lens_options, given_lens
-from heatlens.commands.options.plate_options import add_plate_options, plate_options
+from heatlens.commands.options.lens_options import (
+    add_lens_options,
+    add_plate_options,
+    given_lens,
+    plate_options,
+)
 from heatlens.commands.options.scene_options import (
     add_placing_options,
     add_timing_options,

@@ -1,10 +1,14 @@
-"""How much overscan the blur of a lens needs around the frame, and how much a plate has."""
+"""How much overscan the blur of a lens needs around the frame, and how much a plate has.
+
+A lens that breathes shows another part of the frame at each focus.
+"""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
+from heatlens.model.breathing import plate_ratio
 from heatlens.model.coc import coc_line
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.frames import FrameRange
@@ -83,3 +87,35 @@ def _runs(frames: list[int]) -> tuple[FrameRange, ...]:
     ends = [a for a, b in pairwise(frames) if b != a + 1] + [frames[-1]]
     starts = [frames[0]] + [b for a, b in pairwise(frames) if b != a + 1]
     return tuple(FrameRange(first, last) for first, last in zip(starts, ends, strict=True))
+
+
+def room_of(plate: Plate) -> float:
+    """Return the width of the plate with its symmetric overscan, divided by that of its frame."""
+    return 1.0 + 2.0 * overscan_px(plate) / plate.display_window.width
+
+
+def frame_centre_px(plate: Plate, scale: float = 1.0) -> tuple[float, float]:
+    """Return the centre (x, y) of the frame in pixels from the corner of the data window.
+
+    `scale` is the proxy scale by which the result is multiplied.
+    """
+    data, shown = plate.data_window, plate.display_window
+    x, y = (shown.x0 + shown.x1) / 2 - data.x0, (shown.y0 + shown.y1) / 2 - data.y0
+    return x * scale, y * scale
+
+
+def plate_pixel(plate: Plate, lens: Lens, pixel: tuple[int, int]) -> tuple[int, int]:
+    """Return the pixel of the plate's display window that is seen at `pixel` of the picture."""
+    ratio = plate_ratio(lens, room_of(plate))
+    if ratio == 1.0:
+        return pixel
+    sides = plate.display_window.width, plate.display_window.height
+    x, y = (side / 2 + (at + 0.5 - side / 2) * ratio for at, side in zip(pixel, sides, strict=True))
+    return int(x // 1), int(y // 1)
+
+
+def picture_point(plate: Plate, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
+    """Return where `point` of the plate's display window appears in the picture."""
+    ratio = plate_ratio(lens, room_of(plate))
+    middle_x, middle_y = plate.display_window.width / 2, plate.display_window.height / 2
+    return middle_x + (point[0] - middle_x) / ratio, middle_y + (point[1] - middle_y) / ratio

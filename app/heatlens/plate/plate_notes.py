@@ -7,7 +7,7 @@ from heatlens.model.breathing import breathing_note
 from heatlens.model.lens import Lens
 from heatlens.model.plausibility import Doubt, doubts, focus_unit_doubts
 from heatlens.model.shot import Shot
-from heatlens.plate.breathing_window import room_of
+from heatlens.plate.overscan_need import room_of
 from heatlens.plate.plate import Plate, depth_span
 
 

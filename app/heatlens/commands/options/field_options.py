@@ -1,10 +1,13 @@
 """Make command-line options from the fields of settings, and read the values typed for them.
 
 The range, unit and help of an option are defined on its field, see `heatlens.model.option`.
+
+The options of the blur, which all commands that blur share, are nothing else.
 """
 
 import argparse
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from enum import StrEnum
 from typing import Any, Literal, get_args, get_origin
 
@@ -29,6 +32,7 @@ _NUMBERS: dict[str, Callable[[str], float]] = {
     "f-stop": f_number,
 }
 Group = argparse.ArgumentParser | argparse._ArgumentGroup
+_USUAL = DefocusSettings()
 
 
 def add_fields(group: Group, kind: type, names: Iterable[str] = ()) -> None:
@@ -120,3 +124,19 @@ def _check(value: float, told: Option) -> None:
     if not told.allows(value):
         low, high = told.least, told.most
         raise InputError(f"--{told.flag} must be {low:g} to {high:g}, got {value:g}.")
+
+
+def add_blur_options(parser: argparse.ArgumentParser) -> None:
+    """Add the group `blur` to `parser`: an option for each field of DefocusSettings."""
+    group = parser.add_argument_group("blur", "How the blur is computed, not how large it is.")
+    add_fields(group, DefocusSettings)
+
+
+def settings_of(
+    args: argparse.Namespace, unless_given: DefocusSettings = _USUAL
+) -> DefocusSettings:
+    """Return the blur settings of the options; missing ones are taken from `unless_given`.
+
+    Raises InputError for impossible numbers.
+    """
+    return replace(unless_given, **typed_fields(args, DefocusSettings))

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.commands.options.lens_options import add_lens_options
-from heatlens.commands.options.plate_options import add_plate_options
+from heatlens.commands.options.lens_options import add_lens_options, add_plate_options
 from heatlens.commands.options.scene_options import add_framing_options
 from heatlens.commands.options.value_types import whole
 from heatlens.documents.shot_file import is_shot_file

@@ -1,4 +1,7 @@
-"""The options of the lens: given values come first, then the plate's header; all are printed."""
+"""The options of the lens: given values come first, then the plate's header; all are printed.
+
+The options for reading a plate take lens and film back from them.
+"""
 
 import argparse
 from collections.abc import Mapping
@@ -14,6 +17,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.option import Values
+from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.focus_pick import depth_at_m, no_distances
 from heatlens.plate.header.header_lens import MissingLensError, plate_lens
 from heatlens.plate.opening_picture import opening_notes, read_opening_image
@@ -173,3 +177,20 @@ def pixel_of(text: str) -> tuple[int, int]:
             f"--focus-at takes a pixel as X,Y, got {text!r}. Example: 960,540."
         ) from None
     return x, y
+
+
+def add_plate_options(parser: argparse.ArgumentParser) -> None:
+    """Add the group `how to read the plate` to `parser`: an option for each field that has one."""
+    add_fields(parser.add_argument_group("how to read the plate"), PlateOptions)
+
+
+def plate_options(args: argparse.Namespace) -> PlateOptions:
+    """Return the plate options, with lens and film back if the command has options for them.
+
+    Raises HeatlensError for an unknown unit or film back.
+    """
+    return PlateOptions(
+        focal_length_mm=getattr(args, "focal_length", None),
+        sensor_width_mm=sensor_width_of(args),
+        **typed_fields(args, PlateOptions),
+    )

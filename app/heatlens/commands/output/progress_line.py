@@ -1,18 +1,13 @@
-"""Show progress in one line of the terminal, which is rewritten and then cleared.
-
-Of planned work it tells how far it has come, and how long the rest takes.
-"""
+"""Show progress in one line of the terminal, which is rewritten and then cleared."""
 
 import io
 import os
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TextIO
 
-from heatlens.commands.output.say import say, shows_progress
-from heatlens.measure.bench.schedule import Pace, Step
+from heatlens.commands.output.say import shows_progress
 
 _WIPE = "\r\x1b[K"
 
@@ -57,27 +52,3 @@ def time_text(seconds: float) -> str:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
     return f"{minutes} min" if minutes < 100 else f"{minutes // 60} h {minutes % 60} min"
-
-
-@contextmanager
-def paced_progress(
-    steps: Sequence[Step], clock: Callable[[], float] = time.perf_counter
-) -> Iterator[Callable[[str], None]]:
-    """Say how long it takes, and yield a function to call with the sentence of each part.
-
-    Sentences that are not in the plan, such as notes on skipped parts, stay on their own lines; ""
-    clears the line of the progress.
-    """
-    pace = Pace(steps, clock)
-    say(f"this takes about {time_text(pace.left_s)}; Ctrl-C ends it")
-    with progress_line() as show:
-
-        def tell(sentence: str) -> None:
-            if pace.begin(sentence):
-                where = f"{pace.number} of {len(pace.steps)}, about {time_text(pace.left_s)} left"
-                show(f"{sentence} ({where})")
-                return
-            show("")
-            say(*filter(None, [sentence]))
-
-        yield tell

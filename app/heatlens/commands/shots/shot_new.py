@@ -11,11 +11,14 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
-from heatlens.commands.options.blur_options import add_blur_options, settings_of
+from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import refuse_unused
 from heatlens.commands.options.kit_options import shot_with_kit
-from heatlens.commands.options.lens_options import add_lens_options
-from heatlens.commands.options.plate_options import add_plate_options, plate_options
+from heatlens.commands.options.lens_options import (
+    add_lens_options,
+    add_plate_options,
+    plate_options,
+)
 from heatlens.commands.options.scene_options import add_framing_options
 from heatlens.commands.options.shot_camera import (
     add_camera_option,

@@ -7,8 +7,7 @@ from dataclasses import replace
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
-from heatlens.commands.options.lens_options import given_lens, lens_of
-from heatlens.commands.options.plate_options import plate_options
+from heatlens.commands.options.lens_options import given_lens, lens_of, plate_options
 from heatlens.commands.options.shot_timecode import first_timecode
 from heatlens.commands.output.plate_words import say_reading
 from heatlens.commands.output.say import say

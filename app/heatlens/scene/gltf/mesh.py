@@ -3,6 +3,9 @@
 Source: Khronos, glTF 2.0 specification, section 3.7.
 
 A mesh is changed by the bones and morph targets of the node that it hangs on.
+
+A scene shows triangles alone: points and lines become thin solids. All points and pieces of lines
+of a file together become at most four times POINTS_MOST triangles.
 """
 
 from dataclasses import dataclass, field, replace
@@ -16,12 +19,12 @@ from heatlens.scene.gltf.deform import Deformed, Skin, read_binding, read_skin, 
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.material import GltfMaterials
-from heatlens.scene.gltf.thin import thin_count, thin_solids
 from heatlens.scene.gltf.vertices import Vertices
 from heatlens.scene.mesh_make import made_mesh
-from heatlens.scene.point_cloud import POINTS_MOST
+from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
 from heatlens.scene.scene import Array, Deform, MapPlace, Material, Mesh
 from heatlens.scene.tangents import unit_tangents, with_tangents
+from heatlens.scene.tubes import tubes
 
 _BONELESS = "Skinned meshes on nodes without a skeleton keep their modelled shape"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
@@ -29,6 +32,11 @@ _THIN = "Points and lines are drawn thin"
 _NOT_ALL = ", and some are left out because there are very many"
 _FLAT = "Surfaces without texture coordinates for their pictures have a single colour"
 _NORMALS = 3  # index of the normal map among the maps of a material
+POINTS, LINES, LOOP, STRIP = range(4)  # modes of a primitive
+_THINNESS = 1 / 600  # radius of a line or a point, as a part of the size of its mesh
+_SIDES = 4
+
+Solids = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
 
 
 @dataclass(eq=False)
@@ -219,3 +227,61 @@ def _triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     rows = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
     rows[1::2] = rows[1::2][:, [1, 0, 2]]
     return rows
+
+
+def thin_count(gltf: GltfFile) -> int:
+    """Return how many points and ends of lines all meshes of the file have."""
+    return sum(
+        _corner_count(gltf, primitive)
+        for mesh in gltf.listed("meshes")
+        for primitive in mesh.records("primitives")
+        if primitive.whole("mode", STRIP + 1) <= STRIP
+    )
+
+
+def _corner_count(gltf: GltfFile, primitive: Record) -> int:
+    accessors = gltf.listed("accessors")
+    index = primitive.index("indices", len(accessors))
+    if index is None:
+        index = primitive.inside("attributes").index("POSITION", len(accessors))
+    return 0 if index is None else accessors[index].whole("count", 0)
+
+
+def thin_solids(
+    places: NDArray[np.float64], corners: NDArray[np.uint32], mode: int, of_all: int
+) -> Solids:
+    """Return positions (V, 3), triangles (T, 3) and the vertex of the file of each position (V,).
+
+    `of_all` is the number of points and ends of lines that share the triangles.
+    """
+    if not len(corners):
+        return np.zeros((0, 3)), np.zeros((0, 3), np.uint32), np.zeros(0, np.uint32)
+    radius_m = max(_THINNESS * float(np.linalg.norm(np.ptp(places, axis=0))), 1e-6)
+    most = int(POINTS_MOST * len(corners) / max(of_all, len(corners)))
+    if mode == POINTS:
+        found = drawn_points(places[corners], np.full(len(corners), radius_m), None, most)
+        return found.positions, found.triangles, corners[found.point]
+    corners, counts = _curves(_thinned(corners, mode, most), mode)
+    pieces = len(corners) - len(counts)
+    radii = np.full(len(corners), radius_m)
+    is_crossed = 2 * pieces > most
+    positions, _, triangles, point = tubes(places[corners], radii, counts, _SIDES, is_crossed)
+    return positions, triangles, corners[point]
+
+
+def _thinned(corners: NDArray[np.uint32], mode: int, most: int) -> NDArray[np.uint32]:
+    """Return at most about `most` corners: every second line, or points of a curve, and so on."""
+    step = -(-len(corners) // max(most, 1))
+    if mode == LINES:
+        return corners[: len(corners) // 2 * 2].reshape(-1, 2)[::step].reshape(-1)
+    is_last_left_out = (len(corners) - 1) % step > 0
+    return np.append(corners[::step], corners[-1:]) if is_last_left_out else corners[::step]
+
+
+def _curves(corners: NDArray[np.uint32], mode: int) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
+    """Return the points of all lines in order, and the number of points of each line."""
+    if mode == LINES:
+        return corners, np.full(len(corners) // 2, 2)
+    if mode == LOOP and len(corners) > 2:
+        corners = np.append(corners, corners[0])
+    return corners, np.array([len(corners)])

@@ -11,8 +11,8 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode
 from heatlens.model.view_geometry import PictureShape
-from heatlens.plate.breathing_window import picture_point, plate_pixel
 from heatlens.plate.header.timecode import timecode_of
+from heatlens.plate.overscan_need import picture_point, plate_pixel
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.placing import Placing

@@ -13,7 +13,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.look import Look
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.view import Compare, ViewState
-from heatlens.plate.breathing_window import room_of
+from heatlens.plate.overscan_need import room_of
 from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown
 from heatlens.session.desks import PictureDesk
