@@ -40,6 +40,7 @@ class RenderOptions(TypedDict, total=False):
     bokeh: Bokeh | Literal["heat", "gaussian", "disc"]
     quality: Quality | Literal["draft", "preview", "film"]
     layers: int | None
+    parts: int
     proxy: float
     method: (
         Method

@@ -174,6 +174,12 @@ def composite_bytes(work: Work, runs: int) -> Traffic:
     return Traffic(moved, moved, at_most=True)
 
 
+def far_parts_bytes(work: Work, runs: int) -> Traffic:
+    """Count a run as the blur of one view; how many surfaces are moved depends on the plate."""
+    moved = blur_bytes(work.solver, work.kernel)
+    return Traffic(runs * moved, None, at_least=True)
+
+
 def limits_bytes(work: Work, runs: int) -> Traffic:
     """Count one picture, changed in place."""
     return Traffic(runs * 2 * _COLOR, runs * 2 * _COLOR)

@@ -97,6 +97,14 @@ PASSES: tuple[Pass, ...] = (
         _own("highlight tally", "highlight offset"),
     ),
     Pass(
+        "far parts",  # what parts of the lens see behind the focus
+        _comp("far_links", "far_view", "far_sum", "far_edges", "far_zone", "far_over"),
+        pass_costs.far_parts_bytes,
+        _own("far sum", "far zone"),
+        alone=_own("far heads", "far links", "far zone rows")
+        | {"far view": ("layer", 1), "far coc": "layer coc", "far poles": "poles"},
+    ),
+    Pass(
         "fragments",  # the picture taken apart at its silhouettes
         _comp("fragments_find", variants=_LISTS) | _comp("fragments_far", "fragments_near"),
         pass_costs.fragments_bytes,
@@ -158,6 +166,7 @@ PASSES: tuple[Pass, ...] = (
         pass_costs.highlights_drawn_bytes,
         reads_last=(
             *("alpha plate", "low", "low fragments", "around", "highlight plan"),
+            *("far sum", "far zone"),
             *("highlight sprite", "kind", "far", "near", "tile content", "tile nearest"),
         ),
     ),

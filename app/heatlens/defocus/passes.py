@@ -3,6 +3,7 @@
 import moderngl
 
 from heatlens.defocus.blur_pass import BlurPass
+from heatlens.defocus.far_parts import FarPartsPass
 from heatlens.defocus.fragment_pass import FragmentPass
 from heatlens.defocus.highlight_pass import (
     HighlightDrawPass,
@@ -48,6 +49,7 @@ class DefocusPasses:
         self.hidden = HiddenFillPass(ctx)
         self.coc_fill = CocFillPass(solver)
         self.blur = BlurPass(solver)
+        self.far_parts = FarPartsPass(ctx, self.blur)
         self.composite = CompositePass(ctx)
         self.limits = LimitsPass(ctx)
         self.split_highlights = HighlightSplitPass(ctx, self.blur)

@@ -9,12 +9,14 @@ size that its blur allows: split, fill hidden pixels, extend the coc, blur, comp
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import assert_never
 
 import moderngl
 
 from heatlens.defocus.blur_pass import PACKED, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.color_rounds import ColorRounds
+from heatlens.defocus.far_parts import FAR_FROM_PX, FarField, FarSurfaces, is_in_parts, with_far_cut
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.highlight_pass import (
     HighlightBuffers,
@@ -35,7 +37,7 @@ from heatlens.defocus.reduced_plate import PlateTextures, ReducedPlate
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
 from heatlens.defocus.tile_mask import TileList, TileMask
-from heatlens.model.settings import Bokeh, DefocusSettings, Method
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
 _NO_COST = (-1.0, -1.0, -1.0, -1.0)  # marks visible pixels for hidden_fill.comp.glsl
@@ -176,8 +178,11 @@ class DefocusPipeline:
             )
             listed = yield from self._without_highlights(color, coc, kernel, optics, without)
             color, lists = without.low, None if split is None else split.diffused
+        far = yield from self._far_field(color, coc, optics, settings, lists)
         picture = yield from self._fragmented(color, coc, optics, lists, around)
         cuts = layer_cuts(optics.occupied_px, layers_for(settings), settings.proxy)
+        if far is not None:
+            cuts = with_far_cut(cuts, settings.proxy)
         plans = layer_plans(cuts, optics, color.size)
         out = self.scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
         found = self._passes.tiles.look_through(picture, plans, self.scratch)
@@ -199,6 +204,8 @@ class DefocusPipeline:
             targets = BlurTargets(self._poles("poles", picture.coc.size, kernel), layer.color)
             yield from self._named("blur", self._passes.blur.steps(what, targets, layer.mask))
             self._passes.composite.run(layer.color, plan, layer.listed, out)
+            if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
+                self._passes.far_parts.over(far, out)
             yield self.scratch.passed("composite")
         if listed is not None:
             has_places = self._places is not None
@@ -206,6 +213,27 @@ class DefocusPipeline:
             yield from self._named("highlights drawn", drawn)
         self.scratch.passed("highlights drawn")
         return out
+
+    def _far_field(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        optics: Optics,
+        settings: DefocusSettings,
+        lists: ListedFragments | None,
+    ) -> Steps[FarField | None]:
+        """Blur what lies behind the focus in parts of the lens; None where that is not done."""
+        least_px = FAR_FROM_PX * settings.proxy
+        if lists is None or not is_in_parts(optics, settings, lists.is_open):
+            return None
+        draft = kernel_for(replace(settings, quality=Quality.DRAFT))
+        poles = self._poles("far poles", color.size, kernel_for(settings))
+        what = FarSurfaces(color, coc, lists, least_px)
+        return (
+            yield from self._passes.far_parts.steps(
+                what, optics, settings.parts, draft, poles, self.scratch
+            )
+        )
 
     def _tell_progress(self, done: int, layers: int) -> None:
         """Report the layers that are done; wait for the GPU only if somebody listens."""

@@ -29,6 +29,7 @@ STRIP_COLUMNS, STRIP_FOLD = 8, 512  # lib/strips.lib.glsl
 HIDDEN_DIRECTIONS = 4  # along which hidden pixels look for seen ones
 PEEL_DRAWS = 3  # of what is seen of a scene, each with its samples elsewhere
 HIGHLIGHT_BLOCK = 8  # pixels a side in which highlights are merged
+FAR_BLOCK = 4  # pixels a side for which zones of parts of the lens are found
 PYRAMID_LEVELS_MAX = 15  # the largest textures that there are have a side of 2^15
 DISC_RAMP_PX = 0.5  # half the width of the rim of a gathered or scattered disc
 BVH_DEPTH_MOST = 30  # levels of a tree below its root

@@ -82,6 +82,7 @@ class Method(StrEnum):
 
 LAYERS_MAX = 7
 VIEWS_MAX = 65536
+PARTS = (1, 7, 19, 37)  # rings around a middle
 PROXY_MIN = 1 / 16
 _ONLY_DIFFUSION = {
     "asked_by": lambda method: method is Method.DIFFUSION,
@@ -95,7 +96,8 @@ class DefocusSettings:
 
     layers  number of depth layers, 1 (no uncovering) to LAYERS_MAX; None: set by the quality
     proxy   scale of the working picture, PROXY_MIN to 1; blur scales with it
-    method  only diffusion uses bokeh, quality and layers
+    parts   parts of the lens, for what lies behind the focus where surfaces behind are known
+    method  only diffusion uses bokeh, quality, layers and parts
     views   lens points of accumulation, or rays of each pixel
 
     Raises InputError for a number outside its range.
@@ -126,6 +128,18 @@ class DefocusSettings:
             metavar="N",
             least=1,
             most=LAYERS_MAX,
+            **_ONLY_DIFFUSION,
+        ),
+    )
+    parts: int = field(
+        default=1,
+        metadata=option(
+            "parts",
+            "parts of the lens, 1 (default), 7, 19 or 37, for which what lies behind the focus is "
+            "blurred by itself: known surfaces overlap rightly there, and it takes longer",
+            metavar="N",
+            least=PARTS[0],
+            most=PARTS[-1],
             **_ONLY_DIFFUSION,
         ),
     )
@@ -170,6 +184,8 @@ class DefocusSettings:
             if isinstance(value, int | float) and not told.allows(value):
                 words = told.words.capitalize()
                 raise InputError(f"{words} must be {told.least:g} to {told.most:g}, got {value:g}.")
+        if self.parts not in PARTS:
+            raise InputError(f"Parts of the lens must be 1, 7, 19 or 37, got {self.parts}.")
 
 
 def barred_methods(has_many_views: bool) -> dict[str, str]:

@@ -89,5 +89,6 @@ def _level(requested: DefocusSettings, best: Quality, scale: float) -> DefocusSe
         method=method,
         quality=quality,
         layers=requested.layers if quality is requested.quality else layers,
+        parts=1,
         proxy=max(PROXY_MIN, requested.proxy * scale),
     )

@@ -19,8 +19,8 @@ SETTINGS: dict[str, tuple[str, ...]] = {
         *(told.label for told in options_of(Aperture).values()),
         *("distance", "f-stop", "T-stop", "focal length", "film back", "sensor width"),
         *("sharp up to", "discs as of a", "distances from", "pupil offset", "kit", "lens"),
-        *("the view breathes", "at f-stop", "method", "bokeh", "quality", "layers", "picture size"),
-        *("views", "rays a pixel", "source", "the lens follows it"),
+        *("the view breathes", "at f-stop", "method", "bokeh", "quality", "layers"),
+        *("parts", "picture size", "views", "rays a pixel", "source", "the lens follows it"),
     ),
     "Look": (
         *("display", "view", "input", "exposure", "gamma", "overlay", "compare", "gain", "B is"),

@@ -20,6 +20,7 @@ from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.option import options_of
 from heatlens.model.plausibility import About, Doubt
 from heatlens.model.settings import (
+    PARTS,
     Bokeh,
     DefocusSettings,
     Method,
@@ -288,6 +289,8 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
     layers_shown = auto if settings.layers is None else str(settings.layers)
     counts = [auto, *map(str, _whole_numbers("layers"))]
     layers = widgets.choice("layers", layers_shown, counts)
+    tip = "Of the lens: surfaces behind the focus overlap rightly where those behind are known."
+    parts = widgets.choice("parts", str(settings.parts), [str(n) for n in PARTS], tip)
     proxy_shown = next((n for n, v in _PROXIES.items() if v == settings.proxy), _CUSTOM)
     proxy = widgets.choice("picture size", proxy_shown, list(_PROXIES))
     return replace(
@@ -296,6 +299,7 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
         bokeh=Bokeh(bokeh),
         quality=Quality(quality),
         layers=None if layers == auto else int(layers),
+        parts=int(parts),
         proxy=_PROXIES.get(proxy, settings.proxy),
     )
 

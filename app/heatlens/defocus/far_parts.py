@@ -1,0 +1,250 @@
+"""Blur what lies behind the focus for each part of the lens, where surfaces of other blur overlap.
+
+The lens is cut into parts of equal area. What each of them sees behind the focus is put together
+from the known surfaces, so that it is hidden and uncovered rightly, and diffused by the part's own
+small disc; the mean replaces the layers behind the focus in zones near the ends of such surfaces.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
+from heatlens.defocus.kernels import Kernel
+from heatlens.defocus.layer_cuts import Cut, LayerCut
+from heatlens.defocus.listed_fragments import ListedFragments
+from heatlens.defocus.optics import Optics
+from heatlens.defocus.scratch import Scratch
+from heatlens.defocus.steps import Steps
+from heatlens.gpu.pixel_bands import PixelBands
+from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
+from heatlens.gpu.shader_constants import FAR_BLOCK
+from heatlens.model.settings import LAYERS_MAX, DefocusSettings
+
+FAR_FROM_PX = 1.5  # coc of the whole picture from which a surface is behind the focus
+_SOFTNESS = 0.2
+_MARGIN_PX = 4.0  # as in far_edges.comp.glsl
+_LINK_BYTES, _FRAGMENT_BYTES, _WORD = 8, 12, 4
+_NAME = "far parts"  # of the step
+
+
+def part_centres(parts: int) -> NDArray[np.float64]:
+    """Return the centres (n, 2) of parts of a round lens of radius 1, all of the same area.
+
+    They are in rings of 1, 6, 12, ... parts. Their mean is 0, and with discs of the parts' area
+    around them the variances are those of the lens: 1/4 along each axis.
+    """
+    rings = range(math.isqrt(parts // 3) + 1)
+    points = np.concatenate([_ring(6 * k, 3 * k * k) for k in rings])
+    spread = 2 * np.mean(points**2)
+    return points * math.sqrt((1 - 1 / parts) / 2 / spread) if parts > 1 else points
+
+
+def _ring(count: int, middle: float) -> NDArray[np.float64]:
+    """Return a ring of parts around a point with as many parts within the ring's `middle`."""
+    angle = np.arange(max(count, 1)) * 2 * math.pi / max(count, 1) + 0.2 * count
+    return math.sqrt(middle + 0.5 * bool(count)) * np.stack([np.cos(angle), np.sin(angle)], -1)
+
+
+def is_in_parts(optics: Optics, settings: DefocusSettings, has_alpha: bool) -> bool:
+    """Return whether the far field is blurred in parts.
+
+    Parts are those of a round or squeezed opening, and of pictures without alpha.
+    """
+    is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
+    return settings.parts > 1 and is_far and optics.disc.is_plain and not has_alpha
+
+
+def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
+    """Return the layers, far to near, with a cut where what is behind the focus begins."""
+    at_px = FAR_FROM_PX * proxy
+    cut = Cut(at_px, at_px * _SOFTNESS)
+    number = next(i for i, layer in enumerate(cuts) if layer.near.at_px < at_px)
+    far, near = replace(cuts[number], near=cut), replace(cuts[number], far=cut)
+    before, after = cuts[:number], cuts[number + 1 :]
+    if before and far.far.at_px < 2 * at_px:  # too close to the next cut, which it replaces
+        before, far = before[:-1], replace(before[-1], near=cut)
+    if len(before) + 2 + len(after) > LAYERS_MAX:
+        before, far = before[:-1], replace(far, far=before[-1].far)
+    return [*before, far, near, *after]
+
+
+@dataclass(frozen=True)
+class FarField:
+    """What the parts of the lens see behind the focus.
+
+    total  rgb times how far it is known, and that: the mean of all parts
+    zone   where it is used (far_zone.comp.glsl)
+    """
+
+    total: moderngl.Texture
+    zone: moderngl.Texture
+
+
+@dataclass(frozen=True)
+class FarSurfaces:
+    """The picture without highlights and the surfaces behind it; `least_px` is where far begins."""
+
+    color: moderngl.Texture
+    coc: moderngl.Texture
+    lists: ListedFragments
+    least_px: float
+
+    @property
+    def front_first(self) -> int:
+        """The number of the first pixel, after those of all fragments."""
+        return self.lists.held.words.size // _FRAGMENT_BYTES
+
+    @property
+    def textures(self) -> dict[str, moderngl.Texture]:
+        """The textures of lib/far_fragments.lib.glsl."""
+        return {"color_tx": self.color, "coc_tx": self.coc}
+
+    @property
+    def uniforms(self) -> dict[str, object]:
+        """The uniforms of lib/far_fragments.lib.glsl."""
+        own: dict[str, object] = {"least_px": self.least_px, "front_first": self.front_first}
+        return self.lists.uniforms | own
+
+
+@dataclass(frozen=True)
+class _Room:
+    """The memory for the view of one part."""
+
+    view: moderngl.Texture
+    coc: moderngl.Texture
+    heads: moderngl.Buffer
+    links: moderngl.Buffer
+
+    @staticmethod
+    def of(what: FarSurfaces, scratch: Scratch) -> "_Room":
+        width, height = what.coc.size
+        surfaces = what.front_first + width * height
+        return _Room(
+            scratch.texture("far view", (width, height), 4),
+            scratch.texture("far coc", (width, height), 1),
+            scratch.buffer("far heads", _WORD * (width + 1) * (height + 1)),
+            scratch.buffer("far links", _LINK_BYTES * surfaces),
+        )
+
+
+class FarPartsPass:
+    """Renders the far field in parts, and puts it in the place of layers."""
+
+    def __init__(self, ctx: moderngl.Context, blur: BlurPass) -> None:
+        self._ctx, self._blur, self._bands = ctx, blur, PixelBands(ctx)
+        self._programs: dict[str, ComputeProgram] = {}
+
+    def _program(self, name: str) -> ComputeProgram:
+        """Return a program, which is built when it is first used."""
+        if name not in self._programs:
+            self._programs[name] = ComputeProgram(self._ctx, f"far_{name}.comp.glsl")
+        return self._programs[name]
+
+    def steps(
+        self,
+        what: FarSurfaces,
+        optics: Optics,
+        parts: int,
+        kernel: Kernel,
+        poles: moderngl.TextureArray,
+        scratch: Scratch,
+    ) -> Steps[FarField]:
+        """Diffuse what each part sees, and return the mean and where it is used."""
+        room = _Room.of(what, scratch)
+        total = scratch.texture("far sum", what.coc.size, 4)
+        yield from self._added(room, 0.0, total)
+        for centre in part_centres(parts):
+            yield from self._viewed(what, optics, centre, parts**-0.5, room)
+            seen = Diffusion(room.view, room.coc, kernel, optics.disc.half_extents)
+            for _ in self._blur.steps(seen, BlurTargets(poles, room.view)):
+                yield _NAME
+            yield from self._added(room, 1 / parts, total)
+        zone = self._zone(what, optics, scratch)
+        yield scratch.passed(_NAME)
+        return FarField(total, zone)
+
+    def _viewed(
+        self,
+        what: FarSurfaces,
+        optics: Optics,
+        centre: NDArray[np.float64],
+        part_scale: float,
+        room: _Room,
+    ) -> Iterator[str]:
+        """Write what the lens sees around `centre`, and the discs of a part of the lens."""
+        (across, down), size = optics.disc.half_extents, what.coc.size
+        linked = {"head_block": room.heads, "link_block": room.links}
+        shift = {"shift": (across * centre[0] / 2, -down * centre[1] / 2)}
+        own = {"part_scale": part_scale}
+        images = {"out_view_img": room.view, "out_coc_img": room.coc}
+        for name, uniforms, out in (("links", shift, {}), ("view", own, images)):
+            yield from _named(
+                self._bands.run(
+                    self._program(name),
+                    size,
+                    what.uniforms | uniforms,
+                    textures=what.textures,
+                    images=out,
+                    buffers=what.lists.buffers | linked,
+                )
+            )
+
+    def _added(self, room: _Room, weight: float, total: moderngl.Texture) -> Iterator[str]:
+        """Add the blurred view to the sum, or begin one where `weight` is 0."""
+        width, height = total.size
+        return _named(
+            self._bands.run(
+                self._program("sum"),
+                (width + 1, height + 1),
+                {"weight": weight},
+                textures={"view_tx": room.view},
+                images={"sum_img": total},
+                buffers={"head_block": room.heads},
+            )
+        )
+
+    def _zone(self, what: FarSurfaces, optics: Optics, scratch: Scratch) -> moderngl.Texture:
+        """Find the zones in which surfaces of different blur overlap."""
+        size = zone_size(what.coc.size)
+        zone, rows = (scratch.texture(name, size, 2) for name in ("far zone", "far zone rows"))
+        groups = pixel_groups(size)
+        self._program("edges").dispatch(
+            groups,
+            textures=what.textures,
+            images={"out_zone_img": zone},
+            buffers=what.lists.buffers,
+            uniforms=what.uniforms,
+        )
+        widest = max(optics.disc.half_extents) * optics.farthest_px / 2 + _MARGIN_PX
+        reach = {"reach_blocks": min(math.ceil(widest / FAR_BLOCK), max(size))}
+        for one, other, along in ((zone, rows, (1, 0)), (rows, zone, (0, 1))):
+            self._program("zone").dispatch(
+                groups,
+                textures={"zone_tx": one},
+                images={"out_zone_img": other},
+                uniforms=reach | {"along": along},
+            )
+        return zone
+
+    def over(self, field: FarField, out: moderngl.Texture) -> None:
+        """Put the far field into its zones of `out`, which has the layers behind the focus."""
+        self._program("over").dispatch(
+            pixel_groups(out.size),
+            textures={"sum_tx": field.total, "zone_tx": field.zone},
+            images={"out_color_img": out},
+        )
+
+
+def zone_size(size: tuple[int, int]) -> tuple[int, int]:
+    """Return how many blocks cover a picture of `size`."""
+    return groups_for(size[0], FAR_BLOCK), groups_for(size[1], FAR_BLOCK)
+
+
+def _named(steps: Iterator[None]) -> Iterator[str]:
+    for _ in steps:
+        yield _NAME

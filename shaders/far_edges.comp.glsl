@@ -1,0 +1,54 @@
+// Finds where surfaces behind the focus end before others of another blur, and how far that is felt.
+//
+// Inputs
+//   lib/far_fragments.lib.glsl
+// Output
+//   out_zone_img   for each block of FAR_BLOCK x FAR_BLOCK pixels the square of the reach in pixels, -1 for
+//                  none: r of wide surfaces, g of those so thin that the layers are nearer to the truth
+
+#include "lib/far_fragments.lib.glsl"
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+layout(rg32f) uniform writeonly image2D out_zone_img;
+
+#define LEAST_STEP_PX 2.0    // surfaces whose blur differs less are right in one layer
+#define LEAST_STEP_PART 0.1  // or by less than this share of it
+#define MARGIN_PX 4.0
+#define WIDE_PX 5
+#define THIN_COC_PX 6.0      // what is blurred more is no longer thin
+
+bool is_step(float one, float other, float least_step) {
+    return abs(one - other) > max(least_step, LEAST_STEP_PART * max(one, other));
+}
+
+// Whether the surface goes on for WIDE_PX pixels.
+bool is_wide(ivec2 at, ivec2 along, float coc) {
+    for (int k = 1; k < WIDE_PX; ++k)
+        if (is_step(coc, far_coc_at(at + k * along), LEAST_STEP_PX / 2.0)) return false;
+    return true;
+}
+
+// Reach of the edge between a pixel and the next one: that of wide surfaces, and of thin ones.
+vec2 reach_between(ivec2 at, float coc, ivec2 along) {
+    float other = far_coc_at(at + along);
+    if (min(coc, other) <= 0.0 || !is_step(coc, other, LEAST_STEP_PX)) return vec2(-1.0);
+    float reach = max(coc, other) / 2.0 + MARGIN_PX;
+    bool is_thin = min(coc, other) < THIN_COC_PX && !(is_wide(at, -along, coc) && is_wide(at + along, along, other));
+    return is_thin ? vec2(-1.0, reach) : vec2(reach, -1.0);
+}
+
+void main() {
+    ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(block, imageSize(out_zone_img)))) return;
+    vec2 reach = vec2(-1.0);
+    for (int y = 0; y < FAR_BLOCK; ++y)
+        for (int x = 0; x < FAR_BLOCK; ++x) {
+            ivec2 at = block * FAR_BLOCK + ivec2(x, y);
+            float coc = far_coc_at(at);
+            if (coc <= 0.0) continue;
+            reach = max(reach, reach_between(at, coc, ivec2(1, 0)));
+            reach = max(reach, reach_between(at, coc, ivec2(0, 1)));
+        }
+    imageStore(out_zone_img, block, vec4(reach * abs(reach), 0.0, 0.0));
+}

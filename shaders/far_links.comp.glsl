@@ -1,0 +1,37 @@
+// Moves every surface behind the focus to where one part of the lens sees it: each is linked into the
+// list of the pixel that it moves to.
+//
+// Inputs
+//   coc_tx    signed coc, pixels
+//   lib/far_fragments.lib.glsl
+//   shift     how far a point moves for each pixel of its coc
+// Outputs
+//   head_buf  last surface of each pixel's list, plus 1; 0 for none. A row and a column more than the
+//             picture has: cell (x, y) holds what lies between the pixels x - 1, y - 1 and x, y
+//   link_buf  one for each surface: the one before it plus 1, and its place between the pixels
+
+#include "lib/far_fragments.lib.glsl"
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform vec2 shift;
+layout(std430) buffer head_block { uint head_buf[]; };
+layout(std430) writeonly buffer link_block { uvec2 link_buf[]; };
+
+void link(uint number, ivec2 at, float coc) {
+    if (coc <= least_px) return;
+    vec2 place = vec2(at) + coc * shift;
+    ivec2 cell = ivec2(floor(place)) + 1, cells = textureSize(coc_tx, 0) + 1;
+    if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, cells))) return;
+    uint before = atomicExchange(head_buf[cell.y * cells.x + cell.x], number + 1u);
+    link_buf[number] = uvec2(before, packUnorm2x16(fract(place)));
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
+    if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
+    List list = list_at(at);
+    if (!list.has_front) link(front_number(at), at, texelFetch(coc_tx, at, 0).r);
+    for (uint i = list.first; i < list.end; ++i) link(i, at, fragment_of(i).coc);
+}

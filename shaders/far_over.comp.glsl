@@ -1,0 +1,37 @@
+// Puts the mean of the parts' views in the place of the layers behind the focus, in zones, with soft ends.
+//
+// Inputs
+//   sum_tx          rgb times how far it is known, and that
+//   zone_tx         see far_zone, one texel for FAR_BLOCK x FAR_BLOCK pixels
+// Output
+//   out_color_img   rgb (read and written)
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D sum_tx;
+uniform sampler2D zone_tx;
+layout(rgba32f) uniform image2D out_color_img;
+
+// Part of the zone in a tent three blocks wide.
+float zone_at(ivec2 at) {
+    vec2 place = (vec2(at) + 0.5) / float(FAR_BLOCK) - 0.5;
+    ivec2 low = ivec2(floor(place)) - 1, last = textureSize(zone_tx, 0) - 1;
+    float part = 0.0, whole = 0.0;
+    for (int k = 0; k < 16; ++k) {
+        ivec2 block = low + ivec2(k & 3, k >> 2);
+        vec2 tent = max(2.0 - abs(vec2(block) - place), 0.0);
+        vec2 zone = texelFetch(zone_tx, clamp(block, ivec2(0), last), 0).rg;
+        part += tent.x * tent.y * float(zone.r >= 0.0 && zone.g < 0.0);
+        whole += tent.x * tent.y;
+    }
+    return part / whole;
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
+    vec4 sum = texelFetch(sum_tx, at, 0), color = imageLoad(out_color_img, at);
+    float known = clamp(sum.a, 0.0, 1.0), part = zone_at(at) * known;
+    vec3 light = max(sum.rgb / max(sum.a, 1e-3), 0.0);
+    if (part > 0.0) imageStore(out_color_img, at, vec4(mix(color.rgb, light, part), color.a));
+}

@@ -1,0 +1,26 @@
+// Adds the blurred view of a part of the lens to the sum of all, and empties the lists of far_links.
+//
+// Inputs
+//   view_tx   rgb times how far it is known, and that
+//   weight    of the part; 0 to begin a sum
+// Outputs
+//   sum_img   the sum (read and written)
+//   head_buf  0
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform sampler2D view_tx;
+uniform float weight;
+layout(rgba32f) uniform image2D sum_img;
+layout(std430) writeonly buffer head_block { uint head_buf[]; };
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row), size = imageSize(sum_img);
+    if (any(greaterThan(at, size))) return;
+    head_buf[at.y * (size.x + 1) + at.x] = 0u;
+    if (any(greaterThanEqual(at, size))) return;
+    vec4 sum = vec4(0.0);
+    if (weight > 0.0) sum = imageLoad(sum_img, at) + weight * texelFetch(view_tx, at, 0);
+    imageStore(sum_img, at, sum);
+}

@@ -1,0 +1,26 @@
+// Spreads zones along rows or columns: the most of reach^2 - distance^2, which both together make exact.
+//
+// Input
+//   zone_tx        for each block the square of the reach in pixels, less that of what was passed already
+// Output
+//   out_zone_img   the same, spread: where r is at least 0, and g is not, is a zone
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D zone_tx;
+uniform ivec2 along;
+uniform int reach_blocks;
+layout(rg32f) uniform writeonly image2D out_zone_img;
+
+void main() {
+    ivec2 block = ivec2(gl_GlobalInvocationID.xy), last = textureSize(zone_tx, 0) - 1;
+    if (any(greaterThan(block, last))) return;
+    vec2 most = vec2(-1.0);
+    for (int k = -reach_blocks; k <= reach_blocks; ++k) {
+        ivec2 other = block + k * along;
+        if (any(lessThan(other, ivec2(0))) || any(greaterThan(other, last))) continue;
+        float far = float(k * FAR_BLOCK);
+        most = max(most, texelFetch(zone_tx, other, 0).rg - far * far);
+    }
+    imageStore(out_zone_img, block, vec4(most, 0.0, 0.0));
+}

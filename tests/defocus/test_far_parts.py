@@ -1,0 +1,133 @@
+"""Parts of the lens behind the focus: their centres, one plane, and what hides what."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from heatlens.base.errors import InputError
+from heatlens.defocus.far_parts import FAR_FROM_PX, part_centres, with_far_cut
+from heatlens.defocus.layer_cuts import layer_cuts
+from heatlens.model.settings import LAYERS_MAX, PARTS, DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.plate.behind import with_behind
+from heatlens.plate.plate import Plate
+from support.lamps import HALF_ROUNDING
+from support.plates import FAR_M, FOCUS_M, Image, lens_blurring, plate_of, room
+
+HEIGHT, WIDTH = 48, 192
+EDGE = 96  # the first column beside the card
+NEARER_M = FOCUS_M / 0.85  # 0.3 of the blur at FAR_M
+COC_PX = 30.0
+
+
+def through(renderer, plate: Plate, coc_px: float = COC_PX, **settings: object) -> Image:
+    renderer.load(plate)
+    shot = Shot(lens_blurring(coc_px, WIDTH), DefocusSettings(**settings))
+    return renderer.pixels(shot)[..., :3].copy()
+
+
+def wall(row: Image, depth_m: float) -> Plate:
+    color = np.broadcast_to(row[None, :, None], (HEIGHT, WIDTH, 3))
+    return plate_of(
+        np.ascontiguousarray(color, np.float32), np.full((HEIGHT, WIDTH), depth_m, np.float32)
+    )
+
+
+def hidden_stripe() -> Image:
+    """Return a row of a dark wall with a stripe of light, which the card hides from the middle."""
+    row = np.full(WIDTH, 0.1, np.float32)
+    row[EDGE - 8 : EDGE] = 0.9
+    return row
+
+
+def card_before(row: Image) -> Plate:
+    """Return a card on the left, little behind the focus, and the known wall far behind it."""
+    front = np.where(np.arange(WIDTH) < EDGE, np.float32(0.4), row)
+    seen = wall(front, NEARER_M)
+    depth_m = np.full((HEIGHT, WIDTH), FAR_M, np.float32)
+    depth_m[:, :EDGE] = NEARER_M
+    return with_behind(plate_of(seen.color[..., :3], depth_m), [wall(row, FAR_M)])
+
+
+def truth(row: Image) -> Image:
+    """Return a row as a round lens shows it: the mean of what each of its columns sees."""
+    u = (np.arange(401) + 0.5) / 401 * 2 - 1
+    x = np.arange(WIDTH)[:, None] + 0.5
+    on_card = x - 0.3 * COC_PX * u / 2
+    on_wall = np.clip(np.floor(x - COC_PX * u / 2), 0, WIDTH - 1).astype(int)
+    seen = np.where(on_card < EDGE, 0.4, row[on_wall])
+    return np.asarray(np.average(seen, axis=1, weights=np.sqrt(1 - u**2)), np.float32)
+
+
+@pytest.mark.parametrize("parts", PARTS)
+def test_parts_have_the_middle_and_the_variances_of_the_lens(parts):
+    centres = part_centres(parts)
+    assert centres.shape == (parts, 2)
+    np.testing.assert_allclose(centres.mean(0), 0, atol=1e-12)
+    own = np.eye(2) / (4 * parts)
+    np.testing.assert_allclose(centres.T @ centres / parts + own, np.eye(2) / 4, atol=1e-12)
+
+
+@pytest.mark.parametrize("parts", [0, 2, 8, 38])
+def test_other_numbers_of_parts_are_refused(parts):
+    with pytest.raises(InputError, match=f"got {parts}"):
+        DefocusSettings(parts=parts)
+
+
+@pytest.mark.parametrize("layers", [2, 4, LAYERS_MAX])
+@pytest.mark.parametrize("ends", [(-40.0, 3.2), (0.0, 5.0), (-90.0, 40.0), (6.0, 90.0)])
+def test_layers_begin_anew_behind_the_focus(layers, ends):
+    found = with_far_cut(layer_cuts(np.linspace(*ends, 512), layers), 1.0)
+    assert len(found) <= max(LAYERS_MAX, layers + 1)
+    for farther, nearer in pairwise(found):
+        assert farther.near == nearer.far and nearer.near.at_px < nearer.far.at_px
+    assert FAR_FROM_PX in [layer.near.at_px for layer in found]
+
+
+def test_a_surface_that_only_a_side_of_the_lens_sees_appears(ctx, renderer):
+    row = hidden_stripe()
+    plate, true = card_before(row), truth(row)
+    near_edge = np.s_[EDGE - 20 : EDGE + 20]
+    off = {
+        parts: np.abs(
+            through(renderer, plate, parts=parts)[HEIGHT // 2, near_edge, 0] - true[near_edge]
+        )
+        for parts in (1, 7, 19)
+    }
+    assert off[7].mean() < 0.5 * off[1].mean()
+    assert off[19].mean() < 0.35 * off[1].mean()
+
+
+@pytest.mark.parametrize("parts", [7, 19])
+def test_a_constant_stays_a_constant(ctx, renderer, parts):
+    _, depth_m = room()
+    tint = np.array([0.25, 0.75, 1.0], np.float32)
+    light = np.broadcast_to(tint, (*depth_m.shape, 3))
+    behind = [plate_of(light, np.full(depth_m.shape, z, np.float32)) for z in (3.0, 9.0)]
+    picture = through(renderer, with_behind(plate_of(light, depth_m), behind), 20.0, parts=parts)
+    assert np.abs(picture / tint - 1).max() < 4 * HALF_ROUNDING
+
+
+def test_nothing_changes_where_no_surfaces_overlap(ctx, renderer):
+    """In focus, before it, on one plane behind it, and where nothing behind is known."""
+    row = hidden_stripe()
+    flat = plate_of(*room())
+    for plate in (wall(row, FAR_M), wall(row, FOCUS_M), flat):
+        assert np.array_equal(through(renderer, plate, parts=7), through(renderer, plate))
+    in_focus = with_behind(wall(row, FOCUS_M), [wall(1 - row, FAR_M)])
+    sharp = through(renderer, in_focus, parts=7)
+    assert np.array_equal(sharp[HEIGHT // 2, :, 0], row)
+
+
+def test_the_same_picture_twice(ctx, renderer):
+    """The order in which surfaces arrive at a pixel does not matter."""
+    plate = card_before(hidden_stripe())
+    first = through(renderer, plate, parts=7)
+    assert np.array_equal(first, through(renderer, plate, parts=7))
+
+
+def test_light_is_kept_where_a_card_ends_before_an_equal_wall(ctx, renderer):
+    """A card as bright as the wall behind it cannot be seen, whatever hides what."""
+    plate = card_before(np.full(WIDTH, 0.4, np.float32))
+    np.testing.assert_allclose(through(renderer, plate, parts=7), 0.4, rtol=4 * HALF_ROUNDING)
