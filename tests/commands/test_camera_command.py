@@ -181,7 +181,7 @@ def test_headers_can_stand_in_the_place_of_a_shot(capsys):
     ("words", "sentence"),
     [
         (("s.heatlens.json",), "Give a file to write with -o, or an address to send to"),
-        (("s.heatlens.json", "--send", "udp://x"), "'udp://x' is not an address to receive"),
+        (("s.heatlens.json", "--send", "udp://x"), "'udp://x' is not an address for a lens"),
         (("s.heatlens.json", "-o", "c.nk", "--repeat"), "--encoding need --send"),
         (
             ("s.heatlens.json", "--send", "opentrackio", "--f-stop", "nominal"),

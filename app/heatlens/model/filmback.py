@@ -79,7 +79,7 @@ def filmback_named(name: str) -> Filmback:
         near = _near_names(name)
         known = f"nearest are {', '.join(near)}" if near else f"known are {_all_names()}"
         raise InputError(
-            f"No film back is called {name!r}; {known}. Its width in millimetres does as well."
+            f"No film back is called {name!r}; {known}. Its width in millimetres works too."
         )
     return found
 

@@ -86,7 +86,7 @@ PARTS = (1, 7, 19, 37)  # rings around a middle
 PROXY_MIN = 1 / 16
 _ONLY_DIFFUSION = {
     "asked_by": lambda method: method is Method.DIFFUSION,
-    "why_not": "has no such choice; only diffusion has",
+    "why_not": "has no such choice; only diffusion does",
 }
 
 

@@ -74,7 +74,7 @@ def parse_ring_address(text: str) -> RingAddress:
 
 def _not_an_address(text: str) -> InputError:
     return InputError(
-        f"{text!r} is not an address to receive a lens from: give opentrackio for this machine, or "
+        f"{text!r} is not an address for a lens: give opentrackio for this machine, or "
         f"opentrackio://HOST:PORT, such as opentrackio://239.135.1.1:{OPENTRACKIO_PORT} for source "
         f"1 of a network, or osc://:{OSC_PORT} for a controller."
     )
