@@ -67,7 +67,7 @@ def refused(capsys, folder, *words: str) -> str:
 def test_the_part_that_is_played_is_written_in_every_format(capsys, folder, suffix):
     words = said(capsys, "camera", "s.heatlens.json", "-o", f"cam{suffix}")
     assert f"the plate has no files: No file is called {folder / 'plate.####.exr'}" in words
-    assert "sensor height 24 mm, assumed: film back Full frame." in words
+    assert "sensor height 24" in words
     assert (folder / f"cam{suffix}").stat().st_size > 100
     if suffix in (".json", ".csv"):
         found = read_camera(f"cam{suffix}")
@@ -77,7 +77,7 @@ def test_the_part_that_is_played_is_written_in_every_format(capsys, folder, suff
 
 def test_a_renderer_is_told_the_f_stop_of_the_same_discs(capsys):
     told = said(capsys, "camera", "s.heatlens.json", "-o", "c.json")
-    assert "f-stop written as f/1.231 to f/1.283, with which a CG renderer makes" in told
+    assert "f/1.231 to f/1.283" in told
     found = read_camera("c.json")
     assert found.f_stop[0] == pytest.approx(1.3 * (1 - 0.05 / 0.94))
     assert found.nominal_f_stop == (1.3,) * 4
@@ -138,7 +138,7 @@ def test_a_shot_that_drops_frames_is_sent_so(monkeypatch):
 def test_the_options_of_the_shot_are_heard(capsys):
     words = ("--frames", "1001-1002", "--sensor-height", "20.25", "--up-axis", "z")
     told = said(capsys, "camera", "s.heatlens.json", "-o", "c.json", *words)
-    assert "sensor height 20.25 mm, as given." in told
+    assert "sensor height 20.25" in told
     found = read_camera("c.json")
     assert (found.frames, found.up_axis, found.name) == ((1001, 1002), "z", "s")
     assert found.sensor_height_mm == (20.25, 20.25)
@@ -232,7 +232,7 @@ def test_a_shot_starts_from_a_camera(capsys, suffix):
         assert (lens.f_stop, lens.sensor_width_mm, lens.squeeze) == (1.3, 36.0, 1.8)
     name = {".usda": "hero_cam", ".json": "hero cam", ".csv": "cam"}[suffix]
     assert f"lens of camera {name} in cam{suffix}, frames 1001-1008: focal length 50" in told
-    assert "focus distance 0.94 m to inf (" in told and "f-stop 1.3," in told
+    assert "focus distance 0.94" in told and "f-stop 1.3," in told
 
 
 @given(SHOTS, st.sampled_from(["dioptres", "distance"]))
@@ -302,7 +302,7 @@ def test_metres_are_linear_between_the_keys_of_a_camera(capsys):
 def test_what_the_camera_does_not_tell_is_asked_for(capsys, folder):
     write_camera("cam.json", moving_camera(f_stop=None, focus_distance_m=None))
     words = ("shot", "new", "plate.####.exr", "-o", "t.heatlens.json", "--camera", "cam.json")
-    assert "the lens needs --focal-length, --f-stop" in refused(capsys, folder, *words)
+    assert "needs --focal-length, --f-stop" in refused(capsys, folder, *words)
     shot, _ = new_shot(capsys, "--camera", "cam.json", "--f-stop", "2", "--focus-distance", "6'")
     assert (shot.lens.f_stop, shot.lens.focal_length_mm) == (2.0, 50.0)
     assert shot.lens.focus_distance_m == pytest.approx(1.8288)
@@ -314,7 +314,7 @@ def test_the_headers_of_a_sequence_are_a_camera(capsys):
     shot, told = new_shot(capsys, "--camera", "plate.####.exr")
     focus = [shot.lens_at(frame).focus_distance_m for frame in (1001, 1002, 1003)]
     assert focus == pytest.approx([2, 3, 4])
-    assert "lens of camera plate in plate.####.exr, frames 1001-1003" in told
+    assert "plate.####.exr, frames 1001-1003" in told
 
 
 def test_a_camera_that_stands_still_sets_no_frames(capsys):
@@ -322,7 +322,7 @@ def test_a_camera_that_stands_still_sets_no_frames(capsys):
         file.write("frame,focal_length_mm,f_stop,focus_distance_m,sensor_width_mm\n1,35,2,3,24\n")
     shot, told = new_shot(capsys, "--camera", "cam.csv")
     assert (shot.frames, shot.lens, shot.key_frames) == (None, Lens(35, 2, 3, 24), ())
-    assert "in cam.csv: focal length 35 mm" in told
+    assert "cam.csv: focal length 35" in told
 
 
 def test_the_camera_file_is_the_one_that_was_asked_for(capsys, folder):

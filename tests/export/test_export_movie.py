@@ -200,7 +200,7 @@ def test_what_the_encoder_refuses_is_told_in_a_sentence(capsys, shot_file, tmp_p
     refusing = replace(movies._CODECS[".mp4"], options={"profile": "baseline", "crf": "0"})
     monkeypatch.setitem(movies._CODECS, ".mp4", refusing)
     said = refused(capsys, shot_file, tmp_path / "m.mp4")
-    assert "m.mp4 could not be written" in said
+    assert "m.mp4 could not" in said
     assert "m.mp4" not in files_in(tmp_path)
 
 
@@ -215,7 +215,7 @@ def test_a_disk_that_fills_up_leaves_no_movie(capsys, shot_file, tmp_path):
     )
     said = process.communicate(timeout=60)[1]
     assert process.returncode == 2
-    assert "m.mov could not be written" in said and "Traceback" not in said
+    assert "m.mov could not" in said and "Traceback" not in said
     assert files_in(tmp_path) == before
 
 

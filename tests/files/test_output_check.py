@@ -68,7 +68,7 @@ def test_a_disk_without_room_for_the_picture(capsys, monkeypatch, plate, tmp_pat
 def test_a_disk_without_room_for_the_other_frames(capsys, monkeypatch, shot_file, out):
     free(monkeypatch, 2000)
     said = export_refused(capsys, shot_file, out)
-    assert "5 more frames as large as the first" in said
+    assert "5 more frames" in said
     assert len(os.listdir(out.parent)) <= 3  # the first, and what was under way
     assert all(name.endswith(".exr") and name[0] != "." for name in os.listdir(out.parent))
 
@@ -79,7 +79,7 @@ def test_a_disk_without_room_for_a_movie(capsys, monkeypatch, shot_file, tmp_pat
     out = tmp_path / f"m{suffix}"
     free(monkeypatch, 10)
     said = export_refused(capsys, shot_file, out)
-    assert "a movie of 6 frames will need about" in said and "are free on that disk" in said
+    assert "movie of 6" in said and "are free on that disk" in said
     assert not out.exists()
     free(monkeypatch, 10**6)
     exported(capsys, shot_file, out)

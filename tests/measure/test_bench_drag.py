@@ -54,7 +54,7 @@ def test_there_is_a_row_for_each_level_and_no_table_of_passes(capsys):
 def test_the_table_is_for_reading(capsys):
     assert main([*WORDS, "--size", "64x48", "--quality", "draft"]) == 0
     text = capsys.readouterr().out
-    assert "drag: synthetic, 64x48 at rest" in text
+    assert "drag: synthetic, 64x48" in text
     lines = [line for line in text.splitlines() if line.startswith(("at rest", *"1234567"))]
     assert len(lines) == len(cheaper(DefocusSettings(quality=Quality.DRAFT)))
     assert len({len(line) for line in lines}) == 1

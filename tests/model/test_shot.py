@@ -62,7 +62,7 @@ def test_a_value_with_keys_gets_a_key(parameter):
 
 def test_without_auto_key_only_keys_that_are_there_change():
     shot = Shot(FIFTY).with_key(1001, FOCUS)
-    with pytest.raises(InputError, match="focus distance has keys, but none at frame 1010"):
+    with pytest.raises(InputError, match="at frame 1010"):
         shot.with_lens_value(1010, FOCUS, 3.0, auto_key=False)
     changed = shot.with_lens_value(1001, FOCUS, 3.0, auto_key=False)
     assert focus_at(changed, 1001) == 3.0 and changed.key_frames == (1001,)
@@ -109,7 +109,7 @@ def test_removing_the_last_key_leaves_the_picture_as_it_was():
 
 def test_only_focus_has_a_choice_of_scale():
     assert LensCurves(focus_distance_m=Curve(scale=Scale.LINEAR)).focus_distance_m.keys == ()
-    with pytest.raises(InputError, match="Keys of f_stop must use the logarithmic scale"):
+    with pytest.raises(InputError, match="Keys of f_stop"):
         LensCurves(f_stop=Curve())
 
 

@@ -99,7 +99,7 @@ def test_a_pattern_goes_by_the_number_of_the_frame(tmp_path):
     made = read_plate(tmp_path / "plate.0002.exr", options)
     assert np.allclose(listed(made)[0], 5)
     (tmp_path / "clean.0001.exr").unlink()
-    with pytest.raises(InputError, match=r"clean\.0001\.exr is missing: the picture behind of"):
+    with pytest.raises(InputError, match=r"clean\.0001\.exr is missing"):
         read_plate(tmp_path / "plate.0001.exr", options)
 
 

@@ -128,7 +128,7 @@ def test_samples_for_which_the_file_has_no_bytes_are_refused_before_they_are_rea
     _, (first, *_) = places_of(deep)
     patched(deep, first + 24 + 4 * SIZE[1], "<i", 2_000_000)
     patched(deep, first + 20, "<Q", 2_000_000 * (4 * 2 + 2 * 4))
-    with pytest.raises(InputError, match="cannot hold the 2,000,000 samples that it claims"):
+    with pytest.raises(InputError, match="hold the 2,000,000"):
         DeepPart(deep, 0)
 
 

@@ -138,9 +138,9 @@ def test_the_command_asks_and_strict_refuses(tmp_path, capsys):
     path = plate_file(tmp_path / "q.exr", inverse(spheres()) + 0.011, **NUKE)
     words = ["render", path, "-o", tmp_path / "o.exr", "--f-stop", 2, "--focus-distance", 2]
     words += ["--focal-length", 50, "--quality", "draft"]
-    assert "are these distances, or 1/z?" in stderr_of_run(capsys, 0, *words)
+    assert "distances, or 1/z?" in stderr_of_run(capsys, 0, *words)
     refused = stderr_of_run(capsys, 2, *words, "--strict")
-    assert "are these distances, or 1/z?" in refused and "Taken as" not in refused
+    assert "distances, or 1/z?" in refused and "Taken as" not in refused
 
 
 def test_a_sequence_is_read_as_its_first_frame_was(tmp_path):

@@ -71,7 +71,7 @@ def test_a_window_that_the_bytes_cannot_fill_is_refused(tmp_path, compression):
     path = tmp_path / "a.exr"
     write_file(path, rgb(), compression=getattr(OpenEXR, f"{compression}_COMPRESSION"))
     patched(path, "dataWindow", struct.pack("<2i", 16383, 16383), at=8)
-    with pytest.raises(InputError, match=r"bytes cannot hold the 1,610,612,736 of its pixels"):
+    with pytest.raises(InputError, match=r"hold the 1,610,612,736"):
         read_parts(path)
 
 
@@ -127,7 +127,7 @@ def test_more_pixels_than_memory_should_hold_are_told_with_the_limit(tmp_path, m
 def test_a_name_that_is_no_utf_8_is_told(tmp_path, letter):
     path = patched(write_file(tmp_path / "a.exr", rgb() | {"Z": distances()}), "channels", letter)
     for read in (read_plate, read_headers):
-        with pytest.raises(InputError, match="holds a name that is not UTF-8"):
+        with pytest.raises(InputError, match="is not UTF-8"):
             read(path)
 
 
@@ -147,9 +147,7 @@ def test_a_type_of_an_attribute_that_is_no_utf_8_is_told(tmp_path):
     good, bad = name + b"float\0", name + b"fl\xde\xc2\xe8\0"
     path.write_bytes(path.read_bytes().replace(good, bad))
     for read in (read_plate, read_headers):
-        with pytest.raises(
-            InputError, match="type of the attribute 'pinholeFocalLength' is not UT"
-        ):
+        with pytest.raises(InputError, match="the attribute 'pinholeFocalLength'"):
             read(path)
 
 

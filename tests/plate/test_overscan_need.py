@@ -51,7 +51,7 @@ def test_frames_that_need_more_are_named_in_runs():
     need = overscan_need(plate(0.5, 3.0, margin=3), lenses)
     assert need.short == (FrameRange(3, 4), FrameRange(7, 7))
     assert "the plate has 3 px, too few for the borders of 3-4, 7." in need.sentence
-    assert "with 8 px on every side" in need.sentence
+    assert "with 8 px" in need.sentence
 
 
 def test_enough_is_told_without_a_wish():
