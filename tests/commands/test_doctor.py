@@ -93,7 +93,7 @@ def test_a_second_start_finds_its_shaders_compiled():
 def test_a_driver_that_keeps_no_shaders_is_a_note(monkeypatch):
     monkeypatch.setenv("MESA_SHADER_CACHE_DISABLE", "true")
     (finding,) = machine_check.second_start()
-    assert finding.state == "note" and "keeps none" in finding.said
+    assert finding.state == "note" and "no shader cache" in finding.said
 
 
 def test_a_start_that_fails_is_a_fault_in_one_sentence(monkeypatch, tmp_path):

@@ -75,7 +75,7 @@ def test_auto_is_what_the_lens_needs(tmp_path):
         (("--deep",), "Give --pinhole too"),
         (("--pinhole", "--overscan=auto"), "Give --f-stop and --focus-distance"),
         (("--pinhole", "--deep", "--compression=piz"), "always compressed as zips"),
-        (("--pinhole", "--overscan=99", "--size=64x40"), "8 are the most"),
+        (("--pinhole", "--overscan=99", "--size=64x40"), "at most 8"),
         (("--pinhole", "--overscan=x"), "neither a number of pixels"),
         (("--pinhole", "--deep", "-o", "out.png"), "not an EXR"),
     ],

@@ -80,7 +80,7 @@ def test_a_shot_brings_its_lens_and_frames_are_spread_over_it(capsys, tmp_path):
 
 def test_what_means_nothing_is_refused_in_words(capsys):
     assert "--methods" in refused(capsys, "bench", "demo")
-    assert "name one" in refused(capsys, "bench", "--methods", "--frames", "1-3")
+    assert "needs a scene" in refused(capsys, "bench", "--methods", "--frames", "1-3")
     assert "is a plate" in refused(capsys, *QUICK, "plate.exr")
     assert "leave --bare out" in refused(capsys, *QUICK, "demo", "--bare")
     assert "999" in refused(capsys, *QUICK, "demo", "--frames", "999")

@@ -128,8 +128,8 @@ def test_the_span_is_the_plates_or_that_of_the_keys():
     [
         ({"frames_per_second": 0.0}, "Frames per second"),
         ({"frames_per_second": math.nan}, "Frames per second"),
-        ({"source": ""}, "name of a file"),
-        ({"source": "a\0b"}, "name of a file"),
+        ({"source": ""}, "be a file name"),
+        ({"source": "a\0b"}, "be a file name"),
         ({"marks": (DistanceMark("A", 1.0), DistanceMark("A", 2.0))}, "Two marks are called A"),
     ],
 )

@@ -176,9 +176,9 @@ class FileCommands(Worker):
     def may_choose(self, key: str) -> bool:
         """Return True if a file can be chosen for this purpose; report why not otherwise."""
         if self._source.plate is None and PURPOSES[key].is_save:
-            self._say("There is nothing to save.")
+            self._say("Nothing is open to save.")
         elif key == "behind" and not self.reading.is_possible:
-            self._say("Open a plate first, to add a picture behind it.")
+            self._say("Pictures behind belong to a plate, and none is open.")
         elif key == "save shot" and self._source.once_only:
             self._say(self._source.once_only)
         else:

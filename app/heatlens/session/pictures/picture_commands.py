@@ -39,7 +39,7 @@ class PictureCommands(Worker):
     def copy(self) -> None:
         """Put the picture on the clipboard once it is complete."""
         if self._source.plate is None:
-            self._say("There is no picture to copy.")
+            self._say("Nothing is open to copy.")
         else:
             self.saver.ask(self._editing.shot.source, self._editing.frame, None)
 

@@ -77,7 +77,7 @@ class Ruler:
         plate = self._source.plate
         if plate is None:
             return "Nothing is open."
-        return "" if plate.has_distances else "The plate holds its blur, not distances."
+        return "" if plate.has_distances else "The plate holds its blur and no distances."
 
     def toggle(self) -> None:
         """Switch the ruler on or off."""
