@@ -162,7 +162,7 @@ def test_a_frame_of_sky_is_infinite_everywhere():
 
 
 def test_mixed_signs_are_no_depth():
-    with pytest.raises(InputError, match=r"no depth.*--depth-channel"):
+    with pytest.raises(InputError, match=r"not a depth.*--depth-channel"):
         read(2, -3, 4, -5)
 
 
