@@ -215,7 +215,7 @@ def test_files_that_are_no_shots_are_told(walls, tmp_path):
     nameless = tmp_path / "nameless.heatlens.json"
     write_shot(nameless, Shot(LENS))
     walls.files.commands.open(str(nameless))
-    until(walls, lambda: "names no plate" in walls.messages.text, "the refusal")
+    until(walls, lambda: "nameless" in walls.messages.text, "the refusal")
     assert walls.editing.shot == before
 
 
