@@ -203,3 +203,17 @@ def test_what_was_tried_at_a_frame_becomes_keys_once(session):
     session.time.keys.set_here()
     assert frames(session) == [AT, AT + 5] and not session.editing.tried
     assert session.editing.shot.lens_at(AT + 5).focus_distance_m == 3.0
+
+
+def test_undo_and_redo_drop_what_was_only_tried(session):
+    session.time.keys.set_here()
+    session.time.keys.set_here()
+    session.lens.commands.step_f_stop(1)
+    session.editing.settle()
+    session.editing.toggle_auto_key()
+    for step in (session.editing.undo, session.editing.redo):
+        session.time.timeline.go(AT + 5)
+        session.lens.commands.focus(3.0)
+        assert session.editing.tried and focus_of(session) == 3.0
+        step()
+        assert not session.editing.tried and focus_of(session) == 4.0

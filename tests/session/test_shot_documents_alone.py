@@ -1,5 +1,6 @@
 """Shot files of a session: opened, saved, kept beside, offered after a crash, and named."""
 
+import hashlib
 from dataclasses import replace
 
 import pytest
@@ -276,3 +277,12 @@ def test_a_shot_that_is_not_waited_for_any_more_is_forgotten(walls, documents, t
     for _ in range(20):
         turn(walls)
     assert documents.offer is None and documents.path is None
+
+
+def test_an_unnamed_shot_is_kept_under_sixteen_digits_of_its_source(tmp_path):
+    """The names stay what they are, or shots of earlier versions would not be found."""
+    path = unnamed_path(tmp_path, "walls.####.exr")
+    assert path.parent == tmp_path / "unsaved" and path.name == (
+        f"{hashlib.sha256(b'walls.####.exr').hexdigest()[:16]}.heatlens.json"
+    )
+    assert unnamed_path(tmp_path, "other.exr") != path
