@@ -96,9 +96,9 @@ class DefocusSettings:
 
     layers  number of depth layers, 1 (no uncovering) to LAYERS_MAX; None: set by the quality
     proxy   scale of the working picture, PROXY_MIN to 1; blur scales with it
-    parts   parts of the lens, for what lies behind the focus where surfaces behind are known
     method  only diffusion uses bokeh, quality, layers and parts
     views   lens points of accumulation, or rays of each pixel
+    parts   parts of the lens, for what lies behind the focus where surfaces behind are known
 
     Raises InputError for a number outside its range.
     """
@@ -128,18 +128,6 @@ class DefocusSettings:
             metavar="N",
             least=1,
             most=LAYERS_MAX,
-            **_ONLY_DIFFUSION,
-        ),
-    )
-    parts: int = field(
-        default=1,
-        metadata=option(
-            "parts",
-            "parts of the lens, 1 (default), 7, 19 or 37, for which what lies behind the focus is "
-            "blurred by itself: known surfaces overlap rightly there, and it takes longer",
-            metavar="N",
-            least=PARTS[0],
-            most=PARTS[-1],
             **_ONLY_DIFFUSION,
         ),
     )
@@ -175,6 +163,18 @@ class DefocusSettings:
             most=VIEWS_MAX,
             asked_by=lambda method: method.needs_scene,
             why_not="sees the scene from one point only",
+        ),
+    )
+    parts: int = field(
+        default=1,
+        metadata=option(
+            "parts",
+            "parts of the lens, 1 (default), 7, 19 or 37, for which what lies behind the focus is "
+            "blurred by itself: known surfaces overlap rightly there, and it takes longer",
+            metavar="N",
+            least=PARTS[0],
+            most=PARTS[-1],
+            **_ONLY_DIFFUSION,
         ),
     )
 
