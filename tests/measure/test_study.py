@@ -173,7 +173,7 @@ def test_without_a_truth_it_is_said_that_there_is_none(capsys, plate, tmp_path):
 
 def test_what_a_plate_cannot_have(capsys, plate, tmp_path):
     words = (plate, "-o", tmp_path / "report", "--methods", "heat,raytraced")
-    assert "raytraced looks at a 3D scene" in refused_after_the_lens(capsys, *words)
+    assert "raytraced needs a 3D scene" in refused_after_the_lens(capsys, *words)
     assert not (tmp_path / "report").exists()
 
 

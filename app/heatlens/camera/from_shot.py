@@ -30,7 +30,7 @@ from heatlens.scene.scene_bounds import track_of
 from heatlens.sequence.sequence import Sequence, find_sequence
 
 _ASSUMED_ASPECT = 16 / 9
-_SAME_HEIGHT = 0.005  # film backs are told in hundredths of a millimetre
+_SAME_HEIGHT = 0.005  # film backs are given in hundredths of a millimetre
 _STILL = FrameRange(1, 1)
 
 _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]

@@ -118,8 +118,8 @@ def left_out(camera: CameraSamples) -> str:
         return ""
     words = " and ".join((", ".join(names[:-1]), names[-1])) if names[1:] else names[0]
     return (
-        f"Nuke's ZDefocus and Bokeh cannot hold {words} as heatlens means it; the camera keeps it "
-        "on its tab called heatlens."
+        f"Nuke's ZDefocus and Bokeh cannot represent {words}; the camera keeps it on its tab "
+        "called heatlens."
     )
 
 

@@ -181,7 +181,7 @@ def _shot_in_file(args: argparse.Namespace) -> Shot:
         raise InputError(
             f"{args.shot} defines the lens and the plate, so {', '.join(own)} cannot be given."
         )
-    refuse_given(args, ("clip", "first_frame"), f"{args.shot} sets how its scene is played")
+    refuse_given(args, ("clip", "first_frame"), f"{args.shot} sets the timing of its scene")
     return read_shot(args.shot)
 
 

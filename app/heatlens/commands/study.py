@@ -173,7 +173,7 @@ def _chosen(args: argparse.Namespace, subject: Subject) -> tuple[Method, ...]:
     missing = [method for method in args.methods if method not in subject.methods]
     if missing:
         raise InputError(
-            f"{args.plate} is a plate: {missing[0]} looks at a 3D scene. Leave it out of --methods."
+            f"{args.plate} is a plate: {missing[0]} needs a 3D scene. Leave it out of --methods."
         )
     return tuple(args.methods)
 

@@ -12,7 +12,7 @@ from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import DISC_RAMP_PX, PIXEL_GROUP
 
-_SAMPLES_PER_STEP = 2**24  # about 0.2 s on a processor, then a window can handle input
+_SAMPLES_PER_STEP = 2**24  # about 0.2 s on a CPU, so that a window can handle input
 _LOOPS_MAX = 60_000  # Mesa's software rasteriser stops an invocation's loops after 65535 rounds
 
 

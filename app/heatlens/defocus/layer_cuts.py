@@ -61,7 +61,7 @@ class LayerCut:
 
     @property
     def is_nearest(self) -> bool:
-        """True for the first layer, of which nothing is hidden."""
+        """True for the first layer, which nothing hides."""
         return self.near is NEARER_THAN_ALL
 
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heatlens.model.lens import Lens
 
-# Sixty times the width of the largest plate; sums of wider discs would not fit numbers on a GPU.
+# Sixty times the width of the largest plate; sums over wider discs would overflow on a GPU.
 COC_MOST_PX = 1e6
 
 

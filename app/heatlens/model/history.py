@@ -112,7 +112,7 @@ def _curves(before: Shot, after: Shot) -> list[str]:
 
 
 def _others(before: Shot, after: Shot) -> list[str]:
-    """Return the fields that have no words of their own here."""
+    """Return the fields without a name in this module."""
     known = {"lens", "curves", "defocus", *_FIELDS}
     return [name.replace("_", " ") for name in _differing(before, after) if name not in known]
 

@@ -12,7 +12,7 @@ class Bokeh(StrEnum):
     """The shape a point of light takes."""
 
     HEAT = "heat"  # one implicit step: Kass, Lefohn, Owens 2006
-    GAUSSIAN = "gaussian"  # several steps, round
+    GAUSSIAN = "gaussian"  # several steps give a round shape
     DISC = "disc"  # complex poles: a lens
 
 

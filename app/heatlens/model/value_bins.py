@@ -36,7 +36,7 @@ class ValueBins:
 
 
 def bin_step(low: float, high: float) -> float:
-    """Return the width of a bin; 0 where the values are almost equal."""
+    """Return the width of a bin; 0 if the values are almost equal."""
     step = (high - low) / BINS
     return step if step >= _STEP_MIN else 0.0
 

@@ -11,7 +11,7 @@ from heatlens.model.coc import COC_MOST_PX
 from heatlens.plate.plate import FloatImage
 
 # A thousandth of a millimetre in front of the lens. Anything nearer is treated as a missing depth
-# and repaired: its blur would be wider than numbers on a GPU can hold.
+# and repaired: its blur would overflow on a GPU.
 DEPTH_LEAST_M = 1e-6
 # The sum over all pixels of the largest plate, and its square, stay below float32's 3.4e38.
 LIGHT_MOST = 1e14

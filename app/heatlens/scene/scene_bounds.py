@@ -29,7 +29,7 @@ def placed_corners(boxes_m: Array, to_world: Array) -> Array:
 
 
 _MARGIN = 1.15  # factor for the space around the framed points
-_CLOSEST = 1e-3  # least distance of a camera from objects, as a part of their size
+_CLOSEST = 1e-3  # least distance of a camera from objects, relative to their size
 _LARGE_M = 4.0  # a larger scene that is seen as a whole is sharp everywhere
 _LEAST_PART, _MOST_PART = 0.05, 0.4  # size of a subject, as a part of the scene
 _AROUND_SUBJECT = 1.0  # least part of the subject that is in view, before the margin

@@ -1,7 +1,7 @@
 """Depth of field by accumulation: the mean of what many points of the lens see.
 
-Haeberli and Akeley 1990. It blurs what a pinhole never saw, and is right where the others guess;
-its price is that the scene is drawn once for each point.
+Haeberli and Akeley 1990. It includes surfaces that a pinhole cannot see, which other methods guess,
+but the scene is drawn once for each point.
 
 The points of the lens and of a pixel are spread so evenly that few of them are enough: Sobol's
 sequence in four dimensions, the first two for the lens, scrambled as Owen 1995 does by the hash of

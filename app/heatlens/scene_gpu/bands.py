@@ -45,7 +45,7 @@ class Bands:
     def of_samples(self, size: tuple[int, int], across: int, larger: int) -> Iterator[Rows]:
         """Yield the rows of bands of a picture with `across` x `across` samples a pixel.
 
-        With the same share all have as many rows, so that the last one may end outside the picture.
+        All bands have the same number of rows, so that the last one may end outside the picture.
         Those on a processor are `larger` times as large as others.
         """
         (width, height), first = size, 0

@@ -27,8 +27,8 @@ class ClosedMeshes:
     ) -> Rules:
         """Return (N,) the rules of instances of `meshes` (N,) at (N, 4, 4) `to_world`.
 
-        `to_object` holds the inverse matrices column by column. Who stands in a closed mesh, a
-        room, sees its inside: it counts as open.
+        `to_object` holds the inverse matrices column by column. A closed mesh around the camera,
+        such as a room, counts as open.
         """
         rules = self._of_mesh[meshes]
         is_ordered = rules >= BACK_COUNTERCLOCKWISE

@@ -151,7 +151,7 @@ class SceneRaster:
         self._ctx.depth_func = "<"
 
     def depth_at(self, view: SceneView, frame: float, depth: moderngl.Texture) -> None:
-        """Draw the depth of another frame into `depth`, R float32, and restore all places after."""
+        """Draw the depth of another frame into `depth`, R float32, then restore this one."""
         scene = self.buffers.scene
         if self._placed is None or not scene.is_moving:
             self.place(frame)

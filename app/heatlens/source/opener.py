@@ -39,8 +39,8 @@ class SourceOpener:
     ) -> None:
         """Set `wake`, which is called on a thread when a source has been opened.
 
-        `stream` is a running renderer that may send frames. `placing_of` tells what the user said
-        of a scene whose file does not say its unit and which way is up.
+        `stream` is a running renderer that may send frames. `placing_of` returns the user's placing
+        of a scene whose file defines no unit and up axis.
         """
         self._wake = wake
         self._stream = stream

@@ -58,7 +58,7 @@ class Hearing:
 
     @property
     def lost(self) -> int:
-        """How many samples were never whole."""
+        """The number of samples that were never complete."""
         return self._decoder.lost
 
     def take(self, datagram: bytes, sender: Sender) -> None:

@@ -26,7 +26,7 @@ from heatlens.plate.picture.picture_open import RawPicture, open_picture, pictur
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.windows import header_at_box, resized_nearest
 
-# Header entry that is 1 for a display-referred picture, whose values are no light of a scene. It is
+# Header entry that is 1 for a display-referred picture, whose values are not scene light. It is
 # copied to renders of that picture, so that they are viewed in the same way.
 FOR_THE_EYE = "heatlens:forTheEye"
 PICTURE_FACTS = (

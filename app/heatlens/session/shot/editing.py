@@ -77,7 +77,7 @@ class Editing:
 
     @property
     def tried(self) -> frozenset[LensParameter]:
-        """The lens values that are only tried: keyed, but not at this frame, without auto key."""
+        """Trial values: the parameter has keys, but none at this frame, and auto key is off."""
         if self._tried is None:
             return frozenset()
         keyed = self._keyed_lens
