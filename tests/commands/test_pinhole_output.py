@@ -13,9 +13,9 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from heatlens.plate.deep.deep_write import check_deep_fits, deep_samples, write_deep
-from heatlens.plate.fragments import packed_lists
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
+from support.fragment_lists import packed_lists
 from support.plates import plate_of
 
 SCENE = ("render", "demo", "--pinhole", "--size=64x40", "--frame=120", "--quiet")

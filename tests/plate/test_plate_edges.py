@@ -19,7 +19,6 @@ from heatlens.plate.deep.deep_plate import flattened_part, read_deep_plate
 from heatlens.plate.deep.deep_volumes import _SLICE, _SLICES_MOST
 from heatlens.plate.deep.deep_write import check_deep_fits, deep_samples, write_deep
 from heatlens.plate.focus_pick import area_at, depth_at_m, middle_m
-from heatlens.plate.fragments import packed_lists
 from heatlens.plate.grain import noise_of
 from heatlens.plate.header.camera_header import _short
 from heatlens.plate.header.shoot_names import ShootLens
@@ -27,6 +26,7 @@ from heatlens.plate.overscan_need import frame_centre_px, picture_point, plate_p
 from heatlens.plate.picture.picture_open import _HEAD_BYTES, MAX_SIDE_PX, _check_size
 from heatlens.plate.plate_notes import depth_note, lens_notes, shot_notes
 from heatlens.plate.windows import header_at_box
+from support.fragment_lists import packed_lists
 from support.plates import coc_plate_of, plate_of
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)

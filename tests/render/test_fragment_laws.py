@@ -8,8 +8,8 @@ import pytest
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.behind import with_behind
-from heatlens.plate.fragments import packed_lists
 from heatlens.plate.plate import Plate
+from support.fragment_lists import packed_lists
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of
 
 HEIGHT, WIDTH = 72, 96

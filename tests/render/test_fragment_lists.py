@@ -9,8 +9,9 @@ from scipy.ndimage import convolve
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from heatlens.plate.behind import with_behind
-from heatlens.plate.fragments import FragmentLists, packed_lists
+from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate
+from support.fragment_lists import packed_lists
 from support.lamps import HALF_ROUNDING
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of, room
 

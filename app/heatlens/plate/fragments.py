@@ -66,21 +66,6 @@ class FragmentLists:
         return np.ascontiguousarray(self.words[:, :2]).view(np.float16)
 
 
-def packed_lists(
-    counts: NDArray[np.int64],
-    has_front: NDArray[np.bool_],
-    rgba: NDArray[np.float32],
-    depth_m: NDArray[np.float32],
-    is_measured: bool = False,
-) -> FragmentLists:
-    """Pack the fragments of all pixels, each pixel's near to far.
-
-    `counts` and `has_front` are (H * W,); `rgba` (N, 4), straight colour and coverage, and
-    `depth_m` (N,) hold the fragments of one pixel after those of the pixel before.
-    """
-    return FragmentLists(packed_starts(counts, has_front), packed_words(rgba, depth_m), is_measured)
-
-
 def packed_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> NDArray[np.uint32]:
     """Return `FragmentLists.starts` for the number of fragments of each pixel."""
     starts = np.zeros(counts.size + 1, np.uint32)

@@ -1,0 +1,18 @@
+"""Fragment lists of plain arrays."""
+
+from heatlens.plate.fragments import FragmentLists, packed_starts, packed_words
+
+
+def packed_lists(
+    counts,
+    has_front,
+    rgba,
+    depth_m,
+    is_measured=False,
+):
+    """Pack the fragments of all pixels, each pixel's near to far.
+
+    `counts` and `has_front` are (H * W,); `rgba` (N, 4), straight colour and coverage, and
+    `depth_m` (N,) hold the fragments of one pixel after those of the pixel before.
+    """
+    return FragmentLists(packed_starts(counts, has_front), packed_words(rgba, depth_m), is_measured)
