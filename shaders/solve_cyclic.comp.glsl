@@ -35,11 +35,13 @@ void load(int slot, ivec2 at, int i) {
     if (has_right) after = input_at(at + axis);
     float left = has_left ? conductance(before, here) : 0.0;
     float right = has_right ? conductance(here, after) : 0.0;
-    Source r = source_of(before, here, after, left, right);
+    Source r = source_of(before, here, after, left, right), end = source_of(here, here, here, 0.0, 0.0);
+    float ends = float(!has_left) + float(!has_right);
     for (int p = 0; p < POLES; ++p) {
+        Num beyond = ends * repeated_heat(p, here);
         link_buf[index_of(slot, i, p)] =
-            Link(num(specific_heat(here)), flow(p, left), flow(p, right));
-        r_buf[index_of(slot, i, p)] = source(r, p);
+            Link(num(specific_heat(here)) + beyond, flow(p, left), flow(p, right));
+        r_buf[index_of(slot, i, p)] = source(r, p) + mul(beyond, source(end, p));
     }
 }
 

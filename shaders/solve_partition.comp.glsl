@@ -146,7 +146,15 @@ void read_sources(Run r, int start, int part, int pole, inout Source s[RUN]) {
     }
 }
 
-Num heat_of(Run r, int j) { return num(r.in_work[j] != 0 ? specific_heat(r.link[j]) : 1.0); }
+// The heat capacity of what lies beyond the line's ends, where pixel `i` is one of them.
+Num beyond(Run r, int j, int i, int pole) {
+    int ends = r.in_work[j] == 0 ? 0 : int(i == 0) + int(i == line_length - 1);
+    return ends == 0 ? ZERO_NUM : float(ends) * repeated_heat(pole, r.link[j]);
+}
+
+Num heat_of(Run r, int start, int j, int pole) {
+    return num(r.in_work[j] != 0 ? specific_heat(r.link[j]) : 1.0) + beyond(r, j, start + j, pole);
+}
 
 // The shares of its neighbours in the solution of an eliminated pixel.
 struct Shares {
@@ -155,8 +163,8 @@ struct Shares {
 
 // Eliminate all but the last pixel of a run, whose right-hand sides y holds, onto its two ends.
 void eliminate_run(Run r, int pole, int run, inout Value y[RUN], out Shares shares) {
-    int me = slot_of(run);
-    Num c = flow(pole, r.b[0]), g = heat_of(r, 0), g_left = ZERO_NUM;
+    int me = slot_of(run), start = run * RUN;
+    Num c = flow(pole, r.b[0]), g = heat_of(r, start, 0, pole), g_left = ZERO_NUM;
     Value r_left = ZERO_VALUE;
     for (int j = 0; j < RUN - 1; ++j) {
         Num b = flow(pole, r.b[j + 1]);
@@ -166,7 +174,7 @@ void eliminate_run(Run r, int pole, int run, inout Value y[RUN], out Shares shar
         g_left += mul(g, shares.left[j]);
         r_left += mul(shares.left[j], y[j]);
         c = mul(c, shares.next[j]);
-        g = heat_of(r, j + 1) + mul(g, shares.next[j]);
+        g = heat_of(r, start, j + 1, pole) + mul(g, shares.next[j]);
         y[j + 1] += mul(shares.next[j], y[j]);
         y[j] = mul(inverse_sum, y[j]);
     }
@@ -195,10 +203,22 @@ void substitute_run(int run, Shares shares, inout Value y[RUN]) {
     barrier();  // the next pole reuses shared memory
 }
 
-void solve_pole(Run r, Source s[RUN], int run, int part, int pole, inout Output o[RUN]) {
+// Adds the heat of what lies beyond the line's ends, which has the colour of the end itself. `read` is
+// the pole for which the sources were read last.
+void repeat_ends(Run r, int start, int part, int pole, int read, inout Value y[RUN]) {
+    for (int j = 0; j < RUN; ++j) {
+        int i = start + j;
+        if (!IS_REPEATED || r.in_work[j] == 0 || i > 0 && i < line_length - 1) continue;
+        Input end = input_at(place_in(r, i), part, read);
+        y[j] += mul(beyond(r, j, i, pole), source(source_of(end, end, end, 0.0, 0.0), part, pole));
+    }
+}
+
+void solve_pole(Run r, Source s[RUN], int run, int part, int pole, int read, inout Output o[RUN]) {
     Value y[RUN];
     Shares shares;
     for (int j = 0; j < RUN; ++j) y[j] = r.in_work[j] != 0 ? source(s[j], part, pole) : ZERO_VALUE;
+    repeat_ends(r, run * RUN, part, pole, read, y);
     eliminate_run(r, pole, run, y, shares);
     solve_separators(run);
     substitute_run(run, shares, y);
@@ -222,9 +242,13 @@ void main() {
     Output o[RUN];
     for (int j = 0; j < RUN; ++j) clear_output(o[j]);
     for (int part = 0; part < PARTS; ++part) {
+        int read = 0;
         for (int pole = 0; pole < POLES; ++pole) {
-            if (is_source_read(part, pole)) read_sources(r, start, part, pole, s);
-            solve_pole(r, s, run, part, pole, o);
+            if (is_source_read(part, pole)) {
+                read = pole;
+                read_sources(r, start, part, read, s);
+            }
+            solve_pole(r, s, run, part, pole, read, o);
         }
         for (int j = 0; j < RUN; ++j) store(pixel_at(r.line, start + j), r.link[j], r.in_work[j] != 0, o[j], part);
     }

@@ -32,6 +32,8 @@ layout(std430) buffer sweep_heat_block { Num u_buf[]; };
 #define ELIMINATE_AGAIN(j) eliminate(front, at, line, run, first + j, gone[j]);
 #define SUBSTITUTE(j) substitute(gone[j], y, pixel_at(line, first + j), first + j < run.end);
 #define CLEAR_POLE(p) y[p] = ZERO_VALUE;
+#define REPEAT_FIRST_POLE(p) front.heat[p] = repeated_heat(p, here); front.source[p] = mul(front.heat[p], source(r, p));
+#define REPEAT_LAST_POLE(p) y[p] = repeated(front.heat[p], front.source[p], repeated_heat(p, here), source(r, p));
 
 // The state carried over from the previous pixels.
 struct Front {
@@ -47,6 +49,7 @@ struct Eliminated {
 
 struct Run {  // range of connected pixels known to a tile
     int start, end;
+    int joined_end;  // pixels before it have a neighbour after them
 };
 
 bool is_in_work(int line, int tile) {
@@ -57,7 +60,7 @@ bool is_in_work(int line, int tile) {
 Run run_of(int line, int tile) {
     int start = is_in_work(line, tile - 1) ? 0 : tile * TILE;
     int end = is_in_work(line, tile + 1) ? line_length : min((tile + 1) * TILE, line_length);
-    return Run(start, end);
+    return Run(start, end, IS_REPEATED && end == line_length ? end + TILE : end);
 }
 
 // The first active tile from this one on (or the number of tiles), and the last one up to it (or -1). A
@@ -107,7 +110,7 @@ void eliminate_pole(inout Front front, Input here, Value r, float b_out, int p, 
 // Eliminate pixel i, and go on to the next.
 void eliminate(inout Front front, inout Place at, int line, Run run, int i, inout Eliminated gone) {
     Input after = input_in(line, run, i + 1);
-    float b_out = i + 1 < run.end ? conductance(at.here, after) : 0.0;
+    float b_out = i + 1 < run.joined_end ? conductance(at.here, after) : 0.0;
     Source r = source_of(at.before, at.here, after, at.b_in, b_out);
     EACH_POLE(ELIMINATE_POLE)
     at = Place(at.here, after, b_out);
@@ -119,6 +122,22 @@ void forget(out Front front) {
     EACH_POLE(FORGET_POLE)
 }
 
+// What lies beyond both ends of the line.
+void repeat_first(inout Front front, Input here) {
+    Source r = source_of(here, here, here, 0.0, 0.0);
+    EACH_POLE(REPEAT_FIRST_POLE)
+}
+
+Value repeated(Num heat, Value from_before, Num beyond, Value x) {
+    Num whole = num(1.0) + beyond;
+    return mul(inverted(heat + whole), from_before + mul(whole, x));
+}
+
+void repeat_last(Front front, Input here, inout Value y[POLES]) {
+    Source r = source_of(here, here, here, 0.0, 0.0);
+    EACH_POLE(REPEAT_LAST_POLE)
+}
+
 void keep(Front front, int slot, int i) {
     EACH_POLE(KEEP_POLE)
 }
@@ -127,10 +146,12 @@ void take(out Front front, int slot, int i) {
     EACH_POLE(TAKE_POLE)
 }
 
-void eliminate_forward(int line, int slot, int tiles) {
+// y becomes the answer right after the last block; where no run reaches the line's end, it is not used.
+void eliminate_forward(int line, int slot, int tiles, out Value y[POLES]) {
     Front front;
     Place at;
     Eliminated gone;
+    EACH_POLE(CLEAR_POLE)
     int tile = next_in_work(line, 0, tiles);
     for (; tile < tiles; tile = next_in_work(line, tile + 1, tiles)) {
         int blocks = blocks_of(tile);
@@ -140,11 +161,13 @@ void eliminate_forward(int line, int slot, int tiles) {
             if (first == run.start) {
                 forget(front);
                 at = place_at(line, run, first);
+                for (int n = IS_REPEATED && first == 0 ? 1 : 0; n > 0; --n) repeat_first(front, at.here);
             }
             keep(front, slot, first);
             for (int j = 0; j < BLOCK; ++j) eliminate(front, at, line, run, first + j, gone);
         }
     }
+    for (int n = IS_REPEATED && is_in_work(line, tiles - 1) ? 1 : 0; n > 0; --n) repeat_last(front, at.here, y);
 }
 
 void substitute(Eliminated gone, inout Value y[POLES], ivec2 at, bool is_inside) {
@@ -154,9 +177,7 @@ void substitute(Eliminated gone, inout Value y[POLES], ivec2 at, bool is_inside)
     if (is_inside) store(at, o);
 }
 
-void substitute_back(int line, int slot, int tiles) {
-    Value y[POLES];
-    EACH_POLE(CLEAR_POLE)
+void substitute_back(int line, int slot, int tiles, inout Value y[POLES]) {
     int tile = last_in_work(line, tiles - 1);
     for (; tile >= 0; tile = last_in_work(line, tile - 1)) {
         Run run = run_of(line, tile);
@@ -176,6 +197,7 @@ void main() {
     int slot = int(gl_GlobalInvocationID.x);
     if (slot >= line_count) return;
     int tiles = (line_length + TILE - 1) / TILE;
-    eliminate_forward(first_line + slot, slot, tiles);
-    substitute_back(first_line + slot, slot, tiles);
+    Value y[POLES];
+    eliminate_forward(first_line + slot, slot, tiles, y);
+    substitute_back(first_line + slot, slot, tiles, y);
 }

@@ -12,8 +12,7 @@
 Link link_at(ivec2 at) { return diameter_2_at(at); }
 float conductance(Link a, Link b) { return min(a, b); }
 float specific_heat(Link here) { return 1.0; }
-Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
-
+Num repeated_heat(int pole, Link here) { return repeated_heat_of(pole, here); }
 #ifndef HALF_POLES
 #define Packed Value
 #define Texel vec4

@@ -95,6 +95,16 @@ uvec2 halves_of(vec4 v) {
 
 vec4 floats_of(uvec2 v) { return vec4(unpackHalf2x16(v.x), unpackHalf2x16(v.y)); }
 
+Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
+
+// Beyond the frame the pixel at its border is repeated without end: the heat capacity of all these, as
+// the last pixel sees it. It solves Y = b (1 + Y) / (1 + b + Y), for one repeated pixel more is the same.
+#define IS_REPEATED true
+Num repeated_heat_of(int pole, float d_2) {
+    Num b = flow(pole, d_2);
+    return 2.0 * mul(b, inverted(num(1.0) + root(num(1.0) + 4.0 * b)));
+}
+
 #ifdef IN_PARTS
 #include "lib/blur_parts.lib.glsl"
 #else
@@ -201,5 +211,5 @@ void store(ivec2 at, Output o) {
 
 float conductance(Input a, Input b) { return min(a.d_2, b.d_2); }
 float specific_heat(Input here) { return 1.0; }
-Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
+Num repeated_heat(int pole, Input here) { return repeated_heat_of(pole, here.d_2); }
 #endif

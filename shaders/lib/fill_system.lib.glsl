@@ -61,6 +61,9 @@ float conductance(Input a, Input b) {
 float specific_heat(Input here) { return here.known.g + FILL_LEAK; }
 Num flow(int pole, float conductance) { return kappa[pole] * conductance; }
 
+#define IS_REPEATED false
+Num repeated_heat(int pole, Input here) { return ZERO_NUM; }
+
 #ifdef ROWS
 Input input_at(ivec2 at) {
     vec2 state = texelFetch(state_tx, at, 0).rg;

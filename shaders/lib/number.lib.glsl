@@ -31,6 +31,11 @@
 Num num(float a) { return vec2(a, 0.0); }
 Num mul(Num a, Num b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }
 Num inverted(Num a) { return vec2(a.x, -a.y) / dot(a, a); }
+Num root(Num a) {  // with a positive real part, and without cancellation
+    float larger = sqrt(0.5 * (length(a) + abs(a.x))), smaller = 0.5 * abs(a.y) / max(larger, 1e-30);
+    vec2 whole = a.x < 0.0 ? vec2(smaller, larger) : vec2(larger, smaller);
+    return vec2(whole.x, a.y < 0.0 ? -whole.y : whole.y);
+}
 Value value(Channels a) { return Value(a, Channels(0.0)); }
 Value mul(Num a, Value v) { return Value(a.x * v[0] - a.y * v[1], a.x * v[1] + a.y * v[0]); }
 Channels real_part(Value v) { return v[0]; }
@@ -44,6 +49,7 @@ Channels real_of_product(Num a, Value v) { return a.x * v[0] - a.y * v[1]; }
 Num num(float a) { return a; }
 Num mul(Num a, Num b) { return a * b; }
 Num inverted(Num a) { return 1.0 / a; }
+Num root(Num a) { return sqrt(a); }
 Value value(Channels a) { return a; }
 Value mul(Num a, Value v) { return a * v; }
 Channels real_part(Value v) { return v; }

@@ -119,9 +119,24 @@ def test_constant_picture_stays_constant(
 def test_light_is_kept(
     ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
+    """Where none of it crosses the border."""
     x, coc = random_plate(rng, (61, 47), 90.0)
+    coc[[0, -1]], coc[:, [0, -1]] = 0.0, 0.0
     total = blurred(solver, x, coc, named_kernel(name)).sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, x.sum(axis=(0, 1), dtype=np.float64), rtol=1e-5)
+
+
+@pytest.mark.parametrize("coc_px", [2.0, 20.0])
+@pytest.mark.parametrize("name", KERNELS)
+def test_what_is_at_the_border_goes_on_beyond_it(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str, coc_px: float
+) -> None:
+    """The border is blurred as in the middle of a larger picture that repeats it."""
+    x, coc = random_plate(rng, (21, 17), coc_px)
+    room = ((60, 60), (60, 60))
+    larger = np.pad(x, (*room, (0, 0)), mode="edge"), np.pad(coc, room, mode="edge")
+    expected = blurred(solver, *larger, named_kernel(name))[60:-60, 60:-60]
+    np.testing.assert_allclose(blurred(solver, x, coc, named_kernel(name)), expected, atol=2e-4)
 
 
 @pytest.mark.parametrize("name", KERNELS)

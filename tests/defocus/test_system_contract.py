@@ -21,13 +21,14 @@ from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.textures import new_array, new_texture, upload
 
 SIZE = (24, 16)
-NUMBERS = 4  # that each pixel gives back
+NUMBERS = 5  # that each pixel gives back
 
 WHOLE = """
     Input before = input_at(at), here = input_at(at + axis), after = input_at(at + 2 * axis);
     float b_in = conductance(before, here), back = conductance(here, before);
     Source s = source_of(before, here, after, b_in, conductance(here, after));
     float heat = specific_heat(here);
+    Input end = here;
     Output o;
     clear_output(o);
     for (int pole = 0; pole < POLES; ++pole) {
@@ -40,6 +41,7 @@ IN_PARTS = """
     Link from = link_at(at), link = link_at(at + axis), to = link_at(at + 2 * axis);
     float b_in = conductance(from, link), back = conductance(link, from);
     float b_out = conductance(link, to), heat = specific_heat(link);
+    Link end = link;
     Source s;
     Output o;
     clear_output(o);
@@ -62,7 +64,7 @@ SHADER = """
 #include "lib/one_part.lib.glsl"
 #endif
 layout(local_size_x = 64) in;
-layout(std430) writeonly buffer laws_block {{ float laws[]; }};
+layout(std430) buffer laws_block {{ float laws[]; }};
 void main() {{
     int line = int(gl_GlobalInvocationID.y), i = int(gl_GlobalInvocationID.x);
     if (line >= line_count || i + 2 >= line_length) return;
@@ -78,6 +80,14 @@ void main() {{
 #else
     laws[first + 3] = abs(nothing);
 #endif
+    laws[first + 4] = 0.0;
+    for (int pole = 0; pole < POLES; ++pole) {{
+        Num beyond = repeated_heat(pole, end), out_there = flow(pole, conductance(end, end));
+        Num one_more = num(heat) + beyond;  // a repeated pixel and all that lie beyond it
+        Num again = mul(mul(out_there, one_more), inverted(out_there + one_more));
+        Num off = IS_REPEATED ? again - beyond : beyond;
+        laws[first + 4] = max(laws[first + 4], length(off) / (1.0 + length(beyond)));
+    }}
 }}
 """
 
@@ -173,12 +183,13 @@ def test_a_system_has_all_functions_and_keeps_their_laws(ctx, contract, rng, sys
     probe = asked(ctx, system, parts, rng)
     assert set(probe.seen) == {"rows", "columns"}
     for numbers in probe.seen.values():
-        b_in, back, heat, nothing = np.moveaxis(numbers, -1, 0)
+        b_in, back, heat, nothing, off = np.moveaxis(numbers, -1, 0)
         assert np.isfinite(numbers).all()
         np.testing.assert_array_equal(b_in, back)  # what flows one way flows the other way
         assert (b_in >= 0).all() and np.ptp(b_in) > 0
         assert (heat > 0).all()  # so that no elimination divides by 0
         assert (nothing == 0).all()  # no conductance, no flow
+        assert (off < 1e-6).all()  # one repeated pixel more changes nothing
 
 
 def test_every_system_file_is_held_against_the_contract(ctx, contract, rng) -> None:

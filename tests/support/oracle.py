@@ -1,5 +1,7 @@
 """float64 answers that the GPU is compared with."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_banded
@@ -7,6 +9,7 @@ from scipy.linalg import solve_banded
 from heatlens.defocus.kernels import Kernel
 
 Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
 
 
 def conductances(diameter: Array) -> Array:
@@ -26,46 +29,92 @@ def laplacian(weights: Array, x: Array) -> Array:
     return np.concatenate([zero, flow]) - np.concatenate([flow, zero])
 
 
-def solve_line(flow: npt.NDArray[np.complex128], x: npt.NDArray[np.complex128]) -> Array:
+def repeated_heat(flow: Complex) -> Complex:
+    """Return the heat capacity of pixels repeated without end, as the pixel before them sees it.
+
+    `flow` is the conductance between each two; solved by adding pixels until nothing changes.
+    """
+    heat = np.zeros_like(flow)
+    for _ in range(100_000):
+        before, heat = heat, flow * (1.0 + heat) / (1.0 + flow + heat)
+        if np.all(np.abs(heat - before) <= 1e-13 * np.abs(heat)):
+            break
+    return heat
+
+
+@dataclass(frozen=True)
+class Ends:
+    """What lies beyond the two ends of a line: heat capacities (2,) and values (2, channels)."""
+
+    heats: Complex
+    values: Complex
+
+
+def solve_line(flow: Complex, x: Complex, ends: Ends | None = None) -> Complex:
     """Return (1 + L)^-1 x along one line with complex conductances flow (n - 1,).
 
     X (n, channels).
     """
     n = len(x)
+    heat, given = np.ones(n, np.complex128), x.astype(np.complex128)
+    if ends is not None:
+        for i, more, value in zip((0, n - 1), ends.heats, ends.values, strict=True):
+            heat[i] += more
+            given[i] += more * value
     if n == 1:
-        return x.astype(np.complex128)
+        return given / heat[:, None]
     flow = np.concatenate([[0.0], flow, [0.0]])
     bands = np.zeros((3, n), np.complex128)
     bands[0, 1:] = -flow[1:n]
-    bands[1] = 1.0 + flow[:n] + flow[1 : n + 1]
+    bands[1] = heat + flow[:n] + flow[1 : n + 1]
     bands[2, : n - 1] = -flow[1:n]
-    return solve_banded((1, 1), bands, x.astype(np.complex128))
+    return solve_banded((1, 1), bands, given)
 
 
-def blur(x: Array, coc: Array, kernel: Kernel, scales: tuple[float, float] = (1.0, 1.0)) -> Array:
-    """Diffuse x (H, W, C) by |coc| (H, W), rows then columns, in complex128."""
-    across, down = (conductances(d) for d in (np.abs(coc) * scales[0], (np.abs(coc) * scales[1]).T))
-    weights = compact_weights(across.T, kernel), compact_weights(down.T, kernel)
+def blur(
+    x: Array,
+    coc: Array,
+    kernel: Kernel,
+    scales: tuple[float, float] = (1.0, 1.0),
+    goes_on: bool = True,
+) -> Array:
+    """Diffuse x (H, W, C) by |coc| (H, W), rows then columns, in complex128.
+
+    If it `goes_on`, the pixels of the border are repeated beyond it, else there is nothing.
+    """
+    across, down = np.abs(coc) * scales[0], np.abs(coc.T) * scales[1]
     for _ in range(kernel.steps):
-        x = x - laplacian(weights[0], x.swapaxes(0, 1)).swapaxes(0, 1)
-        x = _blur_once(x, across, down, weights[1], kernel)
+        x = _blur_once(x, across, down, kernel, goes_on)
     return x
 
 
-def _blur_once(x: Array, across: Array, down: Array, compact_down: Array, kernel: Kernel) -> Array:
-    def flows(conductance: Array, kappa: complex) -> npt.NDArray[np.complex128]:
-        return kappa * conductance - compact_weights(conductance, kernel)
-
-    rows = [
-        np.stack(
-            [solve_line(flow, line) for flow, line in zip(flows(across, kappa), x, strict=True)]
-        )
-        for kappa in kernel.poles
-    ]
+def _blur_once(x: Array, across: Array, down: Array, kernel: Kernel, goes_on: bool) -> Array:
+    rows = [_solve_lines(x, across, kappa, kernel, goes_on) for kappa in kernel.poles]
     out = np.zeros(x.shape)
     for column_pole, kappa in enumerate(kernel.poles):
         mixed = sum(kernel.mix[a, column_pole] * row for a, row in enumerate(rows))
-        mixed = mixed - laplacian(compact_down, mixed)
-        for i, flow in enumerate(flows(down, kappa)):
-            out[:, i] += solve_line(flow, mixed[:, i]).real
+        solved = _solve_lines(mixed.swapaxes(0, 1), down, kappa, kernel, goes_on)
+        out += solved.swapaxes(0, 1).real
     return out
+
+
+def _solve_lines(
+    x: Complex, diameter: Array, kappa: complex, kernel: Kernel, goes_on: bool
+) -> Complex:
+    """Return (1 + kappa d^2 L)^-1 of each row of x (H, W, C)."""
+
+    def flow(conductance: Array) -> Complex:
+        return kappa * conductance - compact_weights(conductance, kernel)
+
+    joined = conductances(diameter)
+    heats = goes_on * repeated_heat(flow(diameter[:, [0, -1]] ** 2))
+    smoothed = [
+        line - laplacian(weights, line)
+        for line, weights in zip(x, compact_weights(joined, kernel), strict=True)
+    ]
+    return np.stack(
+        [
+            solve_line(flows, line, Ends(heat, raw[[0, -1]]))
+            for flows, line, heat, raw in zip(flow(joined), smoothed, heats, x, strict=True)
+        ]
+    )

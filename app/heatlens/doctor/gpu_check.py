@@ -42,6 +42,7 @@ _LIMITS = {
 # Fragment shaders whose vertex shader has another name.
 _VERTEX = {f"scene_{name}": "scene_mesh" for name in ("cover", "depth", "surface")}
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 KERNELS = ("heat", "disc_2", "disc_4")
 TOLERANCE = 2e-5  # of colours in 0..1, solved in float32
@@ -187,24 +188,35 @@ def _blurred(
 
 def blurred_float64(color: Array, coc: Array, kernel: Kernel) -> Array:
     """Compute the result of `BlurPass` for `color` (H, W, C) and `coc` (H, W) by dense matrices."""
-    across, compact_across = _laplacians(coc, kernel)
-    down, compact_down = _laplacians(coc.T, kernel)
-    source = color - np.einsum("yxw,ywc->yxc", compact_across, color)
-    rows = [_solved(across, compact_across, kappa, source) for kappa in kernel.poles]
+    rows = [_solved(coc, kernel, kappa, color) for kappa in kernel.poles]
     out = np.zeros(color.shape)
     for b, kappa in enumerate(kernel.poles):
-        mixed = sum(kernel.mix[a, b] * row for a, row in enumerate(rows))
-        columns = np.swapaxes(np.asarray(mixed), 0, 1)
-        columns = columns - np.einsum("xyw,xwc->xyc", compact_down, columns)
-        out += _solved(down, compact_down, kappa, columns).real.swapaxes(0, 1)
+        mixed = np.asarray(sum(kernel.mix[a, b] * row for a, row in enumerate(rows)))
+        out += _solved(coc.T, kernel, kappa, mixed.swapaxes(0, 1)).real.swapaxes(0, 1)
     return out
 
 
-def _laplacians(coc: Array, kernel: Kernel) -> tuple[Array, Array]:
-    """Return Laplacian and compact matrix (lines, n, n) of each line of `coc` (lines, n)."""
+def _solved(coc: Array, kernel: Kernel, kappa: complex, x: Array | Complex) -> Complex:
+    """Return (1 + kappa d^2 L)^-1 x along each line of `coc` (lines, n), L compact.
+
+    X is (lines, n, channels); its ends go on beyond the line.
+    """
     conductance = np.minimum(coc[:, 1:], coc[:, :-1]) ** 2
-    compact = kernel.compact * np.minimum(conductance / _COMPACT_FULL_PX**2, 1.0)
-    return _laplacian(conductance), _laplacian(compact)
+    compact = _laplacian(_compact(conductance, kernel))
+    system = np.eye(coc.shape[-1]) + (kappa + 0j) * _laplacian(conductance) - compact
+    given = x.astype(np.complex128) - np.einsum("lij,ljc->lic", compact, x)
+    for end in (0, -1):
+        beyond = coc[:, end] ** 2
+        flow = kappa * beyond - _compact(beyond, kernel)
+        heat = (np.sqrt(1.0 + 4.0 * flow + 0j) - 1.0) / 2.0  # of pixels without end
+        system[:, end, end] += heat
+        given[:, end] = given[:, end] + heat[:, None] * x[:, end]
+    return np.asarray(np.linalg.solve(system, given), np.complex128)
+
+
+def _compact(conductance: Array, kernel: Kernel) -> Array:
+    """Return how compact the Laplacian is between two pixels."""
+    return np.asarray(kernel.compact * np.minimum(conductance / _COMPACT_FULL_PX**2, 1.0))
 
 
 def _laplacian(conductance: Array) -> Array:
@@ -217,12 +229,6 @@ def _laplacian(conductance: Array) -> Array:
     matrix[:, at, at + 1] -= conductance
     matrix[:, at + 1, at] -= conductance
     return matrix
-
-
-def _solved(laplacian: Array, compact: Array, kappa: complex, x: Array) -> NDArray[np.complex128]:
-    """Return (1 + kappa L - C)^-1 x along each line; x is (lines, n, channels)."""
-    system = np.eye(laplacian.shape[-1]) + kappa * laplacian - compact
-    return np.asarray(np.linalg.solve(system, x.astype(np.complex128)), np.complex128)
 
 
 def solver_builds() -> list[Build]:
