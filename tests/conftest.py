@@ -163,7 +163,7 @@ def room_window(
 ) -> Iterator["Gui"]:
     """Open one window a test file, which shows the room with the fastest blur."""
     from support.gui import gui_of  # here: command line tests need no ImGui
-    from support.window_plates import QUICK, room_file
+    from support.session_files import QUICK, room_file
 
     plate = room_file(tmp_path_factory.mktemp("window") / "room.exr")
     with gui_of(session_context, plate, defocus=QUICK) as gui:

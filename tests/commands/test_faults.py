@@ -29,7 +29,7 @@ from heatlens.session.exports.export_process import ExportRun
 from heatlens.ui import screen
 from support.command_line import ENVIRONMENT
 from support.gui import gui_of
-from support.window_plates import room_file
+from support.session_files import room_file
 
 
 @pytest.fixture

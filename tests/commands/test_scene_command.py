@@ -15,7 +15,7 @@ from heatlens.plate.read import read_plate
 from heatlens.scene.scene_read import read_scene
 from support.command_line import BEFORE, picture, refused, render
 from support.gltf_files import GltfWriter
-from support.window_plates import room_file
+from support.session_files import room_file
 
 SIZE = (48, 27)
 LENS = ("--f-stop", 2, "--focus-distance", 3)

@@ -13,7 +13,7 @@ from heatlens.model.shot import Shot
 from support.cameras import FRAMES, moving_camera
 from support.gui import gui_of
 from support.sequences import sequence_files
-from support.window_plates import LENS, QUICK, room_file
+from support.session_files import LENS, QUICK, room_file
 
 
 @pytest.fixture

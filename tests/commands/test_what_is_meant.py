@@ -7,7 +7,7 @@ import pytest
 from heatlens.documents.shot_file import write_shot
 from support.command_line import stderr_of_run
 from support.exports import shot_of, write_plates
-from support.window_plates import room_file
+from support.session_files import room_file
 
 
 @pytest.fixture

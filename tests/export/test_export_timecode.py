@@ -16,7 +16,7 @@ from heatlens.plate.header.timecode import rate_at, timecode_of
 from heatlens.source.opened import Opening
 from heatlens.source.opened_plates import opened_plates
 from support.exports import exported, write_plate, write_plates
-from support.window_plates import room_file
+from support.session_files import room_file
 
 LENS = ("--f-stop", 2, "--focus-distance", 2, "--method", "pyramid")
 

@@ -26,7 +26,7 @@ if __name__ == "__main__":
 from heatlens.base.faults import FaultError
 from support.gui import Gui, gui_of
 from support.sequences import sequence_files
-from support.window_plates import QUICK
+from support.session_files import QUICK
 
 K = imgui.Key
 _KEYS = (

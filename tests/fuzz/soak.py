@@ -30,7 +30,7 @@ from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 from support.gui import gui_of
 from support.plates import plate_of, room
-from support.window_plates import QUICK, room_file
+from support.session_files import QUICK, room_file
 
 SIZES = ((32, 18), (48, 32), (33, 19), (64, 20))
 GROWTH_MOST_BYTES = 24_000_000  # from the first quarter on

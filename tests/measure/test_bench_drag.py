@@ -17,7 +17,7 @@ from heatlens.model.shot import Shot
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.preview.levels import cheaper
 from support.command_line import stderr_of_run
-from support.window_plates import room_file
+from support.session_files import room_file
 
 SIZE = (64, 48)
 WORDS = ("bench", "--drag", "--runs", "1")

@@ -35,7 +35,7 @@ from heatlens.rendered_frames.stamp_book import StampBook
 from heatlens.sequence.sequence import stamp_of
 from heatlens.source.origin import StampedFile, stamped
 from support.frame_caches import PATIENCE_S
-from support.window_plates import LENS, room_file
+from support.session_files import LENS, room_file
 
 SOURCE = KeySource("/plates/a.exr", ((5, 7),))
 SIGHT = SceneSight(Pose(), 3.0, (96, 54))

@@ -17,7 +17,7 @@ from heatlens.render import FrameRenderer, drained
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import started_framing
 from heatlens.scene.scene_read import read_scene
-from support.scene_window import write_scene
+from support.session_files import write_scene
 
 SIZE = (80, 48)
 FRAMES = (1, 9, 17)

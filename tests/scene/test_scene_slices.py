@@ -15,8 +15,8 @@ from heatlens.scene_gpu import bands
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.session.settings.preferences import Preferences, Remembered
 from support.gui import Gui, gui_of
-from support.scene_window import as_opened, middle, whole, write_scene
-from support.window_plates import QUICK
+from support.scene_window import as_opened, middle, whole
+from support.session_files import QUICK, write_scene
 
 RIGHT = 1
 SIZE = 320, 180

@@ -18,7 +18,7 @@ from heatlens.session.exports.export_settings import (
     proposed_settings,
 )
 from support.evening import FIRST, settled, until
-from support.window_plates import room_file
+from support.session_files import room_file
 
 SETTINGS = ExportSettings(folder="/out", name="walls")
 

@@ -14,8 +14,8 @@ from heatlens.session.files.folder_walk import Chosen, FolderWalk
 from heatlens.session.files.plate_reading import _lacks_ends
 from support.evening import FIRST, LAST, begun, settled, until, write_plates
 from support.exr_files import write_file
+from support.session_files import room_file
 from support.tev_peers import wait_until
-from support.window_plates import room_file
 
 
 def walk(folder, key="open", name=""):

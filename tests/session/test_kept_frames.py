@@ -21,8 +21,8 @@ from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.start import Start
 from support.evening import settled, turn, until
 from support.sequences import FIRST, frame_file, sequence_files
+from support.session_files import HEIGHT, QUICK, WIDTH
 from support.tev_peers import wait_until
-from support.window_plates import HEIGHT, QUICK, WIDTH
 
 LAST = FIRST + 3
 FRAMES = frozenset(range(FIRST, LAST + 1))

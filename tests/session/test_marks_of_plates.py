@@ -9,7 +9,7 @@ from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.model.pull import EASE_PERCENT, PullShape
 from heatlens.session.marks.mark_commands import PULL_FRAMES
 from support.evening import FIRST, LAST, LEFT, RIGHT, begun, settled, until, write_plates
-from support.window_plates import room_file
+from support.session_files import room_file
 
 
 @pytest.fixture

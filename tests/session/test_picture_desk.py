@@ -32,8 +32,8 @@ from heatlens.session.shot.editing import Editing
 from heatlens.session.shot.start import Start
 from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH, begun, settled, turn, until
 from support.plates import coc_plate_of, plate_of
+from support.session_files import QUICK, room_file
 from support.tev_peers import wait_until
-from support.window_plates import QUICK, room_file
 
 LENS = Lens(50.0, 2.0, 3.0, 36.0)
 

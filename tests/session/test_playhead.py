@@ -8,7 +8,7 @@ from heatlens.model.shot import LensParameter
 from heatlens.session.time.frame_states import FrameStates, Run, runs_of
 from heatlens.session.time.timeline import Timeline, _range
 from support.evening import FIRST, LAST, begun, settled, until
-from support.window_plates import room_file
+from support.session_files import room_file
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 

@@ -20,8 +20,7 @@ from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.start import Start
 from support.evening import settled, turn, until
 from support.gltf_files import GltfWriter
-from support.scene_window import write_scene
-from support.window_plates import QUICK, room_file
+from support.session_files import QUICK, room_file, write_scene
 
 
 def opened(renderer, folder, path):

@@ -14,7 +14,7 @@ from heatlens.session.shot.shot_store import proposed_name, unnamed_path
 from heatlens.session.shot.start import Start
 from support.evening import FIRST, LAST, begun, settled, turn, until, write_plates
 from support.fake_renderer import FakeRenderer
-from support.window_plates import LENS, room_file
+from support.session_files import LENS, room_file
 
 MARK = DistanceMark("A", 3.0)
 

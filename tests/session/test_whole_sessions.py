@@ -38,9 +38,8 @@ from heatlens.session.shot.start import Start
 from heatlens.source.stream_source import StreamSource
 from support.evening import FIRST, LAST, LEFT, RIGHT, begun, settled, turn, until, write_plates
 from support.fake_renderer import FakeRenderer
-from support.scene_window import write_scene
+from support.session_files import QUICK, room_file, write_scene
 from support.tev_peers import CHANNELS, client_of, picture, settle, show
-from support.window_plates import QUICK, room_file
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 KEYED = Shot(Lens(50.0, 2.8, 2.0, 36.0)).with_key(10, FOCUS, 2.0).with_key(20, FOCUS, 4.0)

@@ -14,8 +14,7 @@ from heatlens.source.opened import Opening
 from heatlens.source.opened_plates import opened_plates
 from heatlens.source.opener import SourceOpener
 from heatlens.source.scene_source import SceneSource
-from support.scene_window import write_scene
-from support.window_plates import LENS, room_file
+from support.session_files import LENS, room_file, write_scene
 
 FRAMES = (3, 4, 6)
 

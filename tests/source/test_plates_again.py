@@ -18,7 +18,7 @@ from heatlens.source.one_size import _neighbours, sequence_of_one_size
 from heatlens.source.plate_source import black_plate
 from support.exr_files import write_file
 from support.plates import coc_plate_of, plate_of
-from support.window_plates import room_file
+from support.session_files import room_file
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 ALL = Shot(LENS, frames=FrameRange(1, 9))

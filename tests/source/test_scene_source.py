@@ -23,7 +23,7 @@ from heatlens.source.plate_on_gpu import PlateOnGpu
 from heatlens.source.scene_on_gpu import scene_on_gpu
 from heatlens.source.shot_camera import camera_of_shot
 from support.plates import plate_of, room
-from support.scene_window import write_scene
+from support.session_files import write_scene
 
 LENS = Lens(50.0, 2.0, 3.0, 36.0)
 

@@ -22,9 +22,8 @@ from heatlens.source.opened import Opening
 from heatlens.source.opener import SourceOpener
 from heatlens.source.stream_source import StreamSource
 from support.exr_files import write_file
-from support.scene_window import write_scene
 from support.scenes import still_life
-from support.window_plates import room_file
+from support.session_files import room_file, write_scene
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 

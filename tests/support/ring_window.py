@@ -10,7 +10,7 @@ import moderngl
 from heatlens.live.ring.address import Protocol, RingAddress
 from heatlens.live.ring.receiver import LensReceiver
 from support.gui import Gui, gui_of
-from support.window_plates import QUICK, room_file
+from support.session_files import QUICK, room_file
 
 _PATIENCE_S = 30.0
 

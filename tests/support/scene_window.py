@@ -1,26 +1,10 @@
 """The window with a small scene in it, for tests of what is done there."""
 
 from dataclasses import replace
-from pathlib import Path
 
 from heatlens.model.view import Compare
-from support.gltf_files import GltfWriter
 from support.gui import Gui
-from support.window_plates import QUICK
-
-
-def write_scene(path: Path) -> Path:
-    """Write two squares, one of them moving away, and two cameras of different angle."""
-    writer = GltfWriter()
-    mesh = writer.mesh()
-    near = writer.node(name="near", mesh=mesh, translation=[-0.5, -0.5, 0.0])
-    writer.node(name="far", mesh=mesh, translation=[-2.0, -2.0, -4.0], scale=[4, 4, 1])
-    writer.animate(near, "translation", [0.0, 1.0], [[-0.5, -0.5, 0.0], [-0.5, -0.5, -2.0]])
-    for name, x, angle in (("main", 0.0, 0.7), ("side", 1.5, 0.4)):
-        perspective = {"yfov": angle, "znear": 0.1, "aspectRatio": 1.5}
-        camera = writer.add("cameras", type="perspective", perspective=perspective, name=name)
-        writer.node(name=name, camera=camera, translation=[x, 0.0, 3.0])
-    return writer.write(path)
+from support.session_files import QUICK
 
 
 def as_opened(gui: Gui) -> Gui:

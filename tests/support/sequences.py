@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from support.plates import room
-from support.window_plates import HEIGHT, WIDTH, write_plate
+from support.session_files import HEIGHT, WIDTH, write_plate
 
 FIRST, LAST = 1001, 1008
 

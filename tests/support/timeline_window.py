@@ -17,7 +17,7 @@ from heatlens.session.time.playback import Ending
 from heatlens.ui.timeline.view import TimelineView
 from support.gui import Gui, gui_of
 from support.sequences import FIRST, LAST, sequence_files
-from support.window_plates import QUICK
+from support.session_files import QUICK
 
 K = imgui.Key
 

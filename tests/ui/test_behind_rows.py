@@ -9,7 +9,7 @@ from heatlens.session.files.file_commands import PURPOSES
 from heatlens.session.files.folder_walk import Chosen
 from support.gui import gui_of
 from support.plates import room
-from support.window_plates import HEIGHT, WIDTH, room_file, write_plate
+from support.session_files import HEIGHT, WIDTH, room_file, write_plate
 
 SIZE = (1280, 1700)  # tall: every control of the panel is in sight
 

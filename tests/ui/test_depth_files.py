@@ -5,7 +5,7 @@ import numpy as np
 from heatlens.model.plate_options import PlateOptions
 from support.gui import gui_of
 from support.plates import room
-from support.window_plates import HEIGHT, QUICK, WIDTH, write_plate
+from support.session_files import HEIGHT, QUICK, WIDTH, write_plate
 
 
 def test_a_depth_file_that_is_written_again_is_shown_and_rendered_again(ctx, tmp_path):

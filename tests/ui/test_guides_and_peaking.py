@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 from heatlens.model.peaking import Peaking, PeakingOn
 from heatlens.model.view import Overlay
 from heatlens.ui.status_bar import zoom_words
-from support.window_plates import BALL_M, HEIGHT, WIDTH
+from support.session_files import BALL_M, HEIGHT, WIDTH
 
 K = imgui.Key
 

@@ -3,7 +3,7 @@
 import pytest
 
 from support.gui import gui_of
-from support.window_plates import QUICK, room_file
+from support.session_files import QUICK, room_file
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from heatlens.base.paths import data_dir
 from heatlens.model.shot import LensParameter
 from heatlens.session.marks.lessons import Lesson, Lessons
 from support.gui import Gui, gui_of
-from support.window_plates import QUICK, room_file
+from support.session_files import QUICK, room_file
 
 K = imgui.Key
 FOCUS = LensParameter.FOCUS_DISTANCE

@@ -11,8 +11,8 @@ from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.model.pull import pull
 from support.gui import Gui
 from support.sequences import FIRST, LAST, nearer, sequence_files
+from support.session_files import BALL, BALL_M, POST, POST_M
 from support.timeline_window import film_window, fresh, typed
-from support.window_plates import BALL, BALL_M, POST, POST_M
 
 K = imgui.Key
 

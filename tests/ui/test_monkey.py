@@ -3,7 +3,7 @@
 from fuzz.monkey import play
 from support.gui import gui_of
 from support.sequences import sequence_files
-from support.window_plates import QUICK
+from support.session_files import QUICK
 
 
 def test_a_monkey_meets_no_fault(ctx, tmp_path, monkeypatch):

@@ -18,7 +18,7 @@ from heatlens.ui.panels.opening_panel import disc_outline, image_cells
 from support.apertures import apertures
 from support.gui import Gui, gui_of
 from support.opening_images import heart_path, letter
-from support.window_plates import QUICK, room_file
+from support.session_files import QUICK, room_file
 
 PLACES = st.sampled_from([(800.0, 450.0), (1600.0, 0.0)])
 

@@ -28,8 +28,8 @@ from heatlens.ui.panels.opening_panel import opening_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from support.gui import Gui, gui_of
 from support.other_values import with_all_fields_other, with_other_fields
-from support.scene_window import as_opened, write_scene
-from support.window_plates import LENS, QUICK, room_file
+from support.scene_window import as_opened
+from support.session_files import LENS, QUICK, room_file, write_scene
 
 FRAMES = 3
 TALL = (1280, 1600)  # every control of a panel is in sight

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.view import Compare, Overlay
 from heatlens.ui.picture.picture_alone import PictureAlone
-from support.window_plates import HEIGHT, WIDTH
+from support.session_files import HEIGHT, WIDTH
 
 K = imgui.Key
 

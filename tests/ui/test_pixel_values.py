@@ -14,7 +14,7 @@ from heatlens.model.coc import coc_line, coc_px, sharp_px
 from heatlens.model.units import format_distance
 from heatlens.model.view import Against, Compare, Overlay
 from heatlens.ui.picture.pixel_values import value_words
-from support.window_plates import BALL, BALL_M, SKY, WIDTH
+from support.session_files import BALL, BALL_M, SKY, WIDTH
 
 
 def texts(gui, side: int = 0) -> list[list[str]]:

@@ -26,7 +26,7 @@ from heatlens.session.shot.shot_store import unnamed_path
 from heatlens.ui.palettes import DARK
 from heatlens.ui.picture.alt_held import HOLD_S
 from support.gui import gui_of
-from support.window_plates import LENS, room_file
+from support.session_files import LENS, room_file
 from support.x_server import SCREEN, WAIT_S, Screen, Window
 
 QUICK = ("--bokeh", "heat", "--quality", "draft", "--proxy", 0.5)

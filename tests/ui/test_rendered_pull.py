@@ -23,10 +23,10 @@ from heatlens.session.settings.preferences import Preferences
 from heatlens.source.opened_plates import OpenedPlates
 from heatlens.ui.timeline.rendered_panel import rendered_words
 from support.gui import Gui, gui_of
-from support.scene_window import as_opened, write_scene
+from support.scene_window import as_opened
 from support.sequences import FIRST, LAST, frame_file, sequence_files
+from support.session_files import QUICK, room_file, write_scene
 from support.timeline_window import Clock
-from support.window_plates import QUICK, room_file
 
 K = imgui.Key
 COUNT = LAST - FIRST + 1

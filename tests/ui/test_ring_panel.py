@@ -11,7 +11,7 @@ from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import source_id
 from heatlens.live.ring.sender import LensSender
 from support.ring_window import following, until
-from support.window_plates import room_file
+from support.session_files import room_file
 
 A, B = source_id("A"), source_id("B")
 

@@ -14,7 +14,7 @@ from heatlens.model.view_geometry import PictureShape
 from heatlens.plate.depth_read import planar_depth_m
 from heatlens.session.pictures.ruler import Intrinsics, distance_m
 from heatlens.ui.picture.ruler import _ends
-from support.window_plates import BALL, BALL_M, LENS, POST, POST_M, SKY, WIDTH
+from support.session_files import BALL, BALL_M, LENS, POST, POST_M, SKY, WIDTH
 
 K = imgui.Key
 CAMERA = Intrinsics(50.0, 36.0, PictureShape(101, 61, 1.0))

@@ -13,7 +13,7 @@ from heatlens.model.framing import SceneTiming
 from heatlens.session.scenes.clip_choice import ALL_CLIPS
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
-from support.window_plates import QUICK
+from support.session_files import QUICK
 
 
 def clips_file(path: Path, names: tuple[str, ...] = ("walk", "run", "run")) -> Path:

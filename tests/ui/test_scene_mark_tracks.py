@@ -12,9 +12,9 @@ from heatlens.model.shot import LensParameter
 from heatlens.render import FrameRenderer
 from heatlens.session.marks import scene_mark_tracks
 from support.gui import Gui, gui_of
-from support.scene_window import as_opened, whole, write_scene
+from support.scene_window import as_opened, whole
+from support.session_files import QUICK, write_scene
 from support.timeline_window import reset_timeline
-from support.window_plates import QUICK
 
 MIDDLE = PointMark("A", 48.0, 27.0)
 NEAR = ObjectMark("B", "near")

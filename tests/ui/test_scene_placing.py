@@ -11,7 +11,7 @@ from heatlens.model.framing import WorldAxis
 from heatlens.plate.read import read_plate
 from heatlens.scene.scene_bounds import bounds_m
 from support.gui import gui_of
-from support.window_plates import QUICK
+from support.session_files import QUICK
 
 
 def stl(path):

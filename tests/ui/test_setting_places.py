@@ -14,8 +14,7 @@ from heatlens.ui import widgets
 from heatlens.ui.palette import matches
 from heatlens.ui.setting_places import SETTINGS
 from support.gui import Gui, gui_of
-from support.scene_window import write_scene
-from support.window_plates import QUICK, room_file
+from support.session_files import QUICK, room_file, write_scene
 
 K = imgui.Key
 

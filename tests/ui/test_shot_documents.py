@@ -15,9 +15,9 @@ from heatlens.session.settings.preferences import Remembered
 from heatlens.session.shot.shot_store import proposed_name
 from support.gui import Gui
 from support.sequences import FIRST
+from support.session_files import room_file
 from support.shots_of_tests import kept, worked_on
 from support.timeline_window import film_window, fresh
-from support.window_plates import room_file
 
 K = imgui.Key
 

@@ -8,8 +8,8 @@ from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.shot_store import unnamed_path
 from support.gui import gui_of
 from support.sequences import sequence_files
+from support.session_files import LENS, QUICK, room_file
 from support.shots_of_tests import kept, worked_on
-from support.window_plates import LENS, QUICK, room_file
 
 
 def test_a_shot_without_a_file_survives_a_crash(ctx, tmp_path):

@@ -24,7 +24,7 @@ from heatlens.ui.start.start_layout import lay_out
 from heatlens.ui.start.start_screen import hint_of
 from support.actions import listed_actions
 from support.gui import Gui, gui_of
-from support.window_plates import LENS, QUICK, room_file
+from support.session_files import LENS, QUICK, room_file
 
 K = imgui.Key
 STILL = str(data_dir("assets") / "still_life.exr")

@@ -13,7 +13,7 @@ from heatlens.session.exports.export_process import ExportState
 from heatlens.session.loop.messages import Messages, Problem
 from heatlens.ui.export_bar import export_title, export_words
 from heatlens.ui.status_bar import fitting
-from support.window_plates import POST
+from support.session_files import POST
 
 K = imgui.Key
 

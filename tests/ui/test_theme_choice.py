@@ -9,7 +9,7 @@ from heatlens.session.settings.preferences import Preferences, Remembered, Theme
 from heatlens.ui import theme
 from heatlens.ui.palettes import DARK, LIGHT
 from support.gui import gui_of
-from support.window_plates import QUICK, room_file
+from support.session_files import QUICK, room_file
 
 
 @pytest.fixture(autouse=True)

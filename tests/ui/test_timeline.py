@@ -9,8 +9,8 @@ from heatlens.model.frames import FrameRange
 from heatlens.session.playing.kept_screen import KeptFrame
 from support.gui import Gui
 from support.sequences import FIRST, LAST, frame_file, sequence_files
+from support.session_files import room_file
 from support.timeline_window import Clock, at_frame, film_window, frame, fresh, typed
-from support.window_plates import room_file
 
 K = imgui.Key
 

@@ -13,7 +13,7 @@ from heatlens.session.keys.key_choice import KeyId, all_keys, copied, deleted, p
 from heatlens.session.keys.key_rows import CAMERA, ROWS
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
-from support.window_plates import QUICK
+from support.session_files import QUICK
 
 K = imgui.Key
 FOCUS = LensParameter.FOCUS_DISTANCE

@@ -15,8 +15,8 @@ from heatlens.model.shot import LensParameter
 from heatlens.session.time.focus_track import FocusTrack
 from support.gui import Gui
 from support.sequences import FIRST, LAST, nearer
+from support.session_files import BALL, BALL_M
 from support.timeline_window import at_frame, film_window, fresh
-from support.window_plates import BALL, BALL_M
 
 K = imgui.Key
 FOCUS = LensParameter.FOCUS_DISTANCE

@@ -11,7 +11,7 @@ from heatlens.ui.actions import CTRL, SHIFT, Action
 from heatlens.ui.menus import MENUS
 from heatlens.ui.palette import matches
 from support.actions import listed_actions
-from support.window_plates import BALL, POST, room_file
+from support.session_files import BALL, POST, room_file
 
 K = imgui.Key
 ALL = listed_actions()

@@ -11,16 +11,8 @@ from heatlens.model.view import Against, Compare
 from heatlens.render import FrameRenderer
 from support.exr_files import write_file
 from support.plates import room
-from support.window_plates import (
-    HEIGHT,
-    POST,
-    WIDTH,
-    displayed,
-    plate_pixels,
-    region,
-    rendered,
-    write_plate,
-)
+from support.session_files import HEIGHT, POST, WIDTH, write_plate
+from support.window_plates import displayed, plate_pixels, region, rendered
 
 K = imgui.Key
 HANDLE_EM = 1.6  # letters and grip reach so far from the line

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.f_stops import THIRD_STOPS
 from heatlens.model.units import FOOT_M
-from support.window_plates import LENS
+from support.session_files import LENS
 
 K = imgui.Key
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from support.window_plates import BALL, BALL_M, HEIGHT, LENS, POST, POST_M, SKY, WIDTH
+from support.session_files import BALL, BALL_M, HEIGHT, LENS, POST, POST_M, SKY, WIDTH
 
 K = imgui.Key
 

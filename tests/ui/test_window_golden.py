@@ -10,7 +10,7 @@ from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.view import Compare, Overlay
 from support.golden import compare_with_golden
 from support.gui import gui_of
-from support.window_plates import room_file
+from support.session_files import room_file
 
 GOLDEN = Path(__file__).with_name("golden") / "overlay_and_wipe.exr"
 SIZE = (1280, 800)

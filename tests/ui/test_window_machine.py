@@ -12,7 +12,7 @@ from heatlens.ui.actions import CTRL, SHIFT
 from support.actions import listed_actions
 from support.gui import Gui, gui_of
 from support.plates import room
-from support.window_plates import HEIGHT, QUICK, WIDTH, write_plate
+from support.session_files import HEIGHT, QUICK, WIDTH, write_plate
 
 K = imgui.Key
 # Dialogs have a test of their own, as they write files.

@@ -12,7 +12,8 @@ from heatlens.model.view import Against, Compare
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.ui.side_words import words
-from support.window_plates import POST, WIDTH, displayed, region
+from support.session_files import POST, WIDTH
+from support.window_plates import displayed, region
 
 K = imgui.Key
 OF_PLATES = [method for method in Method if not method.needs_scene]

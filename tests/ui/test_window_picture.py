@@ -16,17 +16,8 @@ from heatlens.model.view import Overlay
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from support.plates import room
-from support.window_plates import (
-    HEIGHT,
-    LENS,
-    POST,
-    WIDTH,
-    displayed,
-    plate_pixels,
-    region,
-    rendered,
-    room_file,
-)
+from support.session_files import HEIGHT, LENS, POST, WIDTH, room_file
+from support.window_plates import displayed, plate_pixels, region, rendered
 
 K = imgui.Key
 FILM = DefocusSettings()

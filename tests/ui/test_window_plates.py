@@ -18,7 +18,7 @@ from heatlens.render import FrameRenderer
 from support.exr_files import window, write_file
 from support.gui import Gui
 from support.plates import room
-from support.window_plates import BALL, HEIGHT, LENS, POST, SKY, WIDTH, room_file, write_plate
+from support.session_files import BALL, HEIGHT, LENS, POST, SKY, WIDTH, room_file, write_plate
 
 K = imgui.Key
 

@@ -17,7 +17,7 @@ from heatlens.ui.layout import lists_all
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 from support.sequences import sequence_files
-from support.window_plates import QUICK
+from support.session_files import QUICK
 
 
 @pytest.fixture

@@ -21,8 +21,8 @@ from heatlens.scene.scene_read import read_scene
 from heatlens.ui.side_words import mouse_words
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
-from support.scene_window import as_opened, middle, whole, write_scene
-from support.window_plates import QUICK
+from support.scene_window import as_opened, middle, whole
+from support.session_files import QUICK, write_scene
 
 LEFT, RIGHT = 0, 1
 

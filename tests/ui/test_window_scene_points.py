@@ -11,8 +11,8 @@ from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.marks import PointMark
 from heatlens.scene_gpu import scene_plate
 from support.gui import Gui, gui_of
-from support.scene_window import as_opened, middle, whole, write_scene
-from support.window_plates import QUICK
+from support.scene_window import as_opened, middle, whole
+from support.session_files import QUICK, write_scene
 
 RIGHT = 1
 LARGE = (960, 540)

@@ -6,17 +6,8 @@ from imgui_bundle import imgui
 
 from heatlens.model.view import Compare
 from support.gui import gui_of
-from support.window_plates import (
-    BALL,
-    BALL_M,
-    HEIGHT,
-    POST,
-    POST_M,
-    QUICK,
-    WIDTH,
-    displayed,
-    room_file,
-)
+from support.session_files import BALL, BALL_M, HEIGHT, POST, POST_M, QUICK, WIDTH, room_file
+from support.window_plates import displayed
 
 K = imgui.Key
 

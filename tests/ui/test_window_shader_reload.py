@@ -3,8 +3,9 @@
 import numpy as np
 
 from support.gui import gui_of
+from support.session_files import QUICK, room_file
 from support.shader_copies import edit, reloading_copy
-from support.window_plates import QUICK, region, room_file
+from support.window_plates import region
 
 LIMITS = "limits.comp.glsl"
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from support.gui import gui_of
-from support.window_plates import LENS, QUICK, room_file
+from support.session_files import LENS, QUICK, room_file
 
 
 def test_a_lens_from_the_command_line_that_cannot_be_is_said_and_the_plates_own_is_taken(

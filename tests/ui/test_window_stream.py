@@ -24,8 +24,8 @@ from heatlens.source.stream_source import StreamSource
 from heatlens.ui.picture import stream_notice
 from support.gui import Gui
 from support.plates import room
+from support.session_files import LENS, QUICK, room_file
 from support.tev_peers import CHANNELS, packet
-from support.window_plates import LENS, QUICK, room_file
 
 WIDTH, HEIGHT = 48, 32
 GIVEN = {

@@ -10,7 +10,7 @@ from heatlens.session.loop.messages import Messages, Problem, passing
 from heatlens.ui.panels.speed_panel import speed_panel
 from support.gui import gui_of
 from support.sequences import sequence_files
-from support.window_plates import QUICK
+from support.session_files import QUICK
 
 K = imgui.Key
 
