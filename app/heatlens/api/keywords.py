@@ -40,13 +40,13 @@ class RenderOptions(TypedDict, total=False):
     bokeh: Bokeh | Literal["heat", "gaussian", "disc"]
     quality: Quality | Literal["draft", "preview", "film"]
     layers: int | None
-    parts: int
     proxy: float
     method: (
         Method
         | Literal["diffusion", "heat", "gather", "scatter", "pyramid", "accumulation", "raytraced"]
     )
     views: int
+    parts: int
 
 
 class FrameOptions(RenderOptions, total=False):
