@@ -210,7 +210,7 @@ class RingHand(Worker):
 
     def _tell_silence(self, heard: Heard) -> None:
         if heard.is_silent and not self._was_silent:
-            self._say(Problem("The ring has stopped sending; the lens keeps the values sent last."))
+            self._say(Problem("The ring is silent; the lens keeps the values sent last."))
         self._was_silent = heard.is_silent
 
     def seconds_until_needed(self) -> float | None:
