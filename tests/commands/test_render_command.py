@@ -121,7 +121,9 @@ def test_what_is_given_wins_over_the_header_and_says_so(capsys, plate, tmp_path)
 def test_a_full_frame_is_assumed_aloud(capsys, tmp_path):
     plate = write_file(tmp_path / "p.exr", channels())
     lens = ["--focal-length", "50", "--f-stop", "2", "--focus-distance", "3"]
-    assert "assumed full frame; --sensor-width" in render(capsys, plate, tmp_path / "o.exr", *lens)
+    assert "assumed full frame; change it with --sensor-width" in render(
+        capsys, plate, tmp_path / "o.exr", *lens
+    )
 
 
 def test_a_film_back_by_name(capsys, plate, tmp_path):

@@ -28,7 +28,9 @@ def point_blurred(
     color, coc, out = (new_texture(ctx, (side, side), channels) for channels in (4, 1, 4))
     poles = new_array(ctx, (side, side), pole_layers(kernel, "f4"), 4)
     upload(color, x)
-    upload(coc, np.full((side, side), diameter, np.float32))
+    blurred = np.zeros((side, side), np.float32)  # the border is in focus, and keeps the light
+    blurred[1:-1, 1:-1] = diameter
+    upload(coc, blurred)
     blur.run(Diffusion(color, coc, kernel, (1.0, 1.0)), BlurTargets(poles, out))
     picture = download(out)[..., 0].astype(np.float64)
     for texture in (color, coc, out, poles):

@@ -24,7 +24,7 @@ from support.exports import files_in, refused
         ("n.####.exr", ("--frames", "12-"), "12-"),
         ("n.####.exr", ("--fps", "0"), "Frames per second"),
         ("n.####.exr", ("--start-timecode", "ten"), "not a timecode"),
-        ("n.####.exr", ("--start-timecode", "10:00:00;00"), "and not 24 frames a second: write 10"),
+        ("n.####.exr", ("--start-timecode", "10:00:00;00"), "not at 24 frames a second: write 10"),
         ("n.####.exr", ("--start-timecode", "10:00:00:24"), "frames go from 00 to 23"),
         ("n.####.png", ("--start-timecode", "10:00:00:00"), ".png cannot hold a timecode"),
         ("n.####.exr", ("--proxy", "2"), "proxy"),

@@ -145,7 +145,7 @@ def test_lists_that_do_not_fit_are_left_out_whole_and_that_is_said(renderer, mon
     found, _ = peeled(renderer, scene_with((plane(2.0), plane(3.0, material=1)), places))
     lists = found.read()
     assert found.count > found.capacity >= lists.count
-    assert f"{found.count - 2000} of {found.count} surfaces" in renderer.loaded.plate.notes[0]
+    assert f"{found.count - 2000} of {found.count} were left out" in renderer.loaded.plate.notes[0]
     assert (lists.starts >> 1).max() == found.capacity
     assert (np.diff((lists.starts >> 1).astype(int)) >= 0).all()
     assert np.isfinite(renderer.pixels(SHOT)).all()
