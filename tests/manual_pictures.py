@@ -6,6 +6,7 @@ The window is drawn without a display, with the still life; the Scene tab with t
 """
 
 import shutil
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,8 +44,8 @@ def main() -> None:
     folder = ASSETS / "manual"
     folder.mkdir(exist_ok=True)
     ctx = headless_context()
-    shots = Path("/tmp/shots")  # as the Plate tab shows it, on every machine
-    shots.mkdir(exist_ok=True)
+    shots = Path(tempfile.gettempdir()) / "shots"  # the folder that the Plate tab shows
+    shots.mkdir()  # never one that is there already, for it is removed in the end
     plate = shutil.copy(ASSETS / "still_life.exr", shots)
     for source, names in ((plate, OF_PLATE), (DEMO, OF_SCENE)):
         _write(ctx, source, names, folder)

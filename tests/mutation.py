@@ -1,6 +1,6 @@
 """Change the program in one place at a time, and list the changes that no test of the area sees.
 
-    python tests/mutation.py --rooms model defocus plate --sample 300 --seed 28 --keep /tmp/found
+    python tests/mutation.py --rooms model defocus plate --sample 300 --seed 28 --keep found
 
 A mutant is one small change: another comparison, sum or number, a removed statement, a branch taken
 the other way. It runs in a forked process against the tests of `tests/ROOM` that reach its line,

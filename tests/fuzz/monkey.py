@@ -143,7 +143,7 @@ class Monkey:
         action = self.rng.choice(self.gui.screen.actions)
         if action.name not in _LEFT_OUT:
             self.did[-1] += f" {action.name}"
-            action.do(self.gui.session.messages.say)
+            self.gui.screen._door.do(action)
             self.gui.frame(2)
 
     def _rest(self) -> None:

@@ -2,10 +2,12 @@
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.settings import Bokeh, Method, Quality
 from heatlens.model.view import Against, Compare, Overlay
 from heatlens.session.door.command import Command
+from heatlens.session.door.door import Door
 from heatlens.session.door.named_commands import named_commands
 from heatlens.session.files import window_door
 from heatlens.session.live import pull_recording
@@ -92,7 +94,7 @@ def test_a_command_does_what_its_name_says(session, commands, name):
         before = told(session)
         after = kinds[(kinds.index(before) + 1) % len(kinds)]
     assert told(session) == before
-    commands[name].do(session.messages.say)
+    commands[name].do()
     assert told(session) == after
 
 
@@ -114,7 +116,7 @@ def test_every_switch_goes_on_and_off(session, commands):
             continue  # there are neither looks nor a reference
         before = command.is_on()
         for state in (not before, before):
-            command.do(session.messages.say)
+            command.do()
             assert command.is_on() is state, command.name
 
 
@@ -132,12 +134,14 @@ def test_undo_names_what_it_undoes_and_is_barred_without(session, commands):
     settled(session)
     undo, redo = commands["Undo"], commands["Redo"]
     assert undo.shown == "Undo" and "nothing to undo" in undo.why_not()
-    undo.do(session.messages.say)
+    Door(session).do(undo)
     assert session.messages.text == undo.why_not()
+    with pytest.raises(InputError, match="nothing to undo"):
+        undo.do()
     session.lens.commands.focus(3.0)
     session.editing.settle()
     assert undo.shown.startswith("Undo ") and undo.why_not() == ""
-    undo.do(session.messages.say)
+    undo.do()
     assert focus_of(session) == 4.0 and redo.why_not() == "" and redo.shown.startswith("Redo ")
 
 
@@ -173,7 +177,7 @@ def test_what_needs_a_scene_is_barred_by_name(session, commands):
 def test_a_command_without_a_bar_is_always_there():
     done = []
     plain = Command("A", "File", lambda: done.append(1))
-    plain.do(done.append)
+    plain.do()
     assert done == [1] and plain.why_not() == "" and plain.shown == "A"
 
 

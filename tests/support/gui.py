@@ -162,7 +162,7 @@ class Gui:
 
     def do(self, name: str) -> None:
         """Run an action by its name."""
-        next(a for a in self.screen.actions if a.name == name).do(self.session.messages.say)
+        self.screen._door.do(next(a for a in self.screen.actions if a.name == name))
         self.frame(2)
 
     def rest(self) -> None:

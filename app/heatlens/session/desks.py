@@ -103,10 +103,7 @@ class LensDesk:
         source, editing, say = shared.source, shared.editing, shared.say
         start = shared.given.start
         self.commands = LensCommands(source, editing, say)
-        self.ring = RingHand(
-            *(start.lens_in, editing, say, shared.preferences),
-            wake=shared.wake,
-        )
+        self.ring = RingHand(start.lens_in, editing, say, shared.preferences, wake=shared.wake)
         sent = SentLens(source, editing, shared.given, self.commands, say)
         ring_out = RingOut(start.lens_out, editing, say, source.timecode_at)
         self.workers: tuple[Worker, ...] = (sent, self.ring, ring_out)

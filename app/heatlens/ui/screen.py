@@ -116,7 +116,7 @@ class Screen:
         chosen = None if ui.is_bare else menu_bar(session.files, ui, self.actions)
         for action in (*keyed, chosen, self._palette()):
             if action is not None:
-                action.do(session.messages.say)
+                self._door.do(action)
         self._draw_popups()
 
     def _escape(self) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from heatlens.session.loop.messages import Problem
+from heatlens.base.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +34,9 @@ class Command:
         """Return the reason, a sentence, why the command is unavailable now; else ""."""
         return "" if self.barred is None else self.barred()
 
-    def do(self, say: Callable[[str], None]) -> None:
-        """Run the command, or pass the reason why it is unavailable to `say`."""
+    def do(self) -> None:
+        """Run the command. Raise InputError with the reason if it is unavailable."""
         why = self.why_not()
         if why:
-            say(Problem(why))
-        else:
-            self.run()
+            raise InputError(why)
+        self.run()

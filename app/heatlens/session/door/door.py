@@ -20,6 +20,7 @@ from heatlens.files.json_record import JsonEntry, record_to_json
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import ViewState
+from heatlens.session.door.command import Command
 from heatlens.session.door.named_commands import named_commands
 from heatlens.session.door.requests import Request
 from heatlens.session.door.state import State, state_of
@@ -46,21 +47,18 @@ class Door:
         self._picture_key = key
         return state_of(self._session, self.commands, self._picture)
 
-    def do(self, asked: Request | str) -> None:
-        """Do what is asked: a request, or the command of this name. Show why if it cannot be."""
+    def do(self, asked: Request | Command | str) -> None:
+        """Do a request, or a command or the one of this name. Show why if that is impossible."""
         try:
             self._do(asked)
         except HeatlensError as error:
             self._session.say_error(error)
 
-    def _do(self, asked: Request | str) -> None:
+    def _do(self, asked: Request | Command | str) -> None:
         if isinstance(asked, Request):
             asked.run(self._session)
-            return
-        why = self._named[asked].why_not()
-        if why:
-            raise InputError(why)
-        self._named[asked].run()
+        else:
+            (self._named[asked] if isinstance(asked, str) else asked).do()
 
     def change(self, changed: Changeable) -> None:
         """Replace the lens at the playhead, the settings of the blur, or the view."""
