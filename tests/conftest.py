@@ -138,14 +138,14 @@ def command_context(session_context: "moderngl.Context") -> Iterator["moderngl.C
 
     A context of their own would become the current one, and calls for this one would go there.
     """
-    from heatlens import commands
-    from heatlens.api import engine
+    import heatlens
 
+    root = Path(heatlens.__file__).parent
     with pytest.MonkeyPatch.context() as patch:
-        for path in [*Path(commands.__file__).parent.glob("*.py"), Path(engine.__file__)]:
+        for path in root.rglob("*.py"):
             if "import headless_context" in path.read_text(encoding="utf-8"):
-                name = f"heatlens.{path.parent.name}.{path.stem}.headless_context"
-                patch.setattr(name, lambda: session_context)
+                module = ".".join(path.relative_to(root.parent).with_suffix("").parts)
+                patch.setattr(f"{module}.headless_context", lambda: session_context)
         yield session_context
 
 
