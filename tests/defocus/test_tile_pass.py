@@ -7,7 +7,7 @@ from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.layer_plan import layer_plans
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.pixel_list import slice_count
+from heatlens.defocus.pixel_list import Slices
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import tile_count
 from heatlens.defocus.tile_pass import TilePass
@@ -39,7 +39,7 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
         words = np.frombuffer(mask.words.read(4 * across * down), np.uint32).reshape(down, across)
         head = np.frombuffer(listed.words.read(28), np.uint32).astype(int)
         assert head[3] == head[6] == np.count_nonzero(words)
-        assert head[0] == -(-head[6] // slice_count(size))
+        assert head[0] == -(-head[6] // Slices(ctx).count(size))
         assert tuple(head[4:6]) == (plan.reduction, plan.reduction)
         masks.append((words != 0, plan.ends_px, plan.reduction))
     return masks

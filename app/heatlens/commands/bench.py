@@ -24,9 +24,10 @@ from heatlens.commands.options.value_types import whole
 from heatlens.commands.output.paced_progress import paced_progress
 from heatlens.commands.output.say import say
 from heatlens.defocus.line_solver import SOLVERS
-from heatlens.gpu.context import headless_context
+from heatlens.gpu.context import check_plate_fits, headless_context
 from heatlens.measure.bench.drag import measure_drag
 from heatlens.measure.bench.frames import BenchFrames
+from heatlens.measure.bench.issues import issue_lines, measure_issues
 from heatlens.measure.bench.measure import (
     measure_bare,
     measure_coc_sweep,
@@ -47,6 +48,7 @@ _TRUTH_SIZE = (480, 270)
 _DESCRIPTION = """\
 Renders a generated scene repeatedly and prints for each pass the milliseconds, the bytes that it
 moves and the least that it could move, and how close it comes to the speed of a plain copy.
+With --issues: how many requests OpenGL gets for a frame, which is what limits a fast GPU.
 With --drag: how fast and how good the pictures are that the window shows while you drag a control.
 The time left is estimated before and during the measurement.
 """
@@ -60,6 +62,7 @@ examples:
   heatlens bench --size 960x540 --methods --truth-size 960x540 --truth-views 4096 --json
   heatlens bench --methods demo --frames 60-88x9,150-184x11
   heatlens bench --solver partition --json > partition.json
+  heatlens bench --issues --size 3840x2160    # needs no GPU
   heatlens bench --drag --size 1280x720
   heatlens bench --drag --plate plate.exr --focus-distance 1.2 --f-stop 1.4 --json
 """
@@ -112,6 +115,12 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
         "--bare",
         action="store_true",
         help="also measure one layer of heat, and the two bare line sweeps that it needs at least",
+    )
+    group.add_argument(
+        "--issues",
+        action="store_true",
+        help="only count the dispatches, draws, barriers and uniforms of a frame as a GPU gets "
+        "them, time Python, and predict the frame on two GPUs; nothing is drawn",
     )
     add_drag_options(parser, group)
     add_scene_options(parser, group)
@@ -168,6 +177,8 @@ def run(args: argparse.Namespace) -> int:
         return run_scene(args, settings)
     if args.frames is not None:
         raise InputError("--frames needs a scene, as in bench --methods demo.")
+    if args.issues:
+        return _count_issues(args, settings)
     _check_methods(args, settings)
     check_drag(args)
     frames = BenchFrames(headless_context(), args.solver)
@@ -180,6 +191,18 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps(asdict(report), indent=2, allow_nan=False))
     else:
         print(report_text(report))
+    return 0
+
+
+def _count_issues(args: argparse.Namespace, settings: DefocusSettings) -> int:
+    """Print what a frame asks of a GPU."""
+    ctx, size = headless_context(), args.size or _SIZE
+    check_plate_fits(ctx, *size)
+    report = measure_issues(ctx, size, settings, args.runs, say)
+    if args.json:
+        print(json.dumps(asdict(report), indent=2, allow_nan=False))
+    else:
+        print(issue_lines(report))
     return 0
 
 

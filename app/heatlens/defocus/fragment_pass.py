@@ -11,7 +11,7 @@ from heatlens.defocus.listed_fragments import (
     list_buffers,
     list_uniforms,
 )
-from heatlens.defocus.pixel_list import clear_list, slices
+from heatlens.defocus.pixel_list import Slices, clear_list
 from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram
 
@@ -57,7 +57,7 @@ class FragmentPass:
         self._find = ListProgram(ctx, "fragments_find.comp.glsl")
         self._far = ComputeProgram(ctx, "fragments_far.comp.glsl")
         self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
-        self._bands = PixelBands(ctx)
+        self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
     def steps(
         self, picture: Fragments, at_infinity_px: float, pixels: moderngl.Buffer
@@ -80,7 +80,7 @@ class FragmentPass:
             images={"out_kind_img": picture.kind},
             buffers=buffers | list_buffers(lists),
         )
-        for part in slices(picture.color.size):
+        for part in self._slices.of(picture.color.size):
             self._far.dispatch_indirect(
                 pixels,
                 textures=textures,
@@ -89,7 +89,7 @@ class FragmentPass:
                 uniforms=uniforms | part,
             )
             yield
-        for part in slices(picture.color.size):
+        for part in self._slices.of(picture.color.size):
             self._near.dispatch_indirect(
                 pixels,
                 textures=textures,

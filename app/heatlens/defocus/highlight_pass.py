@@ -16,6 +16,7 @@ from heatlens.defocus.listed_fragments import (
     list_uniforms,
 )
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.context import is_software
 from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.opening_textures import OpeningTextures
 from heatlens.gpu.pixel_bands import PixelBands
@@ -231,6 +232,7 @@ class HighlightDrawPass:
         self._programs = ProgramVersions(lambda on: DrawProgram(ctx, "highlight_draw", defines=on))
         self._quads: dict[DrawProgram, tuple[moderngl.Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
+        self._is_cut = is_software(ctx)
         self._openings = OpeningTextures(ctx)
 
     def steps(
@@ -244,10 +246,10 @@ class HighlightDrawPass:
         """Add every disc of the list to `color`, except where `picture` hides it.
 
         `has_places` is True if the list was filled with the places of the light in its pixels. The
-        picture is drawn in bands, so that many large discs do not hold up the window.
+        picture is drawn in bands without a GPU, so that many large discs do not hold up the window.
         """
         width, height = color.size
-        rows = max(1, _PIXELS_A_BAND // width)
+        rows = max(1, _PIXELS_A_BAND // width) if self._is_cut else height
         for first in range(0, height, rows):
             band = (0, first, width, rows)
             self._draw_band(buffers, picture, optics, color, band, has_places)

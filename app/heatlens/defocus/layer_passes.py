@@ -10,7 +10,7 @@ from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
-from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list, slice_count, slices
+from heatlens.defocus.pixel_list import WHOLE_LIST, Slices, clear_list
 from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
@@ -43,6 +43,7 @@ class LayerSplitPass:
             False: ListProgram(ctx, shader),
             True: ListProgram(ctx, shader, {"REDUCED": 1}),
         }
+        self._slices = Slices(ctx)
 
     def steps(
         self, picture: Fragments, plan: LayerPlan, pixels: moderngl.Buffer, out: Layer
@@ -62,7 +63,7 @@ class LayerSplitPass:
                 "is_nearest": plan.cut.is_nearest,
                 "at_infinity_px": lists.line.at_infinity_px,
             }
-        for part in slices(picture.coc.size):
+        for part in self._slices.of(picture.coc.size):
             self._programs[plan.reduction > 1].version(lists is not None).dispatch_indirect(
                 out.listed.words,
                 offset=TileList.OF_LAYER,
@@ -119,6 +120,7 @@ class HiddenFillPass:
         cost, fill = "hidden_cost.comp.glsl", "hidden_fill.comp.glsl"
         self._cost_programs = ProgramVersions(lambda on: ComputeProgram(ctx, cost, on))
         self._fill_programs = ProgramVersions(lambda on: ComputeProgram(ctx, fill, on))
+        self._slices = Slices(ctx)
 
     @staticmethod
     def bits_bytes(size: tuple[int, int]) -> int:
@@ -149,7 +151,7 @@ class HiddenFillPass:
         self._block_program.dispatch_indirect(
             pixels,
             buffers=hidden | {"block_list_block": scratch.blocks},
-            uniforms=sized | {"slices": slice_count(size)},
+            uniforms=sized | {"slices": self._slices.count(size)},
         )
         yield
         guessed = bits | {"pixel_list_block": scratch.blocks}
@@ -157,7 +159,7 @@ class HiddenFillPass:
         told: _Textures = {} if layer.told is None else {"listed_tx": layer.told}
         compared, out_match, match = _matched(layer, scratch)
         is_matched = bool(match)
-        for part in slices(size):
+        for part in self._slices.of(size):
             self._cost_programs.with_(MATCHED=is_matched).dispatch_indirect(
                 scratch.blocks,
                 textures={"layer_tx": layer.color} | compared,
@@ -166,7 +168,7 @@ class HiddenFillPass:
                 uniforms=reach | part,
             )
             yield
-        for part in slices(size):
+        for part in self._slices.of(size):
             fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=is_matched)
             fill.dispatch_indirect(
                 scratch.blocks,

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 
 import moderngl
 
+from heatlens.gpu.context import is_software
+
 WHOLE_LIST: dict[str, object] = {"list_slice": (0, 1)}  # see lib/list_slice.lib.glsl
 _HEAD = struct.pack("4I", 0, 1, 1, 0)  # workgroups x, y, z of the later pass; count
 
@@ -19,16 +21,23 @@ def clear_list(pixels: moderngl.Buffer) -> None:
     pixels.write(_HEAD)
 
 
-_PIXELS_A_SLICE = 1 << 19  # pixels of the picture per part: some ten milliseconds without a GPU
+class Slices:
+    """Divides the work on a list of pixels, so that a window can answer in between.
 
+    A GPU, which is done with a whole list in less than a frame, gets it at once.
+    """
 
-def slice_count(size: tuple[int, int]) -> int:
-    """Return the number of parts of a long pass, between which a window can handle input."""
-    return max(1, -(-size[0] * size[1] // _PIXELS_A_SLICE))
+    _PIXELS = 1 << 19  # of the picture, for each slice: some ten milliseconds without a GPU
 
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._is_cut = is_software(ctx)
 
-def slices(size: tuple[int, int]) -> Iterator[dict[str, object]]:
-    """Yield the uniform of each part, see lib/list_slice.lib.glsl."""
-    count = slice_count(size)
-    for part in range(count):
-        yield {"list_slice": (part, count)}
+    def count(self, size: tuple[int, int]) -> int:
+        """Return the number of slices for a picture of `size`."""
+        return max(1, -(-size[0] * size[1] // self._PIXELS)) if self._is_cut else 1
+
+    def of(self, size: tuple[int, int]) -> Iterator[dict[str, object]]:
+        """Yield the uniform of each slice, see lib/list_slice.lib.glsl."""
+        count = self.count(size)
+        for part in range(count):
+            yield {"list_slice": (part, count)}

@@ -8,7 +8,7 @@ from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.pixel_list import slice_count
+from heatlens.defocus.pixel_list import Slices
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import TileList, TileMask, tile_count
 from heatlens.gpu.program import ComputeProgram, groups_for
@@ -32,6 +32,7 @@ class TilePass:
         self._layers = ListProgram(ctx, "tile_layers.comp.glsl")
         self._rows = ComputeProgram(ctx, "tile_reach_rows.comp.glsl")
         self._reach = ComputeProgram(ctx, "tile_reach.comp.glsl")
+        self._slices = Slices(ctx)
 
     def look_through(
         self, picture: Fragments, plans: list[LayerPlan], scratch: Scratch
@@ -100,7 +101,7 @@ class TilePass:
                 "widest_px": plan.widest_px,
                 "wider_scale": wider,
                 "margin_px": MARGIN_PX,
-                "slices": slice_count(found.size),
+                "slices": self._slices.count(found.size),
             },
         )
         return mask, listed

@@ -1,0 +1,210 @@
+"""Count what a frame asks of OpenGL, and predict its time on a GPU that need not be there.
+
+Every dispatch, draw and barrier costs a GPU some microseconds however small the picture is, and
+Python's time to ask for them is time for which a fast GPU waits. The frame is issued to an OpenGL
+that does none of the work, so the time that is left is that of Python and of binding.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+import moderngl
+
+from heatlens.defocus.line_solver import SolverName
+from heatlens.defocus.pass_costs import Work
+from heatlens.defocus.pass_list import pass_named
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.defocus.quality import kernel_for
+from heatlens.measure.bench.frames import BenchFrames, Frame
+from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
+from heatlens.model.settings import DefocusSettings
+
+ISSUE_WORDS = "counting what the frame asks of a GPU"
+# Microseconds of a dispatch or draw with its barrier, and of a group of the partition solver, which
+# waits for about 184 barriers: both estimated, for want of a measured GPU.
+_ISSUE_US, _SOLVER_GROUP_US = 5.0, 9.0
+_SOLVER_SHADER = "solve_partition"
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A GPU to predict for: the bytes that it moves in a second, and its processors."""
+
+    name: str
+    gb_per_s: float
+    processors: int
+
+
+CARDS = (Card("500 GB/s, 46 processors", 500.0, 46), Card("4 TB/s, 132 processors", 4000.0, 132))
+
+
+@dataclass(frozen=True, slots=True)
+class IssueReport:
+    """What a frame asks of OpenGL.
+
+    issues           dispatches, indirect dispatches, draws and clears together
+    uniforms         values set; unchanged ones are not set again
+    solver_groups    groups of the partition solver, each of which waits at many barriers
+    bytes_per_pixel  moved in memory at most: as if each layer covered the whole picture
+    python_ms        to issue the frame, when nothing is drawn
+    predicted_ms     at most, by card: the longer one of the GPU's work and Python's
+    """
+
+    layer_count: int
+    issues: int
+    dispatches: int
+    indirect_dispatches: int
+    draws: int
+    clears: int
+    barriers: int
+    uniforms: int
+    solver_groups: int
+    bytes_per_pixel: float
+    python_ms: float
+    predicted_ms: dict[str, float]
+
+
+def measure_issues(
+    ctx: moderngl.Context,
+    size: tuple[int, int],
+    settings: DefocusSettings,
+    runs: int,
+    say: Callable[[str], None],
+) -> IssueReport:
+    """Count and time the issues of a frame of the scene at `size` as a GPU would get them."""
+    say(ISSUE_WORDS)
+    counts: Counter[str] = Counter()
+    frames = BenchFrames(_counting(ctx, counts), SolverName.PARTITION)
+    frame = frames.frame(scene_plate(size), LENS, settings)
+    moved = _bytes_per_pixel(frames, frame, size, settings)
+    seconds = []
+    for _ in range(runs):
+        counts.clear()
+        start = time.perf_counter()
+        frame.render()
+        seconds.append(time.perf_counter() - start)
+    return _report(counts, frame.layer_count, moved, 1e3 * median(seconds), size)
+
+
+def _bytes_per_pixel(
+    frames: BenchFrames, frame: Frame, size: tuple[int, int], settings: DefocusSettings
+) -> float:
+    """Return the bytes that all passes of a frame move, by the table of their costs."""
+    watch = frames.stopwatch
+    watch.on = True
+    frame.render()
+    watch.on = False
+    worked_on = proxy_size(size, settings.proxy)
+    work = Work(worked_on, kernel_for(settings), SolverName.PARTITION, settings.proxy)
+    moved = (pass_named(name).traffic(work, it.runs).moved for name, it in watch.times.items())
+    return sum(filter(None, moved))
+
+
+def _report(
+    counts: Counter[str],
+    layer_count: int,
+    bytes_per_pixel: float,
+    python_ms: float,
+    size: tuple[int, int],
+) -> IssueReport:
+    issues = sum(counts[kind] for kind in ("dispatch", "indirect", "draw", "clear"))
+    moved_gb = 1e-9 * bytes_per_pixel * size[0] * size[1]
+    predicted = {}
+    for card in CARDS:
+        waits_us = issues * _ISSUE_US + counts["groups"] * _SOLVER_GROUP_US / card.processors
+        predicted[card.name] = max(1e3 * moved_gb / card.gb_per_s + 1e-3 * waits_us, python_ms)
+    return IssueReport(
+        layer_count=layer_count,
+        issues=issues,
+        dispatches=counts["dispatch"],
+        indirect_dispatches=counts["indirect"],
+        draws=counts["draw"],
+        clears=counts["clear"],
+        barriers=counts["barrier"],
+        uniforms=counts["uniform"],
+        solver_groups=counts["groups"],
+        bytes_per_pixel=bytes_per_pixel,
+        python_ms=python_ms,
+        predicted_ms=predicted,
+    )
+
+
+def issue_lines(report: IssueReport) -> str:
+    """Return the report as text."""
+    cards = (f"{ms:.1f} ms at {card}" for card, ms in report.predicted_ms.items())
+    return (
+        f"issues of a frame on a GPU: {report.issues} for {report.layer_count} layers "
+        f"({report.dispatches} dispatches, "
+        f"{report.indirect_dispatches} indirect, {report.draws} draws, {report.clears} clears), "
+        f"{report.barriers} barriers, {report.uniforms} uniforms\n"
+        f"Python {report.python_ms:.2f} ms; at most {report.bytes_per_pixel:.0f} bytes a pixel and "
+        f"{report.solver_groups} groups of the line solver\n"
+        f"predicted at most, not measured: {'; '.join(cards)}"
+    )
+
+
+def _counting(ctx: moderngl.Context, counts: Counter[str]) -> moderngl.Context:
+    """Return a handle on `ctx` that counts as a GPU, and whose programs and draws do nothing."""
+    counting: Any = copy(ctx)
+    counting._info = ctx.info | {"GL_RENDERER": "a GPU that is counted for"}
+
+    def compute_shader(source: str) -> object:
+        return _Program(ctx.compute_shader(source), counts, _SOLVER_SHADER in source)
+
+    def program(**shaders: Any) -> object:
+        return _Program(ctx.program(**shaders), counts)
+
+    def vertex_array(linked: _Program, *args: Any, **options: Any) -> object:
+        made: Any = ctx.vertex_array(linked.linked, *args, **options)
+        made.render = made.render_indirect = _counter(counts, "draw")
+        return made
+
+    def framebuffer(*args: Any, **options: Any) -> object:
+        made: Any = ctx.framebuffer(*args, **options)
+        made.clear = _counter(counts, "clear")
+        return made
+
+    for made in (compute_shader, program, vertex_array, framebuffer):
+        setattr(counting, made.__name__, made)
+    counting.memory_barrier = _counter(counts, "barrier")
+    return counting  # type: ignore[no-any-return]
+
+
+def _counter(counts: Counter[str], kind: str) -> Callable[..., None]:
+    def count(*args: object, **options: object) -> None:
+        counts[kind] += 1
+
+    return count
+
+
+class _Program:
+    """A linked program that counts the uniforms that are set and its runs, and does not run."""
+
+    def __init__(self, linked: Any, counts: Counter[str], is_solver: bool = False) -> None:
+        self.linked, self._counts, self._is_solver = linked, counts, is_solver
+        self.run_indirect = _counter(counts, "indirect")
+
+    def __iter__(self) -> Any:
+        return iter(self.linked)
+
+    def __getitem__(self, name: str) -> Any:
+        return self.linked[name]
+
+    def __setitem__(self, name: str, value: object) -> None:
+        self._counts["uniform"] += 1
+        self.linked[name] = value
+
+    def run(self, *groups: int) -> None:
+        """Count a dispatch, and the groups of the solver."""
+        self._counts["dispatch"] += 1
+        if self._is_solver:
+            self._counts["groups"] += groups[0]
+
+    def release(self) -> None:
+        """Release the program."""
+        self.linked.release()

@@ -1,0 +1,77 @@
+"""`heatlens bench --issues`: what a frame asks of a GPU is counted, and stays what it is."""
+
+import json
+from collections import Counter
+
+import moderngl
+import numpy as np
+import pytest
+
+from heatlens.commands.main import main
+from heatlens.measure.bench import issues
+from heatlens.measure.bench.issues import measure_issues
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+
+FILM = DefocusSettings(Bokeh.DISC, Quality.FILM)
+# A pass of film that is added or saved changes these.
+ISSUES, ISSUES_A_LAYER = 9, 15
+BARRIERS, BARRIERS_A_LAYER = 8, 13
+
+
+def counted(ctx: moderngl.Context, size: tuple[int, int], settings: DefocusSettings = FILM):
+    return measure_issues(ctx, size, settings, 1, lambda _: None)
+
+
+def test_a_larger_picture_asks_for_no_more(ctx):
+    seen = set()
+    for scale in (20, 80, 120, 160):
+        report = counted(ctx, (16 * scale, 9 * scale))
+        assert report.issues == ISSUES + ISSUES_A_LAYER * report.layer_count
+        assert report.barriers == BARRIERS + BARRIERS_A_LAYER * report.layer_count
+        seen.add(report.layer_count)
+    assert len(seen) > 1
+
+
+def test_every_dispatch_has_a_barrier(ctx):
+    for method in (Method.GATHER, Method.DIFFUSION):
+        report = counted(ctx, (160, 90), DefocusSettings(method=method))
+        assert report.barriers == report.dispatches + report.indirect_dispatches > 0
+        drawn = report.draws + report.clears
+        assert report.issues == report.barriers + drawn
+
+
+def test_the_partition_solver_has_a_group_for_each_of_its_lines(ctx):
+    one_layer = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, layers=1)
+    small, large = (counted(ctx, (2 * side, side), one_layer) for side in (128, 256))
+    assert large.solver_groups > small.solver_groups > 0
+
+
+def test_nothing_is_drawn_and_the_context_is_left_as_it_was(ctx):
+    target = ctx.simple_framebuffer((4, 4))
+    target.clear(0.25, 0.5, 0.75, 1.0)
+    before = target.read()
+    renderer = ctx.info["GL_RENDERER"]
+    counts: Counter[str] = Counter()
+    counting = issues._counting(ctx, counts)
+    counting.framebuffer([ctx.texture((4, 4), 4)]).clear(1.0, 1.0, 1.0, 1.0)
+    assert counts == {"clear": 1}
+    assert ctx.info["GL_RENDERER"] == renderer != counting.info["GL_RENDERER"]
+    np.testing.assert_array_equal(target.read(), before)
+
+
+@pytest.mark.parametrize("bytes_per_pixel, python_ms", [(500.0, 1.0), (1.0, 1e4)])
+def test_the_longer_one_of_python_and_the_gpu_is_predicted(bytes_per_pixel, python_ms):
+    counts = Counter({"dispatch": 10, "groups": 460})
+    report = issues._report(counts, 3, bytes_per_pixel, python_ms, (1000, 1000))
+    for card in issues.CARDS:
+        gpu_ms = bytes_per_pixel / card.gb_per_s + 10 * 5e-3 + 460 * 9e-3 / card.processors
+        assert report.predicted_ms[card.name] == pytest.approx(max(gpu_ms, python_ms))
+
+
+def test_the_command_prints_counts_or_json(capsys):
+    words = ["bench", "--issues", "--size", "160x90", "--runs", "1"]
+    assert main(words) == 0
+    assert "predicted at most, not measured" in capsys.readouterr().out
+    assert main([*words, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert {"issues", "python_ms", "bytes_per_pixel"} <= report.keys()
