@@ -5,6 +5,7 @@ What draws is imported inside the fixtures that draw, so that `pytest tests/mode
 
 import gc
 import os
+import re
 import signal
 import tempfile
 from collections.abc import Iterator
@@ -143,7 +144,7 @@ def command_context(session_context: "moderngl.Context") -> Iterator["moderngl.C
     root = Path(heatlens.__file__).parent
     with pytest.MonkeyPatch.context() as patch:
         for path in root.rglob("*.py"):
-            if "import headless_context" in path.read_text(encoding="utf-8"):
+            if re.search(r"import .*\bheadless_context", path.read_text(encoding="utf-8")):
                 module = ".".join(path.relative_to(root.parent).with_suffix("").parts)
                 patch.setattr(f"{module}.headless_context", lambda: session_context)
         yield session_context
