@@ -91,10 +91,12 @@ def test_every_shader_has_the_same_text_in_each_start() -> None:
     assert built >= {path.name for path in data_dir("shaders").glob("*.glsl")}
 
 
-@pytest.mark.parametrize("path", sorted(data_dir("shaders").rglob("*.glsl")), ids=lambda p: p.name)
-def test_no_shader_defines_a_constant_again(path: Path) -> None:
-    defined = re.findall(r"^\s*#define\s+(\w+)", path.read_text(), re.M)
-    assert not set(defined) & set(shader_constants.SHADER_CONSTANTS)
+def test_no_shader_defines_a_constant_again() -> None:
+    paths = sorted(data_dir("shaders").rglob("*.glsl"))
+    assert len(paths) > 50
+    for path in paths:
+        defined = re.findall(r"^\s*#define\s+(\w+)", path.read_text(), re.M)
+        assert not set(defined) & set(shader_constants.SHADER_CONSTANTS), path.name
 
 
 def test_constants_that_follow_from_each_other() -> None:

@@ -3,8 +3,6 @@
 import re
 from pathlib import Path
 
-import pytest
-
 from heatlens.ui.state import PANELS
 
 ROOT = Path(__file__).parents[2]
@@ -32,9 +30,10 @@ def test_sentences_are_found():
     assert found == ["- One Code here.", "Two lines.", "- Three: four;", "Five."]
 
 
-@pytest.mark.parametrize("sentence", sentences(MANUAL.read_text(encoding="utf-8")), ids=str)
-def test_no_sentence_is_long(sentence):
-    assert len(sentence.split()) <= WORDS_MOST
+def test_no_sentence_is_long():
+    found = sentences(MANUAL.read_text(encoding="utf-8"))
+    assert len(found) > 100
+    assert not [sentence for sentence in found if len(sentence.split()) > WORDS_MOST]
 
 
 def test_panels_that_are_spoken_of_have_a_picture():

@@ -85,11 +85,14 @@ def test_there_are_examples_of_every_command():
     assert len(examples()) > 45
 
 
-@pytest.mark.parametrize("line", examples())
-def test_every_example_can_be_typed(line):
-    words = shlex.split(line.partition(" > ")[0], comments=True)[1:]
-    args = build_parser().parse_args(_with_command(words))
-    assert callable(args.run)
+def test_every_example_can_be_typed():
+    parser = build_parser()
+    for line in examples():
+        words = shlex.split(line.partition(" > ")[0], comments=True)[1:]
+        try:
+            assert callable(parser.parse_args(_with_command(words)).run)
+        except SystemExit:
+            pytest.fail(line)
 
 
 def runnable() -> list[str]:

@@ -4,6 +4,7 @@ Everything else asks a source what it can do: see `heatlens.source.source.Source
 """
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import heatlens
@@ -43,6 +44,7 @@ def module_of(path: Path) -> str:
     return ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
 
 
+@cache
 def modules() -> dict[str, ast.AST]:
     """Return the syntax trees of all modules outside source/."""
     found = {module_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
