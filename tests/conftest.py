@@ -17,6 +17,7 @@ import pytest
 from hypothesis import settings
 
 from heatlens.base import faults
+from support import contexts
 from support.command_line import end_started
 
 if TYPE_CHECKING:
@@ -68,6 +69,28 @@ def no_process_is_left() -> Iterator[None]:
     """Close what `support.command_line.started` started, also where the test failed."""
     yield
     end_started()
+
+
+@pytest.fixture(autouse=True)
+def no_other_context(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fail a test that makes an OpenGL context here, unless it asks for `second_context`.
+
+    The new one would stay the current one, and what later tests draw would go there.
+    """
+    before = len(contexts.made)
+    yield
+    assert "second_context" in request.fixturenames or contexts.made[before:] == []
+
+
+@pytest.fixture
+def second_context(session_context: "moderngl.Context") -> Iterator["moderngl.Context"]:
+    """Make another context, and leave that of the run the current one."""
+    import moderngl
+
+    made = moderngl.create_context(standalone=True, backend="egl", require=430)  # type: ignore[call-arg]
+    yield made
+    session_context.__enter__()
+    made.release()
 
 
 @pytest.fixture
@@ -139,10 +162,13 @@ def command_context(session_context: "moderngl.Context") -> Iterator["moderngl.C
 
     A context of their own would become the current one, and calls for this one would go there.
     """
+    import moderngl
+
     import heatlens
 
     root = Path(heatlens.__file__).parent
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(moderngl, "create_context", contexts.noted(moderngl.create_context))
         for path in root.rglob("*.py"):
             if re.search(r"import .*\bheadless_context", path.read_text(encoding="utf-8")):
                 module = ".".join(path.relative_to(root.parent).with_suffix("").parts)

@@ -6,6 +6,7 @@ from fuzz.soak import Alive, faults, gl_objects
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot import Shot
+from support import contexts
 from support.plates import plate_of, room
 
 LENS = Lens(85.0, 1.4, 2.0, 36.0)
@@ -24,6 +25,11 @@ def test_other_plates_leave_no_objects_behind(renderer, method):
         renderer.let_go()
         found.append(gl_objects())
     assert found[1] == found[2]
+
+
+def test_another_context_is_noticed(request, second_context):
+    """See `no_other_context`, which fails a test that does not say that it makes one."""
+    assert contexts.made[-1].startswith(request.node.nodeid)
 
 
 def test_growth_is_told():
