@@ -153,9 +153,13 @@ def texture_of_depths(ctx: moderngl.Context, depth: np.ndarray) -> moderngl.Text
 
 @pytest.mark.parametrize("line", [None, CocLine(at_infinity_px=20.0, per_dioptre_px=-40.0)])
 def test_a_preview_has_the_plates_detail_where_its_focus_is(ctx, pictures, rng, line):
-    """The preview's own light stays: what is missing in it is added, and only in focus."""
+    """The preview's own light stays: what is missing in it is added, and only in focus.
+
+    It is not added where something nearer spills over the focus, so that the preview is another.
+    """
     height, width = SCREEN[1], SCREEN[0]
-    plate, coarse, preview = (rng.integers(100, 130, (height, width, 4)) for _ in range(3))
+    plate, coarse = (rng.integers(100, 130, (height, width, 4)) for _ in range(2))
+    preview = coarse + rng.integers(-80, 80, (height, width, 1))
     coc = np.broadcast_to(np.linspace(-8.0, 8.0, width), (height, width))
     depth = coc if line is None else line.per_dioptre_px / (coc - line.at_infinity_px)
     textures = [texture_of(ctx, it.astype(np.uint8)) for it in (plate, coarse, preview)]
@@ -166,6 +170,9 @@ def test_a_preview_has_the_plates_detail_where_its_focus_is(ctx, pictures, rng, 
     found = painted(ctx, pictures, placed)[..., :3].astype(float)
     t = np.clip(np.abs(coc) / 3.0 - 0.5, 0, 1)
     share = (1 - t * t * (3 - 2 * t))[..., None]
+    apart = np.abs(preview - coarse)[..., :3].max(axis=-1, keepdims=True) / 255
+    t = np.clip((apart - 0.06) / (0.25 - 0.06), 0, 1)
+    share = share * (1 - t * t * (3 - 2 * t))
     expected = preview[..., :3] + share * (plate - coarse)[..., :3]
     np.testing.assert_allclose(found, expected, atol=0.51)
     assert share.min() == 0 and share.max() > 0.99

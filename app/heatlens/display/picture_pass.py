@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import moderngl
 
+from heatlens.display.focus_mean_pass import focus_uniforms
 from heatlens.gpu.program import DrawProgram, Image
 from heatlens.model.boxes import Box
 from heatlens.model.coc import CocLine
@@ -22,7 +23,7 @@ class Detail:
     """The detail in focus that a preview is too small to show.
 
     plate    the plate, display values
-    coarse   the plate at the preview's size, display values
+    coarse   what of the plate is in focus at the preview's size, display values
     depth    of the plate: metres, or signed coc in pixels where `line` is None
     line     signed coc over dioptres, in pixels of `depth`
     texel_px size of a pixel of the preview, in pixels of `depth`
@@ -99,20 +100,10 @@ class PicturePass:
         else:
             program = self._with_detail
             textures |= _detail_textures(picture.detail)
-            uniforms |= _detail_uniforms(picture.detail)
+            uniforms |= focus_uniforms(picture.detail.line, picture.detail.texel_px)
         program.bind(textures=textures, uniforms=uniforms)
         self._quads[program].render(moderngl.TRIANGLE_STRIP, vertices=4)
 
 
 def _detail_textures(detail: Detail) -> dict[str, Image]:
     return {"plate_tx": detail.plate, "coarse_tx": detail.coarse, "depth_tx": detail.depth}
-
-
-def _detail_uniforms(detail: Detail) -> dict[str, object]:
-    line = detail.line
-    return {
-        "is_coc": line is None,
-        "at_infinity_px": line.at_infinity_px if line else 0.0,
-        "per_dioptre_px": line.per_dioptre_px if line else 0.0,
-        "texel_px": detail.texel_px,
-    }

@@ -10,10 +10,11 @@ from heatlens.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.display.display_pass import DisplayPass
 from heatlens.display.enlarge_pass import EnlargePass
+from heatlens.display.focus_mean_pass import FocusMeanPass
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.display.picture_pass import Detail
 from heatlens.gpu.textures import TexturePool
-from heatlens.model.coc import sharp_px
+from heatlens.model.coc import CocLine, sharp_px
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown
@@ -56,7 +57,8 @@ class ScreenPictures:
         self._ctx = ctx
         self.display = DisplayPass(ctx)
         self._overlays = OverlayPass(ctx)
-        self._proxy = ProxyPass(ctx)
+        self._proxy, self._focus_mean = ProxyPass(ctx), FocusMeanPass(ctx)
+        self._mean_of: tuple[Pinhole, tuple[int, int]] | None = None  # what "coarse plate" holds
         self._enlarge = EnlargePass(ctx)
         self._pool = TexturePool(ctx)
         self._detail_of: Pinhole | None = None  # the plate of the previous preview
@@ -141,24 +143,44 @@ class ScreenPictures:
         if final_proxy == 1.0:
             fine = self.b(plate.color, plate, view)
         else:
-            fine = self._small_plate(self._fine, plate, final_proxy, view, is_enlarged=False)
-        coarse = self._small_plate(self._coarse, plate, proxy, view, is_enlarged=True)
+            fine = self._fine_plate(plate, final_proxy, view)
+        coarse = self._coarse_plate(plate, proxy, view, optics.line)
         return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
 
-    def _small_plate(
-        self, target: _Target, plate: Pinhole, proxy: float, view: ViewState, is_enlarged: bool
-    ) -> moderngl.Texture:
-        """Return the plate at a preview's size, like a preview with everything in focus."""
-        size, look = proxy_size(plate.color.size, proxy), self._look(view)
+    def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> moderngl.Texture:
+        """Return the plate at the size of a picture at rest that is smaller."""
+        size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._fine
         if target.needs(size, (plate, look)):
-            color = self._pool.texture("small plate", size, 4)
-            depth = self._pool.texture("small depth", size, 1)
-            self._proxy.run(plate.color, plate.depth, 1.0, color, depth)
             assert target.texture is not None
-            self._display(color, target.texture, look, is_enlarged)
+            self.display.run(self._mean("fine plate", plate, size), target.texture, *look[:2])
             self._finish(target.texture)
         assert target.texture is not None
         return target.texture
+
+    def _coarse_plate(
+        self, plate: Pinhole, proxy: float, view: ViewState, line: CocLine | None
+    ) -> moderngl.Texture:
+        """Return what of the plate is in focus at a preview's size."""
+        size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._coarse
+        if target.needs(size, (plate, look, line)):
+            if self._mean_of != (plate, size):
+                self._mean("coarse plate", plate, size)
+                self._mean_of = plate, size
+            mean = self._pool.texture("coarse plate", size, 4)
+            focused = self._pool.texture("coarse plate in focus", size, 4)
+            self._focus_mean.run(plate.color, plate.depth, line, mean, focused)
+            assert target.texture is not None
+            self._display(focused, target.texture, look, is_enlarged=True)
+            self._finish(target.texture)
+        assert target.texture is not None
+        return target.texture
+
+    def _mean(self, name: str, plate: Pinhole, size: tuple[int, int]) -> moderngl.Texture:
+        """Return the plate at a smaller size, in the texture called `name`."""
+        color = self._pool.texture(name, size, 4)
+        depth = self._pool.texture(f"depth of {name}", size, 1)
+        self._proxy.run(plate.color, plate.depth, 1.0, color, depth)
+        return color
 
     def _display(
         self, source: moderngl.Texture, out: moderngl.Texture, look: ScreenLook, is_enlarged: bool

@@ -16,6 +16,7 @@ from heatlens.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.defocus.quality import kernel_for
 from heatlens.display.display_pass import DisplayPass
 from heatlens.display.enlarge_pass import EnlargePass
+from heatlens.display.focus_mean_pass import FocusMeanPass
 from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.gpu.textures import TexturePool
 from heatlens.measure.bench import bounded
@@ -46,6 +47,7 @@ class DragView:
         self._pool = TexturePool(ctx)
         self._display, self._enlarge = DisplayPass(ctx), EnlargePass(ctx)
         self._proxy, self._laying = ProxyPass(ctx), PicturePass(ctx)
+        self._focus_mean = FocusMeanPass(ctx)
         self._out = ctx.texture(self.size, 4)
         self._screen = ctx.framebuffer([self._out])
         # Bound when the screen goes: moderngl would bind the window's, and there may be none.
@@ -68,9 +70,10 @@ class DragView:
         plate = self._shown(self._small(self.size) if rest_proxy < 1.0 else loaded.color)
         sides = (max(1, round(side * proxy / rest_proxy)) for side in self.size)
         width, height = sides
-        coarse = self._enlarged(self._small((width, height)))
-        optics = self.renderer.optics(shot)
-        return Detail(plate, coarse, loaded.depth, optics.line, 1.0 / proxy)
+        line, mean = self.renderer.optics(shot).line, self._small((width, height))
+        focused = self._pool.texture("focused", mean.size, 4)
+        self._focus_mean.run(loaded.color, loaded.depth, line, mean, focused)
+        return Detail(plate, self._enlarged(focused), loaded.depth, line, 1.0 / proxy)
 
     def _small(self, size: tuple[int, int]) -> moderngl.Texture:
         loaded = self.renderer.loaded

@@ -1,0 +1,42 @@
+"""Reduce what of a plate is in focus to the size of a preview."""
+
+import moderngl
+
+from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.model.coc import CocLine
+
+
+class FocusMeanPass:
+    """Averages the pixels in focus under each pixel of a preview."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "focus_mean.comp.glsl")
+
+    def run(
+        self,
+        color: moderngl.Texture,
+        depth: moderngl.Texture,
+        line: CocLine | None,
+        mean: moderngl.Texture,
+        out: moderngl.Texture,
+    ) -> None:
+        """Write the mean of the focused part of `color` to `out`, of the size of its `mean`.
+
+        `depth` holds metres, or signed coc in pixels where `line`, of the same pixels, is None.
+        """
+        self._program.dispatch(
+            pixel_groups(out.size),
+            textures={"color_tx": color, "depth_tx": depth, "mean_tx": mean},
+            images={"out_img": out},
+            uniforms=focus_uniforms(line, depth.width / out.width),
+        )
+
+
+def focus_uniforms(line: CocLine | None, texel_px: float) -> dict[str, object]:
+    """Return the uniforms of lib/focus_share.lib.glsl."""
+    return {
+        "is_coc": line is None,
+        "at_infinity_px": line.at_infinity_px if line else 0.0,
+        "per_dioptre_px": line.per_dioptre_px if line else 0.0,
+        "texel_px": texel_px,
+    }
