@@ -1,4 +1,4 @@
-"""What joins the parts of a session: streams, playback, the command line, lessons, comparison."""
+"""What joins the parts of a session: playback, the command line, lessons, comparison."""
 
 import math
 from dataclasses import replace
@@ -35,113 +35,23 @@ from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.editing import Editing
 from heatlens.session.shot.shot_store import unnamed_path
 from heatlens.session.shot.start import Start
-from heatlens.source.stream_source import StreamSource
-from support.evening import FIRST, LAST, LEFT, RIGHT, begun, settled, turn, until, write_plates
+from support.evening import (
+    FIRST,
+    LAST,
+    LEFT,
+    RIGHT,
+    begun,
+    session_of,
+    settled,
+    turn,
+    until,
+    write_plates,
+)
 from support.fake_renderer import FakeRenderer
 from support.session_files import QUICK, room_file, write_scene
-from support.tev_peers import CHANNELS, client_of, picture, settle, show
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 KEYED = Shot(Lens(50.0, 2.8, 2.0, 36.0)).with_key(10, FOCUS, 2.0).with_key(20, FOCUS, 4.0)
-
-
-def started(tmp_path, renderer=None, **start):
-    session = Session(
-        renderer or FakeRenderer(),
-        Start(**start),
-        preferences=Preferences.load(tmp_path / "preferences"),
-    )
-    session.begin()
-    return session
-
-
-# A renderer that sends frames
-
-
-@pytest.fixture
-def stream():
-    made = StreamSource("127.0.0.1", 0)
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def listening(stream, tmp_path):
-    session = started(tmp_path, source=stream.text, stream=stream)
-    yield session
-    session.close()
-
-
-def test_a_session_waits_for_a_stream_and_shows_what_comes(listening, stream):
-    assert listening.facts.is_waiting and listening.facts.stream is stream
-    assert listening.facts.picture_shape.width_px == 1
-    show(stream._server, "one", picture())
-    until(listening, lambda: listening.facts.plate is not None, "the frame")
-    assert stream.is_shown and not listening.facts.is_waiting
-    assert listening.source.once_only and not listening.source.is_sequence
-    assert not listening.time.pull.is_on
-    version = listening.facts.plate_version
-    show(stream._server, "one", picture() + 1)
-    until(listening, lambda: listening.facts.plate_version > version, "the next one")
-    listening.files.commands.reload()
-    assert listening.messages.text == listening.source.once_only
-    assert not listening.files.commands.may_choose("save shot")
-    assert listening.files.exports.why_not == listening.source.once_only
-
-
-def test_the_options_of_a_stream_are_those_of_the_panel_and_of_undo(listening, stream):
-    show(stream._server, "one", picture())
-    until(listening, lambda: listening.facts.plate is not None, "the frame")
-    settled(listening)
-    reading = listening.files.commands.reading
-    reading.change(PlateOptions(scene_unit_m=0.5))
-    until(listening, lambda: listening.facts.plate.depth_m.max() == 25.0, "half of it")
-    assert listening.editing.shot.plate_options.scene_unit_m == 0.5
-    assert listening.editing.shot.source == stream.text
-    listening.editing.settle()
-    listening.editing.undo()
-    until(listening, lambda: listening.facts.plate.depth_m.max() == 50.0, "it as before")
-    assert reading.options == PlateOptions()
-
-
-def test_a_stream_goes_when_a_file_is_opened_and_comes_back(listening, stream, tmp_path):
-    show(stream._server, "one", picture())
-    until(listening, lambda: listening.facts.plate is not None, "the frame")
-    path = str(room_file(tmp_path / "still.exr", 8, 6))
-    listening.files.commands.open(path)
-    until(listening, lambda: listening.editing.shot.source == path, "the file")
-    assert not stream.is_shown and not stream.is_wanted
-    start = listening.files.start_choices
-    card = next(card for card in start.cards() if card.text == stream.text)
-    start.show()
-    assert start.take(card) and not start.is_wanted
-    until(listening, lambda: listening.editing.shot.source == stream.text, "the stream")
-    assert stream.is_shown
-
-
-def test_a_focus_that_nobody_told_waits_for_the_whole_depth(listening, stream):
-    values = picture()
-    with client_of(stream._server) as client:
-        client.create_image("one", 9, 6, CHANNELS)
-        client.update_image("one", values[:2], CHANNELS)
-    settle(stream._server)
-    until(listening, lambda: listening.facts.plate is not None, "a part")
-    first = listening.facts.lens.focus_distance_m
-    show(stream._server, "one", values)
-    until(listening, lambda: listening.facts.plate.missing_count == 0, "all of it")
-    until(listening, lambda: listening.facts.lens.focus_distance_m != first, "another focus")
-    now = listening.facts.lens.focus_distance_m
-    assert values[..., 3].min() <= now <= values[..., 3].max()
-
-
-def test_the_lens_of_a_renderer_is_followed_except_for_what_was_given(stream, tmp_path):
-    session = started(tmp_path, source=stream.text, stream=stream, lens={"f_stop": 8.0})
-    try:
-        show(stream._server, "one", picture())
-        until(session, lambda: session.facts.plate is not None, "the frame")
-        assert session.facts.lens.f_stop == 8.0
-    finally:
-        session.close()
 
 
 # Playback
@@ -197,7 +107,9 @@ def test_a_camera_of_the_command_line_is_for_the_first_source(tmp_path):
     table = tmp_path / "lens.csv"
     table.write_text("frame,focal_length_mm,f_stop,focus_distance_m\n1001,35,4,3\n1010,35,4,5\n")
     camera = read_camera(str(table))
-    session = started(tmp_path, source=write_plates(tmp_path), camera=camera, lens={"f_stop": 8.0})
+    session = session_of(
+        tmp_path, source=write_plates(tmp_path), camera=camera, lens={"f_stop": 8.0}
+    )
     settled(session)
     try:
         lens = session.facts.lens
@@ -216,7 +128,7 @@ def test_a_camera_beside_an_impossible_lens_is_left_out_with_it(tmp_path):
     table.write_text("frame,focal_length_mm,f_stop,focus_distance_m\n1001,35,4,3\n1010,35,4,5\n")
     lens = {"focal_length_mm": 6000.0}
     source, camera = str(room_file(tmp_path / "a.exr", 8, 6)), read_camera(str(table))
-    session = started(tmp_path, source=source, camera=camera, lens=lens)
+    session = session_of(tmp_path, source=source, camera=camera, lens=lens)
     settled(session)
     try:
         assert session.facts.lens.focal_length_mm == 85.0 and not session.editing.shot.key_frames
@@ -229,7 +141,7 @@ def test_a_still_takes_the_frames_of_the_camera(tmp_path):
     table = tmp_path / "lens.csv"
     table.write_text("frame,focal_length_mm,f_stop,focus_distance_m\n41,35,4,3\n50,35,4,5\n")
     still = room_file(tmp_path / "still.exr", 8, 6)
-    session = started(tmp_path, source=str(still), camera=read_camera(str(table)))
+    session = session_of(tmp_path, source=str(still), camera=read_camera(str(table)))
     settled(session)
     try:
         assert session.editing.frame == 41 and session.editing.shot.frames.count == 10
@@ -239,7 +151,7 @@ def test_a_still_takes_the_frames_of_the_camera(tmp_path):
 
 def test_an_impossible_lens_of_the_command_line_is_left_out_and_told(tmp_path):
     lens = {"focal_length_mm": 3000.0, "focus_distance_m": 1.0}
-    session = started(tmp_path, source=str(room_file(tmp_path / "a.exr", 8, 6)), lens=lens)
+    session = session_of(tmp_path, source=str(room_file(tmp_path / "a.exr", 8, 6)), lens=lens)
     settled(session)
     try:
         assert session.facts.lens.focal_length_mm == 85.0  # that of the header
@@ -250,7 +162,7 @@ def test_an_impossible_lens_of_the_command_line_is_left_out_and_told(tmp_path):
 
 def test_a_kit_of_the_command_line_limits_the_first_lens(tmp_path):
     kit = next(iter(kit_shelf().kits.values()))
-    session = started(tmp_path, source=str(room_file(tmp_path / "a.exr", 8, 6)), kit=kit)
+    session = session_of(tmp_path, source=str(room_file(tmp_path / "a.exr", 8, 6)), kit=kit)
     settled(session)
     try:
         assert session.editing.shot.kit == kit
@@ -416,7 +328,7 @@ def test_an_end_of_the_chosen_keys_is_dragged():
 
 def test_b_is_the_shot_by_another_method(ctx, renderer, tmp_path):
     path = str(room_file(tmp_path / "room.exr", 32, 24))
-    session = started(tmp_path, renderer, source=path, defocus=QUICK)
+    session = session_of(tmp_path, renderer, source=path, defocus=QUICK)
     settled(session)
     try:
         sides, view = session.pictures.sides, session.pictures.commands
@@ -448,7 +360,7 @@ def test_b_is_the_shot_by_another_method(ctx, renderer, tmp_path):
 
 def test_looks_of_a_scene_are_drawn_with_their_own_field_of_view(ctx, renderer, tmp_path):
     path = str(write_scene(tmp_path / "scene.glb"))
-    session = started(tmp_path, renderer, source=path, defocus=QUICK)
+    session = session_of(tmp_path, renderer, source=path, defocus=QUICK)
     until(session, lambda: session.source.opened is not None, "the scene")
     small = replace(session.editing.shot.framing, width_px=32, height_px=20)
     shot = replace(session.editing.shot, framing=small)

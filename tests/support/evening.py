@@ -40,6 +40,14 @@ def write_plates(folder: Path) -> str:
     return str(folder / "walls.####.exr")
 
 
+def session_of(folder: Path, renderer: Any = None, **start: Any) -> Session:
+    """Return a session that has begun, with its preferences in `folder`."""
+    preferences = Preferences.load(folder / "preferences")
+    session = Session(renderer or FakeRenderer(), Start(**start), preferences=preferences)
+    session.begin()
+    return session
+
+
 def begun(preferences: Path, source: str = "") -> Session:
     """Return the session as it begins."""
     renderer: Any = FakeRenderer()

@@ -8,8 +8,6 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.session.files import folder_walk
-from heatlens.session.files.file_commands import PURPOSES
-from heatlens.session.files.folder_walk import FolderWalk
 from heatlens.session.settings.preferences import Preferences
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
@@ -202,12 +200,6 @@ def test_the_last_folder_is_remembered_for_each_purpose(gui, plates, preferences
     assert shown_folder(gui) == str(plates)
 
 
-def test_a_folder_that_is_gone_gives_way_to_the_one_above(gui, plates, preferences):
-    preferences.looked_in("open", plates / "gone" / "deep")
-    browse(gui, "Open...")
-    assert shown_folder(gui) == str(plates)
-
-
 def test_the_reference_of_a_sequence_is_the_file_of_the_frame(gui, plates):
     gui.session.files.commands.open(str(plates / "shot.1002.exr"))
     opened(gui, plates / "shot.1002.exr")
@@ -279,14 +271,3 @@ def test_a_slow_folder_holds_up_nothing_and_the_newest_wish_counts(gui, plates, 
     answer.set()
     gui.frame(5)
     assert shown_folder(gui) == str(plates.parent)
-
-
-def test_a_save_that_was_typed_shows_its_folder(plates):
-    walk = FolderWalk(PURPOSES["save"], plates, "a.exr", lambda: None)
-    walk._reader.wait()
-    assert walk.poll() is None
-    walk.go("takes/new.png")
-    walk._reader.wait()
-    assert walk.poll() is None
-    assert (walk.typed, walk.name) == (str(plates / "takes"), "new.png")
-    assert walk.take().path == plates / "takes" / "new.png"

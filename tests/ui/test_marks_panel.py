@@ -6,11 +6,10 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.frames import FrameRange
 from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.model.pull import pull
 from support.gui import Gui
-from support.sequences import FIRST, LAST, nearer, sequence_files
+from support.sequences import FIRST, LAST, nearer
 from support.session_files import BALL, BALL_M, POST, POST_M
 from support.timeline_window import film_window, fresh, typed
 
@@ -170,28 +169,6 @@ def test_a_pull_goes_from_mark_to_mark_by_mouse(gui):
     assert gui.session.messages.text.startswith("Mark B")  # and nothing about the pull
 
 
-def test_a_pull_that_ends_after_the_last_frame_says_so(gui):
-    gui.key(K.m)
-    gui.session.time.timeline.go(1005)
-    pulled(gui, "40")
-    assert [key.frame for key in gui.session.facts.shot.curves.focus_distance_m.keys] == [
-        1005,
-        1045,
-    ]
-    assert f"ends at frame 1045, but {LAST} is the last" in gui.session.messages.text
-
-
-def test_the_length_of_a_pull_is_what_was_asked_for_or_what_is_left(gui):
-    gui.key(K.m)
-    commands, last = gui.session.time.marks, LAST
-    for wished, at, suggested in ((4, last - 6, 4), (4, last - 2, 2), (4, last, 4), (9, FIRST, 7)):
-        commands.lengthen_pull(wished)
-        gui.session.time.timeline.go(at)
-        commands.begin_pull()
-        assert commands.pull_frames == suggested
-        assert bool(commands.pull_past_end) == (at == last)
-
-
 def test_without_a_mark_there_is_nothing_to_pull_to(gui):
     gui.key(K.m, shift=True)
     gui.frame(3)
@@ -208,35 +185,6 @@ def test_the_focus_follows_a_point_through_all_frames(gui):
     for key in keys:
         assert key.value == pytest.approx(BALL_M * nearer(int(key.frame)), rel=1e-5)
     assert steps(gui) == 2
-
-
-def test_frames_that_are_not_in_memory_are_read_and_that_is_said(gui, tmp_path):
-    gui.open(sequence_files(tmp_path, 1001, 1030))
-    gui.session.time.timeline.go(1001)
-    marked(gui, BALL)
-    imgui.set_window_focus("Marks")
-    gui.frame(2)
-    gui.session.editing.do(replace(gui.session.facts.shot, in_out=FrameRange(1013, 1024)))
-    gui.session.time.marks.follow(marks(gui)[0])
-    assert gui.session.messages.text == "Reading 12 frames to follow A ..."
-    gui.until(lambda: gui.session.facts.shot.key_frames, "the keys")
-    assert gui.session.facts.shot.key_frames == tuple(range(1013, 1025))
-    for number in (1013, 1024):
-        lens = gui.session.facts.shot.lens_at(number)
-        assert lens.focus_distance_m == pytest.approx(BALL_M * nearer(number), rel=1e-5)
-
-
-def test_a_damaged_frame_cannot_be_followed_through_and_that_is_said(gui, tmp_path):
-    pattern = sequence_files(tmp_path, 1001, 1003)
-    damaged = tmp_path / "shot.1002.exr"
-    damaged.write_bytes(damaged.read_bytes()[:700])
-    gui.open(pattern)
-    marked(gui, BALL)
-    before = gui.session.facts.shot
-    gui.session.messages.clear()
-    gui.session.time.marks.follow(marks(gui)[0])
-    gui.until(lambda: not gui.session.time.marks.is_reading, "the end")
-    assert gui.session.facts.shot == before and "shot.1002.exr" in gui.session.messages.text
 
 
 def test_close_focus_is_typed_and_taken_away(gui):

@@ -5,7 +5,6 @@ import shutil
 import stat
 import threading
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
 from heatlens.plate.picture.png_write import write_png
 from heatlens.session.pictures import picture_saver
-from heatlens.session.pictures.clipboard import copy_png, tools
+from heatlens.session.pictures.clipboard import copy_png
 from support.command_line import render
 from support.exr_files import rgb, window, write_file
 from support.gui import gui_of
@@ -154,19 +153,6 @@ def test_a_picture_that_is_not_whole_is_waited_for_aloud(gui, tmp_path):
     assert finished(gui).startswith("Saved") and (tmp_path / "a.exr").exists()
 
 
-def test_another_plate_in_between_leaves_the_file_unwritten(gui, plate, tmp_path):
-    session = gui.session
-    other = tmp_path / "other.exr"
-    shutil.copy(plate, other)
-    session.pictures.saving.saver.ask(str(other), session.editing.frame, tmp_path / "a.exr")
-    gui.frame()
-    assert (
-        session.messages.text.startswith("The frame was left before")
-        and not session.pictures.saving.saver.is_busy
-    )
-    assert not (tmp_path / "a.exr").exists()
-
-
 def test_writing_holds_up_nothing_and_leaving_waits_for_it(ctx, plate, tmp_path, monkeypatch):
     go, real = threading.Event(), picture_saver.write_picture
 
@@ -234,43 +220,7 @@ def test_what_is_copied_is_the_png(gui, desktop, tmp_path):
     assert np.abs(found - expected_png(gui)).max() <= 0.51
 
 
-def test_a_tool_that_fails_gives_way_to_the_next(desktop, tmp_path, monkeypatch):
-    picture = tmp_path / "p.png"
-    picture.write_bytes(b"png")
-    tool(desktop, "wl-copy", "echo no compositor >&2; exit 3")
-    environ = {"WAYLAND_DISPLAY": "wayland-0", "DISPLAY": ":99"}
-    with pytest.raises(InputError, match="wl-copy: no compositor"):
-        copy_png(picture, "linux", environ | {"DISPLAY": ""}, shutil.which)
-    tool(desktop, "xclip", f"cat > {tmp_path}/copied")
-    copy_png(picture, "linux", environ, shutil.which)
-    assert (tmp_path / "copied").read_bytes() == b"png"
-
-
 def test_a_tool_that_stays_behind_to_serve_is_not_waited_for(desktop, tmp_path):
     tool(desktop, "xclip", "cat > /dev/null; (sleep 60) &")
     (tmp_path / "p.png").write_bytes(b"png")
     copy_png(tmp_path / "p.png", "linux", os.environ, shutil.which)
-
-
-MISSING = [
-    ("linux", {"WAYLAND_DISPLAY": "w"}, "install wl-clipboard"),
-    ("linux", {"DISPLAY": ":0"}, "install xclip"),
-    ("linux", {}, "no desktop"),
-    ("darwin", {}, "osascript"),
-    ("win32", {}, "powershell"),
-]
-
-
-@pytest.mark.parametrize(("platform", "environ", "words"), MISSING)
-def test_what_to_install_is_said(tmp_path, platform, environ, words):
-    with pytest.raises(InputError, match=words):
-        copy_png(tmp_path / "p.png", platform, environ, lambda _: None)
-
-
-def test_a_path_is_quoted_as_each_system_wants_it():
-    (mac,) = tools(Path('/a "b"/p.png'), "darwin", {})
-    assert (
-        mac.argv[2] == r'set the clipboard to (read (POSIX file "/a \"b\"/p.png") as «class PNGf»)'
-    )
-    (windows,) = tools(Path("/it's/p.png"), "win32", {})
-    assert "FromFile('/it''s/p.png')" in windows.argv[-1] and "-STA" in windows.argv

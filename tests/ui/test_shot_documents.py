@@ -1,8 +1,6 @@
 """Shots as files, by the menu: saved, opened again, kept beside while not saved, offered again."""
 
-import shutil
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +10,6 @@ from heatlens.documents.shot_file import autosave_path, read_shot, write_autosav
 from heatlens.model.shot import Shot
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.settings.preferences import Remembered
-from heatlens.session.shot.shot_store import proposed_name
 from support.gui import Gui
 from support.sequences import FIRST
 from support.session_files import room_file
@@ -109,36 +106,6 @@ def test_a_shot_is_chosen_in_the_browser(gui, tmp_path):
     assert gui.session.facts.shot == shot
 
 
-def test_what_is_no_shot_is_refused_and_what_is_open_stays(gui, tmp_path):
-    shot = edited(gui)
-    path = tmp_path / "bad.heatlens.json"
-    path.write_text("{}")
-    gui.session.files.commands.open(str(path))
-    gui.until(lambda: "bad.heatlens.json" in gui.session.messages.text, "a sentence")
-    gui.session.messages.clear()
-    gui.session.files.commands.open(str(tmp_path / "none.heatlens.json"))
-    gui.until(lambda: "none.heatlens.json" in gui.session.messages.text, "a sentence")
-    gui.session.messages.clear()
-    write_shot(path, replace(shot, source=str(tmp_path / "gone.####.exr")))
-    gui.session.files.commands.open(str(path))
-    gui.until(lambda: "gone" in gui.session.messages.text, "a sentence")
-    gui.frame(3)
-    assert gui.session.facts.shot == shot and gui.session.files.documents.path is None
-
-
-def test_what_is_not_saved_is_kept_beside_until_it_is(gui, tmp_path):
-    path = tmp_path / "pull.heatlens.json"
-    saved_as(gui, path)
-    assert not autosave_path(path).exists()
-    shot = edited(gui)
-    kept(gui)
-    assert read_shot(autosave_path(path)) == shot
-    assert read_shot(path) != shot
-    gui.key(K.z, ctrl=True)
-    kept(gui)
-    assert not autosave_path(path).exists()
-
-
 @pytest.mark.parametrize("answer", ["Recover it", "Discard it"])
 def test_after_a_crash_the_unsaved_shot_is_offered(gui, tmp_path, answer):
     path, saved = tmp_path / "pull.heatlens.json", gui.session.facts.shot
@@ -165,32 +132,3 @@ def test_an_autosave_that_the_crash_cut_off_is_not_offered(gui, tmp_path):
     autosave_path(path).write_text('{"heatlens_shot": 1, "le')
     opened(gui, path)
     assert gui.session.files.documents.offer is None and gui.session.files.documents.is_saved
-
-
-def test_where_nothing_can_be_kept_that_is_said_once(gui, tmp_path):
-    path = tmp_path / "there" / "pull.heatlens.json"
-    path.parent.mkdir()
-    saved_as(gui, path)
-    shutil.rmtree(path.parent)
-    path.parent.write_text("a file where the folder was")
-    edited(gui)
-    gui.until(
-        lambda: "there" in gui.session.messages.text and "Saved" not in gui.session.messages.text,
-        "a sentence",
-    )
-    gui.session.messages.clear()
-    gui.key(K.m)
-    kept(gui)
-    assert gui.session.messages.text.startswith("Mark ")  # and nothing more about the file
-
-
-@pytest.mark.parametrize(
-    ("plate", "is_numbered", "name"),
-    [
-        ("sc010_v3.1001.exr", True, "sc010_v3.heatlens.json"),
-        ("sc010_v3.exr", False, "sc010_v3.heatlens.json"),
-        ("1001.exr", True, "1001.heatlens.json"),
-    ],
-)
-def test_a_name_is_proposed(plate, is_numbered, name):
-    assert proposed_name(Path(plate), is_numbered) == name

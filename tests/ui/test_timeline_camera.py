@@ -88,31 +88,6 @@ def test_a_key_of_the_camera_is_dragged_to_a_whole_frame_in_one_step(gui):
     assert camera(gui) == PLACES
 
 
-def test_a_key_that_is_passed_comes_back_and_one_that_is_landed_on_is_told_of(gui):
-    drag_key(gui, 3, 8, through=(6, 7))
-    assert camera(gui) == {6: 0.4, 8: 0.0, 12: 0.8} and gui.session.messages.text == ""
-    gui.frame(30)
-    drag_key(gui, 8, 12)
-    assert camera(gui) == {6: 0.4, 12: 0.0}
-    assert "One key made room" in gui.session.messages.text
-    gui.key(K.z, ctrl=True)
-    assert camera(gui) == {6: 0.4, 8: 0.0, 12: 0.8}
-
-
-def test_of_two_keys_one_can_land_on_the_other_and_undo_parts_them(gui):
-    gui.click(place(gui, 12))
-    gui.key(K.delete)
-    gui.frame(30)
-    shot = gui.session.facts.shot
-    gui.click(place(gui, 3))
-    for _ in range(3):
-        gui.key(K.right_arrow, ctrl=True, shift=True)
-    assert camera(gui) == {6: 0.0} and "One key made room" in gui.session.messages.text
-    assert gui.session.facts.shot.camera_key_frames == ()  # it stands still
-    gui.key(K.z, ctrl=True)
-    assert camera(gui) == {5: 0.0, 6: 0.4} and gui.session.facts.shot != shot
-
-
 def test_keys_of_lens_and_camera_are_gathered_and_go_together(gui):
     (x, y), (_, lens_y) = place(gui, 6), place(gui, 6, FOCUS)
     gui.drag((x - 9, lens_y - 7), (x + 9, y + 7))
@@ -120,14 +95,6 @@ def test_keys_of_lens_and_camera_are_gathered_and_go_together(gui):
     gui.frame(30)
     drag_key(gui, 6, 8)
     assert camera(gui) == {3: 0.0, 8: 0.4, 12: 0.8}
-    assert gui.session.facts.shot.key_frames == (8,) and steps(gui) == 1
-
-
-def test_control_pushes_all_that_comes_later_along(gui):
-    gui.hold(K.mod_ctrl)
-    drag_key(gui, 3, 5)
-    gui.hold(K.mod_ctrl, False)
-    assert camera(gui) == {5: 0.0, 8: 0.4, 14: 0.8}
     assert gui.session.facts.shot.key_frames == (8,) and steps(gui) == 1
 
 
@@ -163,16 +130,6 @@ def test_a_click_on_a_key_chooses_its_row(gui):
         gui.click(place(gui, 6, row))
         assert gui.session.time.keys.rows.chosen is row
         gui.later()
-
-
-def test_keys_of_the_camera_are_copied_to_the_playhead(gui):
-    gui.click(place(gui, 3))
-    gui.key(K.c, ctrl=True, shift=True)
-    gui.session.time.timeline.go(15)
-    gui.frame(2)
-    gui.key(K.v, ctrl=True, shift=True)
-    assert camera(gui) == PLACES | {15: 0.0}
-    assert gui.session.time.keys.chosen == {KeyId(CAMERA, 15)} and steps(gui) == 1
 
 
 def test_what_follows_a_key_is_no_choice_of_the_camera(gui):

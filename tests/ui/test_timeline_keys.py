@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter
-from heatlens.session.keys.key_choice import KeyId, all_keys
+from heatlens.session.keys.key_choice import KeyId
 from support.gui import Gui
 from support.sequences import FIRST, LAST
 from support.timeline_window import at_frame, film_window, frame, fresh
@@ -67,29 +67,12 @@ def drag_key(gui, number: int, to: int, parameter=FOCUS, through: tuple[int, ...
     gui.release()
 
 
-def test_k_keys_the_focus_so_that_nothing_jumps(gui):
-    before = gui.session.facts.lens
-    gui.key(K.k)
-    assert focus_keys(gui) == {FIRST: before.focus_distance_m}
-    assert gui.session.facts.lens == before and steps(gui) == 1
-    assert f_stop_frames(gui) == []
-
-
 def test_k_keys_whatever_has_keys(keyed):
     keyed.session.time.timeline.go(1006)
     value = keyed.session.facts.lens.focus_distance_m
     keyed.key(K.k)
     assert focus_keys(keyed) == KEYED | {1006: value}
     assert f_stop_frames(keyed) == [1004, 1006] and steps(keyed) == 1
-
-
-def test_two_commands_at_once_are_two_steps(gui):
-    gui.key(K.k)
-    gui.session.time.timeline.go(1004)
-    gui.key(K.k)
-    assert steps(gui) == 2
-    gui.key(K.z, ctrl=True)
-    assert list(focus_keys(gui)) == [FIRST]
 
 
 def test_a_click_in_the_picture_makes_a_key_where_there_are_keys(keyed):
@@ -112,13 +95,6 @@ def test_a_dragged_key_is_one_step_and_gives_back_what_it_passed(keyed):
     assert keyed.session.time.keys.chosen == {KeyId(FOCUS, 1005)}
     keyed.key(K.z, ctrl=True)
     assert focus_keys(keyed) == KEYED
-
-
-def test_two_drags_right_after_each_other_are_two_steps(keyed):
-    drag_key(keyed, 1002, 1003)
-    keyed.frame(30)
-    drag_key(keyed, 1007, 1006)
-    assert steps(keyed) == 2
 
 
 def test_shift_gathers_keys_and_they_move_together(keyed):
@@ -151,28 +127,6 @@ def test_ctrl_pushes_all_later_keys_along(keyed):
     keyed.hold(K.mod_ctrl, False)
     assert focus_keys(keyed) == {1002: 1.5, 1005: 3.0, 1008: 2.0}
     assert f_stop_frames(keyed) == [1005] and steps(keyed) == 1
-
-
-def test_pushing_earlier_stops_at_the_key_before(keyed):
-    keyed.hold(K.mod_ctrl)
-    drag_key(keyed, 1007, FIRST)
-    keyed.hold(K.mod_ctrl, False)
-    assert focus_keys(keyed) == {1002: 1.5, 1004: 3.0, 1005: 2.0}
-
-
-def test_delete_means_the_keys_at_the_playhead_where_none_are_chosen(keyed):
-    keyed.session.time.timeline.go(1004)
-    keyed.key(K.delete)
-    assert list(focus_keys(keyed)) == [1002, 1007] and f_stop_frames(keyed) == []
-    assert keyed.session.facts.lens.f_stop == 2.0
-
-
-def test_the_last_keys_leave_their_value_behind(keyed):
-    keyed.session.time.timeline.go(1007)
-    keyed.do("Select all keys")
-    keyed.key(K.delete)
-    assert all_keys(keyed.session.facts.shot) == frozenset()
-    assert keyed.session.facts.shot.lens.focus_distance_m == 2.0
 
 
 def test_keys_are_copied_to_where_the_playhead_is(keyed):
@@ -216,15 +170,6 @@ def test_an_ease_is_dragged_as_one_step_and_makes_a_bezier(keyed):
     assert first.ease_out.influence_percent > 100 / 3 and steps(keyed) == 1
 
 
-def test_a_bezier_begins_along_the_path_there_was(keyed):
-    times = [1002 + i / 8 for i in range(41)]
-    before = [keyed.session.facts.shot.lens_at(t).focus_distance_m for t in times]
-    keyed.do("Select all keys")
-    keyed.do("Interpolate bezier after key")
-    after = [keyed.session.facts.shot.lens_at(t).focus_distance_m for t in times]
-    assert after == pytest.approx(before, rel=1e-9)
-
-
 def test_up_and_down_go_from_key_to_key(keyed):
     visited = []
     for _ in range(4):
@@ -245,20 +190,6 @@ def test_the_dot_before_a_row_sets_a_key_and_takes_it_away(gui):
 def test_the_dot_before_a_control_of_the_lens_does_the_same(gui):
     gui.click(gui.middle(f"lens dot {FOCUS}"))
     assert list(focus_keys(gui)) == [FIRST] and steps(gui) == 1
-
-
-def test_keys_that_no_lens_can_follow_stay_where_they_are(gui):
-    shot = replace(
-        gui.session.facts.shot, lens=replace(gui.session.facts.lens, focal_length_mm=100.0)
-    )
-    for number, distance_m, focal_mm in ((1002, 0.5, 100.0), (1005, 5.0, 800.0)):
-        shot = shot.with_key(number, FOCUS, distance_m)
-        shot = shot.with_key(number, LensParameter.FOCAL_LENGTH, focal_mm)
-    gui.session.editing.begin(shot)
-    gui.frame(2)
-    drag_key(gui, 1005, 1002, LensParameter.FOCAL_LENGTH)
-    assert gui.session.facts.shot.lens_at(1002).focal_length_mm < 500
-    assert "Frame 1002" in gui.session.messages.text
 
 
 def test_a_frame_at_which_no_lens_can_be_is_said_and_the_picture_stays(gui):

@@ -13,7 +13,6 @@ from tevclient import Ipc
 from heatlens.base.errors import InputError
 from heatlens.commands import view
 from heatlens.gpu.textures import download
-from heatlens.live.stream.received_plate import LENS_IMAGE
 from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.exr.exr_read import read_parts
@@ -24,8 +23,8 @@ from heatlens.source.stream_source import StreamSource
 from heatlens.ui.picture import stream_notice
 from support.gui import Gui
 from support.plates import room
-from support.session_files import LENS, QUICK, room_file
-from support.tev_peers import CHANNELS, packet
+from support.session_files import LENS, QUICK
+from support.tev_peers import CHANNELS
 
 WIDTH, HEIGHT = 48, 32
 GIVEN = {
@@ -114,112 +113,6 @@ def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
         assert gui.session.facts.shot == shot and shot.marks
 
 
-def test_a_packet_that_makes_no_sense_is_counted_and_the_window_stays(ctx):
-    values = frame_of_room()
-    with listening(ctx) as gui:
-        stream = gui.session.source.stream
-        for data in (packet(99, "x"), packet(0, True, "/etc/hostname")):
-            with socket.create_connection(address(gui)) as connection:
-                connection.sendall(data)
-        gui.until(lambda: "dropped: 1, refused: 1." in stream.words, "the count")
-        gui.frame(2)
-        assert gui.session.source.plate is None
-        sent(gui, values)
-        shows(gui, values)
-
-
-def test_a_depth_that_cannot_be_read_is_said_and_read_as_it_is_told_then(ctx):
-    values = frame_of_room()
-    values[..., 3] = np.linspace(0.1, 0.9, WIDTH, dtype=np.float32)
-    options = PlateOptions(depth_convention="distance", scene_unit_m=10.0)
-    with listening(ctx, options) as gui:
-        sent(gui, values)
-        gui.until(lambda: gui.session.pictures.live.shown is not None, "a picture")
-        assert gui.session.facts.shot.plate_options == options
-        far_m = gui.session.source.plate.depth.far_m
-        gui.session.files.commands.reading.change(replace(options, scene_unit_m=20.0))
-        gui.until(lambda: gui.session.source.plate.depth.far_m == 2 * far_m, "twice as far")
-        gui.rest()
-        gui.session.editing.undo()
-        gui.until(lambda: gui.session.source.plate.depth.far_m == far_m, "as far as before")
-        gui.session.files.commands.reading.change(PlateOptions())
-        gui.until(lambda: "--depth-convention" in gui.session.source.stream.problem, "a sentence")
-        assert gui.session.source.plate is not None
-        gui.screenshot()
-
-
-def lens_sent(gui, **values):
-    sent(gui, np.float32([[list(values.values())]]), LENS_IMAGE, list(values))
-
-
-def test_the_lens_follows_that_of_the_renderer_where_nobody_has_overruled_it(ctx):
-    with listening(ctx, lens={"sensor_width_mm": 30.0}) as gui:
-        sent(gui, frame_of_room())
-        gui.until(lambda: gui.session.pictures.live.shown is not None, "a picture")
-        lens_sent(gui, focal_length_mm=35, sensor_width_mm=36, f_stop=4, focus_distance_m=3)
-        gui.until(lambda: gui.session.facts.lens.f_stop == 4, "the lens that was sent")
-        lens = gui.session.facts.lens
-        assert (lens.focal_length_mm, lens.focus_distance_m, lens.sensor_width_mm) == (35, 3, 30)
-        gui.session.lens.commands.focus(2.0)
-        lens_sent(gui, focal_length_mm=35, sensor_width_mm=36, f_stop=8, focus_distance_m=3)
-        gui.until(lambda: gui.session.facts.lens.f_stop == 8, "what has changed")
-        assert gui.session.facts.lens.focus_distance_m == 2.0
-        lens_sent(gui, focal_length_mm=35, focus_distance_m=0.02)  # within the focal length
-        gui.until(lambda: "cannot be used" in gui.session.messages.text, "a sentence")
-        assert gui.session.facts.lens.f_stop == 8
-
-
-QUARTERS = [
-    (slice(top, top + HEIGHT // 2), slice(left, left + WIDTH // 2))
-    for top in (0, HEIGHT // 2)
-    for left in (0, WIDTH // 2)
-]
-
-
-def sent_in_tiles(gui, values, tiles, creates=True):
-    """Send tiles of a frame (rows and columns), and draw until a picture has come of them."""
-    before = gui.session.source.picture.version
-    with Ipc(*address(gui)) as client:
-        if creates:
-            client.create_image("beauty", WIDTH, HEIGHT, list(CHANNELS))
-        for rows, columns in tiles:
-            tile = np.ascontiguousarray(values[rows, columns])
-            client.update_image("beauty", tile, list(CHANNELS), x=columns.start, y=rows.start)
-    gui.until(lambda: gui.session.source.picture.version > before, "the tiles")
-
-
-@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (1, 3, 0, 2)])
-def test_the_focus_does_not_depend_on_which_tile_came_first(ctx, order):
-    values, tiles = frame_of_room(), [QUARTERS[number] for number in order]
-    with listening(ctx, lens={}) as gui:
-        stream = gui.session.source.stream
-        sent_in_tiles(gui, values, tiles[:1])
-        quarter = WIDTH * HEIGHT // 4
-        told = f"{3 * quarter} of {4 * quarter} pixels of its depth have not arrived yet."
-        gui.until(lambda: told in stream.words, "what is missing")
-        assert "not arrived" not in gui.session.messages.text
-        sent_in_tiles(gui, values, tiles[1:], creates=False)
-        shows(gui, values)
-        middle = np.sort(values[HEIGHT // 3 : -(HEIGHT // 3), WIDTH // 3 : -(WIDTH // 3), 3], None)
-        whole_m = float(middle[len(middle) // 2])
-        assert gui.session.facts.lens.focus_distance_m == pytest.approx(whole_m)
-        assert "not arrived" not in stream.words
-        gui.session.lens.commands.focus(1.25)
-        sent(gui, values * np.float32([1, 1, 1, 2]), creates=False)
-        gui.frame(2)
-        assert gui.session.facts.lens.focus_distance_m == 1.25  # what a hand has set stays
-
-
-def test_a_focus_that_was_set_before_the_depth_was_whole_stays(ctx):
-    values = frame_of_room()
-    with listening(ctx, lens={}) as gui:
-        sent_in_tiles(gui, values, QUARTERS[:1])
-        gui.session.lens.commands.focus(1.25)
-        sent(gui, values, creates=False)
-        shows(gui, values)
-        assert gui.session.facts.lens.focus_distance_m == 1.25
-
-
 def test_why_nothing_is_shown_is_told_in_the_picture_before_one_is_up_and_after(ctx, monkeypatch):
     values, told = frame_of_room(), []
     monkeypatch.setattr(stream_notice.imgui, "text_wrapped", told.append)
@@ -256,29 +149,6 @@ def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
             gui.session.messages.clear()
             gui.do(name)
             assert gui.session.messages.text == NO_FILES, name
-
-
-def test_a_file_takes_the_place_of_the_stream_until_it_is_returned_to(ctx, tmp_path):
-    values = frame_of_room()
-    with listening(ctx) as gui:
-        stream = gui.session.source.stream
-        sent(gui, values)
-        shows(gui, values)
-        gui.open(room_file(tmp_path / "room.exr"))
-        version = gui.session.source.picture.version
-        with Ipc(*address(gui)) as client:
-            client.update_image("beauty", 2 * values[..., :3], list("RGB"))
-        gui.frame(10)
-        source = gui.session.source
-        assert source.picture.version == version and not source.stream.is_shown
-        gui.session.files.recent.look()
-        gui.until(
-            lambda: stream.text in gui.session.files.recent.found, "the stream among recent files"
-        )
-        gui.open(stream.text)
-        shows(gui, values * np.float32([2, 2, 2, 1]))
-        assert gui.session.facts.shot.source == stream.text
-        assert stream.text not in " ".join(gui.session.preferences.now.recent)
 
 
 def parsed(*words):
