@@ -20,9 +20,8 @@ from heatlens.model.boxes import Box
 from heatlens.model.display_options import DisplayOptions
 from heatlens.model.frames import FrameRange
 from heatlens.model.guides import NO_GUIDES, Guides
-from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot import LensParameter
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import write_exr
 from heatlens.session.exports.export_process import ExportState, _take
@@ -164,16 +163,6 @@ def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
     assert all(path.suffix == ".exr" and pixels(path).shape == (32, 48, 3) for path in found)
 
 
-def test_a_folder_that_cannot_be_made_is_said(gui: Gui, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    exporter = gui.session.files.exports
-    exporter.settings = ExportSettings(str(tmp_path / "file" / "below"), "x")
-    gui.frame(2)
-    gui.click(gui.middle("Export"))
-    assert "cannot be made" in gui.session.messages.text
-    assert exporter.run.state is None
-
-
 @pytest.mark.parametrize("look", [{"gamma": 1.5}, {"input_space": "ACEScg"}, {}])
 def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, look: dict) -> None:
     gui.session.pictures.view.state = replace(gui.session.facts.view, **look)
@@ -221,12 +210,6 @@ def test_a_wish_is_a_job_for_the_command(tmp_path) -> None:
     assert drawn == Guides(centre=True)
     linear = ExportSettings("/a", "b", with_guides=True, with_depth=True, burn_in=True)
     assert told(linear, guides) == (ExportOptions(with_depth=True),)
-
-
-def test_the_quality_is_that_of_the_panel_or_of_the_shot() -> None:
-    shot = Shot(Lens(50.0, 2.0, 2.0, 36.0))
-    assert ExportSettings().shot_of(shot) == shot
-    assert ExportSettings(quality="film").shot_of(shot).defocus.quality == "film"
 
 
 def test_news_of_the_process_are_taken_and_other_lines_left() -> None:

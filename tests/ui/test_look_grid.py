@@ -11,7 +11,7 @@ from heatlens.gpu.textures import download
 from heatlens.model.view import Compare
 from heatlens.model.view_geometry import Viewport
 from heatlens.render import FrameRenderer
-from heatlens.session.pictures.look_commands import pixels_of_still, still_of
+from heatlens.session.pictures.look_commands import pixels_of_still
 from heatlens.ui.picture.grid import cell_at, cells
 from support.window_plates import displayed
 
@@ -150,13 +150,6 @@ def test_the_still_is_the_picture_as_it_was_and_lies_in_the_shot_file(gui, looks
     assert np.abs(stills[0].astype(int) - stills[3]).mean() > 1
     write_shot(tmp_path / "a.heatlens.json", gui.session.facts.shot)
     assert read_shot(tmp_path / "a.heatlens.json").looks == looks
-
-
-def test_a_still_is_read_back_and_what_is_none_is_not_shown():
-    ramp = np.broadcast_to(np.arange(0, 240, 4, dtype=np.uint8)[None, :, None], (40, 60, 3))
-    assert np.abs(pixels_of_still(still_of(ramp)).astype(int) - ramp).max() < 8
-    for text in ("", "AAAA", "no base64", still_of(np.zeros((1, 2000, 3), np.uint8))):
-        assert pixels_of_still(text) is None
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])

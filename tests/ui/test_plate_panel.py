@@ -1,7 +1,6 @@
 """The plate's panel: what it tells is what was read, and what is chosen in it is read."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -161,19 +160,6 @@ def test_guess_again_forgets_what_was_chosen(gui, plate, preferences):
     assert preferences.now.plates == {}
 
 
-def test_a_choice_is_remembered_for_the_folder(ctx, gui, plate, preferences):
-    choose(gui, "scene unit", "cm")
-    options = PlateOptions(scene_unit_m=0.01)
-    assert preferences.now.plates == {str(plate.parent): options}
-    choose(gui, "channel", "R")  # colours up to 230: a depth, if a strange one
-    choose(gui, "channel", "mist.V")  # refused, and so not remembered
-    assert preferences.now.plates[str(plate.parent)].depth_channel == "R"
-    other = write_file(plate.with_name("other.exr"), channels())
-    gui.session.files.commands.open(str(other))
-    gui.until(lambda: gui.session.source.plate.path == other, "the other plate")
-    assert gui.session.source.plate.depth.channel == "R"
-
-
 def test_undo_reads_the_plate_as_before(gui, plate):
     choose(gui, "scene unit", "cm")
     gui.rest()
@@ -194,15 +180,6 @@ def test_a_plate_that_is_gone_after_undo_is_told_once(gui, plate):
     gui.session.messages.clear()
     gui.frame(5)
     assert gui.session.messages.text == "" and not gui.session.source.opener.opening
-
-
-def test_a_shot_of_another_plate_leaves_this_one_as_it_is(gui):
-    shot = gui.session.facts.shot
-    other = replace(shot, source="/gone.exr", plate_options=PlateOptions(scene_unit_m=0.01))
-    gui.session.editing.begin(other)
-    gui.frame(3)
-    assert not gui.session.source.opener.opening
-    assert gui.session.source.opened.options == PlateOptions()
 
 
 # What it tells

@@ -91,12 +91,3 @@ def test_a_file_with_one_clip_offers_no_choice(ctx, tmp_path):
         imgui.set_window_focus("Scene")
         gui.frame(3)
         assert "camera" in gui.drawn and "clip" not in gui.drawn
-
-
-def test_a_clip_that_the_file_has_no_more_is_said_once_and_the_scene_stays(gui, tmp_path):
-    before = played(gui)
-    clips_file(tmp_path / "clips.glb", ("walk",))
-    choose(gui, "run (3)")
-    gui.until(lambda: "no clip '3'" in gui.session.messages.text, "the refusal")
-    gui.frame(5)
-    assert played(gui) == before and gui.session.source.opener.opening is None

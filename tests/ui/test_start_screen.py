@@ -182,13 +182,6 @@ def test_a_file_is_asked_for(begun, how):
     assert gui.session.files.start_choices.is_wanted and gui.session.source.opener.opening is None
 
 
-def test_a_dropped_file_is_opened(begun, tmp_path):
-    gui = begun()
-    gui.session.files.commands.open(str(room_file(tmp_path / "room.exr")))
-    gui.opened()
-    assert not gui.session.files.start_choices.is_wanted and gui.session.facts.lens == LENS
-
-
 def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp_path):
     broken, plate = tmp_path / "broken.exr", room_file(tmp_path / "room.exr")
     broken.write_bytes(b"no exr")
@@ -205,24 +198,6 @@ def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp
     assert gui.session.facts.shot.source == str(plate)
 
 
-def test_a_plate_of_the_command_line_that_cannot_be_read_leads_here(begun, tmp_path):
-    broken = tmp_path / "broken.exr"
-    broken.write_bytes(b"no exr")
-    gui = begun(source=broken)
-    gui.until(lambda: gui.session.files.start_choices.is_wanted, "the start screen")
-    assert "broken.exr" in gui.session.messages.text
-
-
-def test_the_lens_of_the_command_line_is_for_what_is_opened_first(begun, tmp_path):
-    plates = [room_file(tmp_path / name) for name in ("a.exr", "b.exr")]
-    gui = begun(remembered(*plates), lens={"f_stop": 4.0})
-    choose(gui, "digit", 3)
-    gui.opened()
-    assert gui.session.facts.lens.f_stop == 4.0
-    gui.open(plates[1])
-    assert gui.session.facts.lens.f_stop == LENS.f_stop
-
-
 # Nothing is open
 
 
@@ -235,26 +210,16 @@ def test_escape_and_keys_of_the_picture_do_nothing(begun):
     assert gui.session.files.start_choices.is_wanted and gui.session.source.opener.opening is None
 
 
-@pytest.mark.parametrize(
-    "action", [a for a in listed_actions() if a.name not in ("Quit", "Open the demo")]
-)
-def test_every_command_can_be_given(gui_begun, action):
-    gui_begun.do(action.name)
-    for _ in range(2):
-        gui_begun.key(K.escape)
-    gui_begun.frame()
-    assert gui_begun.session.source.plate is None
-
-
-@pytest.fixture(scope="module")
-def gui_begun(session_context):
-    """Return one window for all tests."""
-    context = imgui.create_context()
-    imgui.set_current_context(context)
-    gui = Gui(session_context, Start("", defocus=QUICK), (640, 400))
-    yield gui
-    gui.close()
-    imgui.destroy_context(context)
+def test_every_command_can_be_given(begun):
+    gui = begun(size=(640, 400))
+    for action in listed_actions():
+        if action.name in ("Quit", "Open the demo"):
+            continue
+        gui.do(action.name)
+        for _ in range(2):
+            gui.key(K.escape)
+        gui.frame()
+        assert gui.session.source.plate is None, action.name
 
 
 # Back to it

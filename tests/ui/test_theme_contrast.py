@@ -93,15 +93,13 @@ def contrast(one, other) -> float:
 
 
 @PALETTES
-@pytest.mark.parametrize("name", words_of(DARK))
-def test_words_can_be_read(p, name):
-    assert contrast(*words_of(p)[name]) >= 4.5
+def test_words_can_be_read(p):
+    assert not [name for name, pair in words_of(p).items() if contrast(*pair) < 4.5]
 
 
 @PALETTES
-@pytest.mark.parametrize("name", marks_of(DARK))
-def test_lines_and_marks_can_be_seen(p, name):
-    assert contrast(*marks_of(p)[name]) >= 3.0
+def test_lines_and_marks_can_be_seen(p):
+    assert not [name for name, pair in marks_of(p).items() if contrast(*pair) < 3.0]
 
 
 def test_black_on_white_is_21():

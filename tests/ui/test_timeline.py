@@ -252,17 +252,6 @@ def test_a_gap_can_be_black(gappy):
     assert contrast() > 0
 
 
-def test_a_gap_can_stop_it_with_a_sentence(gappy, clock):
-    gappy.session.time.timeline.missing = "stop"
-    gappy.session.time.timeline.go(1002)
-    assert seen(gappy) == 1002
-    gappy.key(K.space)
-    clock.now_s += 1 / 24
-    gappy.frame(2)
-    assert (frame(gappy), gappy.session.time.timeline.playback.direction) == (1002, 0)
-    assert "shot.1003.exr is missing" in gappy.session.messages.text
-
-
 def test_frames_that_come_are_found(gappy, tmp_path):
     frame_file(tmp_path, 1003)
     frame_file(tmp_path, 1006)

@@ -170,20 +170,6 @@ def test_shift_and_the_wheel_over_the_picture_focus_and_zoom_nothing(gui):
     assert gui.session.facts.view.zoom is None and steps(gui) == 1
 
 
-def test_the_lens_as_it_began_comes_back_whole_from_any_other(gui):
-    """Focus and focal length together: neither value goes with the other one's old."""
-    begun = gui.session.lens.commands.start_lens.lens
-    far = replace(begun, focal_length_mm=1200.0, focus_distance_m=50.0, f_stop=8.0, squeeze=1.5)
-    gui.session.lens.commands.start_lens = replace(
-        gui.session.lens.commands.start_lens, lens=replace(begun, focus_distance_m=0.5)
-    )
-    gui.session.editing.edit_lens(far)
-    assert gui.session.facts.lens == far
-    gui.do("Reset lens")
-    assert gui.session.facts.lens == gui.session.lens.commands.start_lens.lens
-    gui.session.lens.commands.start_lens = replace(gui.session.lens.commands.start_lens, lens=begun)
-
-
 def test_undo_and_redo_go_through_every_gesture(gui):
     seen = [gui.session.facts.shot]
     gui.click(gui.at_picture(*middle_of(POST)))

@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model.guides import Guides
-from heatlens.model.peaking import Peaking
 from heatlens.model.plate_options import PlateOptions
-from heatlens.model.view import ViewState
 from heatlens.plate.read import read_plate
-from heatlens.session.settings.preferences import FILE_NAME, Preferences, Remembered
+from heatlens.session.settings.preferences import Preferences, Remembered
 from heatlens.session.time.playback import Ending
 from heatlens.ui.layout import lists_all
 from support.exr_files import rgb, write_file
@@ -36,22 +33,9 @@ def test_a_folder_remembered_with_an_end_of_distances_opens(ctx, plate):
         assert "near and far ends remembered" in gui.session.messages.text
 
 
-def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
-    preferences = Preferences()
-    preferences.read_so(plate.parent, PlateOptions(scene_unit_m=0.01, depth_channel="Z"))
-    given = PlateOptions(depth_convention="inverse")
-    with gui_of(ctx, plate, preferences, plate_options=given) as gui:
-        assert gui.session.source.opened.options == given
-    lens = PlateOptions(focal_length_mm=35.0)
-    with gui_of(ctx, plate, preferences, plate_options=lens) as gui:
-        assert gui.session.source.opened.options == PlateOptions(
-            scene_unit_m=0.01, depth_channel="Z", focal_length_mm=35.0
-        )
-
-
 def test_looks_and_panels_come_back(ctx, plate):
     preferences = Preferences()
-    with gui_of(ctx, plate, preferences) as gui:
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         display = gui.session.facts.view.display
         view = gui.session.pictures.color.views(display)[-1]
         gui.click(gui.middle("view"))
@@ -60,23 +44,10 @@ def test_looks_and_panels_come_back(ctx, plate):
         gui.do("Speed")
         gui.session.remember(hidden_panels=gui.ui.hidden_panels)
     assert preferences.now.view == view
-    with gui_of(ctx, plate, preferences) as gui:
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         assert (gui.session.facts.view.display, gui.session.facts.view.view) == (display, view)
         assert gui.session.facts.view.unit == "ft"
         assert [name for name, shown in gui.ui.panels.items() if not shown] == ["Speed"]
-
-
-def test_guides_and_peaking_come_back_but_no_desqueeze(ctx, plate, tmp_path):
-    preferences = Preferences.load(tmp_path / "config")
-    guides, peaking = Guides(aspect=2.39, thirds=True, desqueeze=2.0), Peaking(color="green")
-    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
-        gui.session.pictures.commands.change(guides=guides, peaking=peaking)
-        gui.session.remember()
-    again = Preferences.load(tmp_path / "config")
-    with gui_of(ctx, plate, again, defocus=QUICK) as gui:
-        view = gui.session.facts.view
-        assert (view.guides, view.peaking) == (replace(guides, desqueeze=None), peaking)
-        assert not view.is_peaking
 
 
 def test_how_it_plays_comes_back(ctx, tmp_path):
@@ -95,20 +66,6 @@ def test_how_it_plays_comes_back(ctx, tmp_path):
         assert not gui.session.time.timeline.playback.is_every_frame
 
 
-def test_names_that_the_colours_do_not_have_are_no_obstacle(ctx, plate):
-    preferences = Preferences(Remembered(display="gone", view="too"))
-    with gui_of(ctx, plate, preferences, view=ViewState()) as gui:
-        assert gui.session.facts.view.display in gui.session.pictures.color.displays()
-
-
-def test_what_was_damaged_is_said_in_the_window(ctx, tmp_path, plate):
-    (tmp_path / FILE_NAME).write_text("{")
-    with gui_of(ctx, plate, Preferences.load(tmp_path)) as gui:
-        assert (
-            FILE_NAME in gui.session.messages.text and gui.session.pictures.live.shown is not None
-        )
-
-
 def test_a_layout_counts_while_it_knows_every_panel():
     assert lists_all("[Window][Picture]\n\n[Window][Lens]\nPos=1,1\n", ["Lens"])
     assert not lists_all("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Look"])
@@ -118,7 +75,7 @@ def test_a_layout_counts_while_it_knows_every_panel():
 def test_recent_files_that_are_gone_are_not_shown(ctx, plate):
     preferences = Preferences()
     preferences.opened(str(plate.with_name("gone.exr")))
-    with gui_of(ctx, plate, preferences) as gui:
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         gui.click(gui.middle("menu File"))
         gui.until(lambda: gui.session.files.recent.found, "the recent files")
         assert gui.session.files.recent.found == (str(plate),)
@@ -130,7 +87,7 @@ def test_a_recent_file_is_opened_by_a_click(ctx, plate, tmp_path):
     pattern = tmp_path / "other.####.exr"
     preferences = Preferences()
     preferences.opened(str(pattern))
-    with gui_of(ctx, plate, preferences) as gui:
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         gui.click(gui.middle("menu File"))
         gui.until(lambda: gui.session.files.recent.found, "the recent files")
         gui.frame(2)

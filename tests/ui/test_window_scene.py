@@ -12,7 +12,6 @@ from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
 from heatlens.model.framing import Pose
-from heatlens.model.marks import ObjectMark
 from heatlens.model.orbit import pivot_of
 from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare
@@ -166,17 +165,6 @@ def test_the_camera_goes_through_its_keys(scene_gui):
     assert scenes.key_frames == (first,) and pose(scene_gui) == start
 
 
-def test_another_camera_brings_its_angle(scene_gui):
-    before = scene_gui.session.facts.lens.focal_length_mm
-    scene_gui.session.scenes.look_through("side")
-    scene_gui.frame(2)
-    assert pose(scene_gui).position_m[0] == pytest.approx(1.5)
-    assert scene_gui.session.facts.lens.focal_length_mm > before
-    assert "Through side" in scene_gui.session.messages.text
-    scene_gui.session.editing.undo()
-    assert scene_gui.session.facts.lens.focal_length_mm == before
-
-
 def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scene_gui):
     scenes = scene_gui.session.scenes
     scenes.look_through("side")
@@ -187,20 +175,6 @@ def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scen
     before, scenes.selected = pose(scene_gui), "of another scene"
     scenes.frame_selected()
     assert pose(scene_gui) == before and "of another scene" in scene_gui.session.messages.text
-
-
-def test_a_mark_on_an_object_goes_with_it(scene_gui):
-    session = scene_gui.session
-    session.scenes.mark("near")
-    (mark,) = session.facts.shot.marks
-    assert isinstance(mark, ObjectMark)
-    ends = [
-        session.scenes.object_m("near", f)
-        for f in (session.facts.shot.played.first, session.facts.shot.played.last)
-    ]
-    assert ends == pytest.approx([3.0, 5.0], abs=0.1)
-    session.scenes.focus_on("near")
-    assert session.facts.lens.focus_distance_m == pytest.approx(ends[0])
 
 
 @pytest.mark.parametrize("method", [m for m in Method if m.needs_scene])
@@ -262,33 +236,6 @@ def test_looks_of_a_scene_are_seen_at_once_in_a_quick_picture_that_says_so(scene
     assert not any("rendering" in tile.words for tile in gui.screen.picture.pictures.tiles)
     session.pictures.looks.toggle_grid()
     whole(gui)
-
-
-def test_looks_of_other_lengths_draw_the_scene_for_themselves_and_leave_it_as_it_was(scene_gui):
-    gui, session = scene_gui, scene_gui.session
-    begun = session.facts.lens
-    plate = download(session.pictures.renderer.loaded.color)
-    for length in (begun.focal_length_mm, 2 * begun.focal_length_mm):
-        session.editing.edit_lens(replace(begun, focal_length_mm=length))
-        gui.rest()
-        whole(gui)
-        session.pictures.looks.keep()
-    session.pictures.looks.go(0)
-    whole(gui)
-    seen = download(session.pictures.live.shown.texture)
-    session.pictures.looks.toggle_grid()
-    whole(gui)
-    own = FrameRenderer(gui.ctx)
-    own.load_scene(read_scene(Path(session.facts.shot.source)))
-    for look in session.facts.shot.looks:
-        shown = session.pictures.sides.of_look(look.name)
-        found, expected = download(shown.texture), own.pixels(shown.shot, session.facts.frame)
-        np.testing.assert_allclose(found, expected, rtol=4e-3, atol=4e-3)
-    own.let_go()
-    session.pictures.looks.toggle_grid()
-    whole(gui)
-    np.testing.assert_array_equal(download(session.pictures.live.shown.texture), seen)
-    np.testing.assert_array_equal(download(session.pictures.renderer.loaded.color), plate)
 
 
 def test_the_buttons_under_the_objects_are_seen_however_many_there_are(ctx, tmp_path):

@@ -15,8 +15,8 @@ from support.scene_window import as_opened, middle, whole
 from support.session_files import QUICK, write_scene
 
 RIGHT = 1
-LARGE = (960, 540)
-MIDDLE = (480, 270)
+LARGE = (480, 270)
+MIDDLE = (240, 135)
 
 
 @pytest.fixture(scope="module")
@@ -101,42 +101,9 @@ def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_d
     assert told_px == pytest.approx(blur_px, rel=0.03, abs=0.02)
 
 
-def test_a_point_is_followed_through_a_scene(gui, monkeypatch):
-    monkeypatch.setattr("heatlens.session.scenes.point_following._SLICE_S", 0.0)
-    session, marks = gui.session, gui.session.time.marks
-    first, last = session.facts.shot.played.first, session.facts.shot.played.last
-    marks.set_point((48, 27))
-    before, plate = session.facts.shot, session.source.plate
-    marks.follow(session.facts.shot.marks[0])
-    said = session.messages.text
-    gui.frame()
-    assert session.facts.shot == before and session.messages.text != said  # how far it is by now
-    assert "Following A" in said and "Following A" in session.messages.text
-    gui.until(lambda: not marks.is_reading, "the last frame")
-    assert session.messages.text == f"The focus follows A from {first} on."
-    keys = session.facts.shot.curves.focus_distance_m.keys
-    assert [key.frame for key in keys] == list(range(first, last + 1))
-    assert [keys[0].value, keys[-1].value] == pytest.approx([3.0, 5.0], rel=1e-3)
-    assert session.source.plate is plate
-    session.editing.undo()
-    assert session.facts.shot == before
-
-
 def test_a_pull_to_a_point_arrives_where_it_is_by_then(gui):
     session, marks = gui.session, gui.session.time.marks
     marks.set_point((48, 27))
     marks.pull_frames = session.facts.shot.played.last - session.facts.shot.played.first
     marks.pull()
     assert session.facts.shot.curves.focus_distance_m.keys[-1].value == pytest.approx(5.0, rel=1e-3)
-
-
-def test_another_scene_ends_the_following_and_that_is_said(gui, monkeypatch):
-    monkeypatch.setattr("heatlens.session.scenes.point_following._SLICE_S", 0.0)
-    session, marks = gui.session, gui.session.time.marks
-    marks.set_point((48, 27))
-    marks.follow(session.facts.shot.marks[0])
-    gui.frame()
-    session.files.commands.reload()
-    gui.until(lambda: not marks.is_reading, "the end of it")
-    assert "another scene was opened" in session.messages.text
-    assert not session.facts.shot.curves.focus_distance_m.keys
