@@ -222,14 +222,14 @@ def _trimesh() -> ModuleType:
 
 
 class _Told(logging.Handler):
-    """Makes a note of each error that trimesh logs; files that are missing have theirs."""
+    """Notes each error that trimesh logs, except missing files, which are noted elsewhere."""
 
     def __init__(self, notes: dict[str, None]) -> None:
         super().__init__(logging.WARNING)
         self._notes = notes
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Take what was logged, as its first line."""
+        """Note the first line of a logged error."""
         error = record.exc_info[1] if record.exc_info else None
         if error is not None and not isinstance(error, FileNotFoundError):
             self._notes[f"{one_line(record.getMessage())} {one_line(error)}".strip()] = None
@@ -237,7 +237,7 @@ class _Told(logging.Handler):
 
 @contextmanager
 def _log_told(notes: dict[str, None]) -> Iterator[None]:
-    """Note errors that trimesh logs, which would be printed with their tracebacks."""
+    """Note the errors that trimesh logs; it would print them with tracebacks."""
     log, handler = logging.getLogger("trimesh"), _Told(notes)
     log.addHandler(handler)
     try:

@@ -8,9 +8,9 @@ import numpy as np
 from heatlens.scene.scene import Array
 from heatlens.scene.scene_view import SceneView
 
-_CLOSE_PART = 0.01  # of the far plane: what is farther needs no closer look
+_CLOSE_PART = 0.01  # share of the far plane: a farther surface needs no closer look
 _JUST_BEFORE = 0.99
-_ASIDE_PX = 1.0  # by which a sample may lie outside the picture
+_ASIDE_PX = 1.0  # how far a sample may lie outside the picture
 # The edges of a box, by the numbers of its corners (corners.py), which differ in one bit.
 _EDGES = np.array([(a, b) for a, b in combinations(range(8), 2) if (a ^ b) in (1, 2, 4)])
 

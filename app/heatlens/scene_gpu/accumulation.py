@@ -1,12 +1,12 @@
-"""Depth of field by accumulation: the mean of what many points of the lens see.
+"""Depth of field by accumulation: the mean of the views from many points of the lens.
 
 Haeberli and Akeley 1990. It includes surfaces that a pinhole cannot see, which other methods guess,
 but the scene is drawn once for each point.
 
 The points of the lens and of a pixel are spread so evenly that few of them are enough: Sobol's
 sequence in four dimensions, the first two for the lens, scrambled as Owen 1995 does by the hash of
-Laine and Karras 2011 with the constants of Burley 2020. Any stretch of it that starts where the one
-before it stopped goes on filling the gaps.
+Laine and Karras 2011 with the constants of Burley 2020. Later points of the sequence go on filling
+the gaps between the earlier ones.
 """
 
 import math
@@ -24,8 +24,8 @@ from heatlens.model.pupil import Pupil
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.raster import SceneRaster
 
-Colors = tuple[float, float, float, float]  # red, green, blue, alpha: 1 where a view is for it
-SIDES_LAYERS = 5  # of the image of lib/sides.lib.glsl
+Colors = tuple[float, float, float, float]  # red, green, blue, alpha: 1 where a view counts
+SIDES_LAYERS = 5  # layers of the image in lib/sides.lib.glsl
 _ALL_COLORS: Colors = (1.0, 1.0, 1.0, 1.0)
 _EACH_COLOR: tuple[Colors, ...] = ((1.0, 0, 0, 0), (0, 1.0, 0, 1.0), (0, 0, 1.0, 0))
 Array = NDArray[np.float64]
@@ -65,13 +65,13 @@ class Accumulation:
         """Render the mean of `views` views through `pupil` into `out`.
 
         `out` is RGBA of the view's size, half or float32. It holds the mean so far after each step
-        called "view"; the steps before it are called "band". Equal keys promise equal light from
-        the scene, view and lens, and a sum for an equal key is continued. If fewer views are asked
+        called "view"; steps called "band" come between. The caller passes equal keys only for an
+        equal scene, view and lens; the sum for an equal key is continued. If fewer views are asked
         for than were summed, the sum starts again, so that the picture depends on their number
         alone. A pupil of radius 0 gives the antialiased picture of a pinhole.
 
-        Where the pupil is not plain, each pixel weighs the views by how much light they let through
-        to its place in the picture; where colours have a focus each, a view is drawn for each.
+        If the pupil is not plain, each pixel weighs the views by the light that reaches its place
+        in the picture. If each colour has its own focus, a view is drawn for each colour.
         """
         if self._key != (key, view.size) or self._count > views:
             self._key, self._count = (key, view.size), 0
@@ -93,7 +93,7 @@ class Accumulation:
                 yield "view" if is_last else "band"
 
     def _draw(self, view: SceneView, has_depth: bool) -> Iterator[str]:
-        """Draw the texture "view", and "depth" where it is asked for, band by band."""
+        """Draw the texture "view", and "depth" if requested, band by band."""
         drawn = self._pool.texture("view", view.size, 4)
         for band in self._raster.bands.of(view.size):
             self._raster.draw(view, drawn, band)
@@ -132,7 +132,7 @@ class Accumulation:
 
 
 def _views_of_colors(pupil: Pupil, view: SceneView) -> Iterator[tuple[Colors, SceneView]]:
-    """Yield the view for all colours, or one for each where they have a focus of their own."""
+    """Yield one view for all colours, or one each if every colour has its own focus."""
     if pupil.axial_dioptres == 0.0:
         yield _ALL_COLORS, view
         return
@@ -144,7 +144,7 @@ def _views_of_colors(pupil: Pupil, view: SceneView) -> Iterator[tuple[Colors, Sc
 def _weighing(
     pupil: Pupil, view: SceneView, offset_m: tuple[float, float], colors: Colors
 ) -> dict[str, object] | None:
-    """Return the uniforms by which a view is weighed; None if all weigh the same."""
+    """Return the uniforms that weigh a view; None if all views weigh the same."""
     if pupil.is_plain:
         return None
     across, up = pupil.half_extents_m
@@ -176,7 +176,7 @@ def _sobol(numbers: Words, seed: int) -> Array:
 
 
 def _directions() -> Words:
-    """Return (4, 32) words: what each bit of a number flips in each dimension."""
+    """Return (4, 32) words: the bits that each bit of a number flips in each dimension."""
     first = [1 << (_BITS - 1 - bit) for bit in range(_BITS)]
     rows = [first, *(_direction_row(*polynomial) for polynomial in _POLYNOMIALS)]
     return np.array(rows, np.uint32)
@@ -206,7 +206,7 @@ def _digits(numbers: Words, directions: Words) -> Words:
 
 
 def _scrambled(words: Words, salts: Words) -> Words:
-    """Flip each bit by a hash of the bits above it, which keeps a net a net."""
+    """Flip each bit by a hash of the bits above it, which keeps the points evenly spread."""
     hashed = _reversed(words) + salts
     for factor in _FACTORS:
         hashed ^= hashed * np.uint32(factor)
@@ -222,7 +222,7 @@ def _reversed(words: Words) -> Words:
 
 
 def _mixed(words: Words) -> Words:
-    """Hash neighbouring numbers to unlike ones by the finaliser of MurmurHash3."""
+    """Hash numbers with the finaliser of MurmurHash3, so that neighbours become unlike."""
     words = (words ^ (words >> np.uint32(16))) * np.uint32(0x85EBCA6B)
     words = (words ^ (words >> np.uint32(13))) * np.uint32(0xC2B2AE35)
     return words ^ (words >> np.uint32(16))

@@ -1,7 +1,7 @@
-"""A pinhole picture by several samples a pixel, and where these are not enough.
+"""A pinhole picture with several samples a pixel, and a mask of the pixels that need more.
 
-All samples of a band of rows are drawn at once, as the pixels of a larger picture. Where they
-hardly differ, in a pixel and around it, more of them would change nothing that can be seen.
+All samples of a band of rows are drawn at once, as the pixels of a larger picture. Where the
+samples of a pixel and its neighbours hardly differ, more samples would make no visible difference.
 """
 
 from collections.abc import Iterator
@@ -15,10 +15,10 @@ from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.bands import samples_of
 from heatlens.scene_gpu.raster import SceneRaster
 
-# A standard deviation of the samples that leaves nothing to be seen in their mean, relative to the
-# light and to what counts as black.
+# The standard deviation of samples up to which their mean shows no noise, relative to the light,
+# and the light that counts as black.
 _MOST, _DARKEST = 0.04, 0.01
-LARGER = 1  # bands than those of one sample a pixel
+LARGER = 1  # size of a band, relative to one with a single sample a pixel
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Antialias:
         self._done_program = ComputeProgram(ctx, "antialias_done.comp.glsl")
         self._pool = TexturePool(ctx)
         self._most_px = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
-        self._key: object = None  # of the picture that is there
+        self._key: object = None  # identifies the picture in memory
 
     def release(self) -> None:
         """Release everything on the GPU."""
@@ -53,9 +53,9 @@ class Antialias:
     def steps(self, view: SceneView, across: int, fine: int, key: object) -> Iterator[str]:
         """Draw `across` x `across` samples a pixel, or fewer if they do not fit into a texture.
 
-        Each step draws a band; `picture` has all of it at the end. `fine` pixels of the view make
-        one of what will be seen, each way. Equal keys promise equal light from the scene and the
-        view: a picture that is there is not drawn again.
+        Each step draws a band; `picture` is complete at the end. `fine` pixels of the view, each
+        way, make one pixel on the screen. The caller passes equal keys only for an equal scene and
+        view; a picture with an equal key is not drawn again.
         """
         across = max(1, min(across, self._most_px // view.size[0]))
         key = key, view.size, across
@@ -75,7 +75,7 @@ class Antialias:
         self._key = key
 
     def picture(self, size: tuple[int, int]) -> Antialiased:
-        """Return the picture that the last steps have drawn, which is of this size."""
+        """Return the picture of this size that the last steps have drawn."""
         mean = self._pool.texture("mean", size, 4)
         return Antialiased(mean, self._pool.texture("done", size, 1, "f2"))
 

@@ -1,4 +1,4 @@
-"""A picture cut into bands of rows, so that drawing it can stop between any two of them."""
+"""Divide a picture into bands of rows, so that drawing can pause between two bands."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -9,21 +9,22 @@ from heatlens.gpu.context import is_software
 from heatlens.model.boxes import Box
 from heatlens.scene.scene_view import SceneView
 
-# On a processor so many pixels of a scene take about 25 ms of one core. Each band processes all
-# triangles again, each for half as long as a pixel, so that many of them call for larger bands.
+# On a processor, this many pixels of a scene take about 25 ms of one core. Each band processes all
+# triangles again, and a triangle takes half as long as a pixel, so many triangles need larger
+# bands.
 _LEAST_PX = 1 << 16
 _PX_FOR_A_TRIANGLE = 1
-_ROWS = 16  # a quarter of a tile of Mesa's rasteriser, which is also how low a share may go
-_SAMPLES_MOST = 1 << 21  # of a band of samples, whose texture has 16 bytes for each
+_ROWS = 16  # a quarter of a tile of Mesa's rasteriser; also the least height of a band
+_SAMPLES_MOST = 1 << 21  # samples in a band; its texture has 16 bytes for each
 
-Rows = tuple[int, int]  # the first, and the one behind the last
+Rows = tuple[int, int]  # the first row, and the one after the last
 
 
 class Bands:
     """Divides a picture into bands by the cost of drawing on this machine."""
 
     def __init__(self, ctx: moderngl.Context, triangles: int) -> None:
-        """Set `triangles`, the number that each band draws again.
+        """Create it; each band draws all `triangles` again.
 
         `share`, 1 at most, makes the bands on a processor smaller; it may change at any time.
         """
@@ -35,7 +36,7 @@ class Bands:
         return max(round(self.share * _LEAST_PX), _PX_FOR_A_TRIANGLE * self._triangles)
 
     def of(self, size: tuple[int, int]) -> Iterator[Box]:
-        """Yield bands of whole rows that cover a picture of `size`; a GPU gets it all at once."""
+        """Yield bands of whole rows that cover a picture of `size`; for a GPU, a single band."""
         (width, height), y = size, 0
         while y < height:
             rows = -(-self._pixels // (width * _ROWS)) * _ROWS if self._is_cut else height
@@ -46,7 +47,7 @@ class Bands:
         """Yield the rows of bands of a picture with `across` x `across` samples a pixel.
 
         All bands have the same number of rows, so that the last one may end outside the picture.
-        Those on a processor are `larger` times as large as others.
+        On a processor they are `larger` times as large as usual.
         """
         (width, height), first = size, 0
         while first < height:

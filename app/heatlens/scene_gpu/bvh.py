@@ -1,8 +1,8 @@
 """Trees of boxes over triangles and over instances, for rays; plain NumPy, no OpenGL.
 
-A level of the tree is split at once: items go into bins along each axis, and each node is cut where
-the surface area heuristic says (Wald 2007, "On fast construction of SAH-based bounding volume
-hierarchies"). Both children of a node stand side by side.
+All nodes of a level are split together: items go into bins along each axis, and each node is cut by
+the surface area heuristic (Wald 2007, "On fast construction of SAH-based bounding volume
+hierarchies"). The two children of a node are neighbours in the array.
 """
 
 from collections.abc import Sequence
@@ -21,9 +21,9 @@ Bools = NDArray[np.bool_]
 # count > 0: a leaf with the items first .. first + count - 1 of `order`;
 # count < 0: children at first and first + 1, cut across the axis -1 - count, the lower one first
 NODE = np.dtype([("low", "f4", 3), ("first", "i4"), ("high", "f4", 3), ("count", "i4")])
-LEAF_MOST = 4  # triangles
+LEAF_MOST = 4  # triangles in a leaf
 _BINS = 8
-_BEYOND = np.float32(1e30)  # the start of an empty box
+_BEYOND = np.float32(1e30)  # bounds of an empty box
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +39,11 @@ class Bvh:
 
 @dataclass(frozen=True, eq=False)
 class MeshTrees:
-    """The trees of several meshes behind one another.
+    """The trees of several meshes, one after the other.
 
-    nodes      (N,) of `NODE`; children and triangles are counted from the first mesh on
-    roots      (meshes,) int32: where each tree begins
-    triangles  (T, 4) uint32: three vertices, counted from the first mesh on, and the triangle's
+    nodes      (N,) of `NODE`; children and triangles are numbered across all meshes
+    roots      (meshes,) int32: the root of each tree
+    triangles  (T, 4) uint32: three vertices, numbered across all meshes, and the triangle's
                number in its mesh
     """
 
@@ -53,7 +53,7 @@ class MeshTrees:
 
 
 def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
-    """Return the tree over boxes (n, 3); there has to be at least one."""
+    """Return the tree over boxes (n, 3), of which there is at least one."""
     order = np.arange(len(low))
     at = np.arange(len(low))  # places in `order` of this level's items, node after node
     counts = np.array([len(low)])
@@ -112,7 +112,7 @@ def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
     starts = (np.cumsum(counts) - counts)[used]
     corners = np.full((2, nodes * _BINS, 3), _BEYOND, np.float32)
     corners[0, used] = np.minimum.reduceat(low[by_bin], starts)
-    corners[1, used] = -np.maximum.reduceat(high[by_bin], starts)  # all of it by minima
+    corners[1, used] = -np.maximum.reduceat(high[by_bin], starts)  # the maxima, negated
     by_node, numbers = corners.reshape(2, nodes, _BINS, 3), counts.reshape(nodes, _BINS)
     below = np.minimum.accumulate(by_node, axis=2)[:, :, :-1]
     above = np.minimum.accumulate(by_node[:, :, ::-1], axis=2)[:, :, -2::-1]
@@ -167,9 +167,9 @@ def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
 
 
 def refitted(trees: MeshTrees, number: int, mesh: Mesh) -> NDArray[np.void]:
-    """Return the nodes of one mesh's tree around another shape of it, as they are in `trees`.
+    """Return the nodes of a mesh's tree, with boxes that fit another shape of the mesh.
 
-    Which triangles are in which leaf stays, so that the tree is made anew in little time.
+    The triangles stay in their leaves, which is much quicker than building the tree again.
     """
     ends = [*trees.roots, len(trees.nodes)]
     root = int(ends[number])
@@ -208,6 +208,6 @@ def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
     turn = to_world[:, :3, :3]
     middle = np.einsum("nij,nj->ni", turn, middle) + to_world[:, :3, 3]
     half = np.einsum("nij,nj->ni", np.abs(turn), half)
-    # because float32 may round the side of a box inwards
+    # float32 may round the side of a box inwards
     half = half + 1e-6 * (np.abs(middle) + half)
     return build((middle - half).astype(np.float32), (middle + half).astype(np.float32), 1)

@@ -7,16 +7,16 @@ from numpy.typing import NDArray
 
 from heatlens.scene.scene import Array, Mesh
 
-# As shaders/scene_cover.frag.glsl has them.
+# The same numbers as in shaders/scene_cover.frag.glsl.
 BACK_NONE, BACK_BY_NORMAL, BACK_COUNTERCLOCKWISE, BACK_CLOCKWISE = range(4)
-_AGREEING = 0.999  # part of the area whose corners have to be ordered alike to tell a back by them
-_MOST_TRIANGLES = 2_000_000  # of one mesh that are looked through; larger ones count as open
+_AGREEING = 0.999  # share of the area with one winding from which the winding shows the back
+_MOST_TRIANGLES = 2_000_000  # a mesh with more is not examined and counts as open
 
 Rules = NDArray[np.uint32]
 
 
 class ClosedMeshes:
-    """The meshes of a scene, looked through once."""
+    """The meshes of a scene, each examined once."""
 
     def __init__(self, meshes: Sequence[Mesh], boxes_m: Array) -> None:
         self._of_mesh = np.array([back_rule(mesh) for mesh in meshes], np.uint32)
@@ -42,10 +42,10 @@ class ClosedMeshes:
 
 
 def back_rule(mesh: Mesh) -> int:
-    """Return how the back of a mesh is told by its triangles; BACK_NONE for an open mesh.
+    """Return how to recognise the back faces of a mesh; BACK_NONE for an open mesh.
 
-    The picture's rows run down, so that what is ordered counterclockwise from outside appears
-    clockwise, and its back counterclockwise.
+    The picture's rows run down, so a face that is counterclockwise from outside appears clockwise,
+    and its back counterclockwise.
     """
     if not is_closed(mesh):
         return BACK_NONE
@@ -61,10 +61,10 @@ def back_rule(mesh: Mesh) -> int:
 
 
 def is_closed(mesh: Mesh) -> bool:
-    """Return whether an even number of triangles meets in every edge, wherever its corners are."""
+    """Return whether an even number of triangles meets in every edge, joining equal positions."""
     if not 0 < len(mesh.triangles) <= _MOST_TRIANGLES:
         return False
-    positions = np.ascontiguousarray(mesh.positions_m + np.float32(0.0))  # -0 is 0
+    positions = np.ascontiguousarray(mesh.positions_m + np.float32(0.0))  # turns -0 into 0
     _, place = np.unique(positions.view(np.dtype((np.void, 12))).ravel(), return_inverse=True)
     corners = np.sort(place[mesh.triangles].reshape(-1, 3), axis=1)
     is_real = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])

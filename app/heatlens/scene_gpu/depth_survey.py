@@ -1,4 +1,4 @@
-"""What is known of the depths of a drawn picture without reading it back from the GPU."""
+"""Survey the depths of a drawn picture on the GPU, without reading the picture back."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import WORD_GROUP
 from heatlens.model.value_bins import BINS, ValueBins, all_in_one, bin_step
 
-_GROUP_PIXELS = 1 << 14  # each group adds a histogram of its own to that of all
+_GROUP_PIXELS = 1 << 14  # each group adds its own histogram to the total
 _GROUPS_MOST = 128
 _START = np.array([0xFFFFFFFF, 0, 0, 0], np.uint32)
 
@@ -65,7 +65,7 @@ class DepthSurvey:
     def with_fragments(
         self, depth: moderngl.Texture, words: moderngl.Buffer, count: int, nearest: float
     ) -> ValueBins:
-        """Return the bins of `depth` and of `count` fragments, from 0 to `nearest` dioptres."""
+        """Return the bins of `depth` and `count` fragments, from 0 to `nearest` dioptres."""
         step = bin_step(0.0, nearest)
         if not step:
             return all_in_one(0.0, nearest, depth.width * depth.height + count)

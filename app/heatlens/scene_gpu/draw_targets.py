@@ -21,7 +21,7 @@ class Target:
 
 
 class DrawTargets:
-    """Framebuffers by texture, of which the latest few are kept."""
+    """Framebuffers by texture; only the latest few are kept."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx

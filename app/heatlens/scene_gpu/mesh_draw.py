@@ -1,6 +1,6 @@
-"""All instances of a scene in one call, with a fragment shader of choice.
+"""Draw all instances of a scene in one call, with a chosen fragment shader.
 
-What the sun sees is drawn so too: one depth map that holds the whole scene.
+The shadow map of the sun is drawn the same way: one depth map of the whole scene.
 """
 
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ class MeshDraw:
         fragment: str,
         defines: Mapping[str, object] | None = None,
     ) -> None:
-        """Build the program; `defines` come beside those that the scene needs."""
+        """Build the program; `defines` are added to those that the scene needs."""
         all_defines = buffers.defines | dict(defines or {})
         self._program = DrawProgram(ctx, "scene_mesh", fragment, all_defines)
         self._buffers = buffers
@@ -99,7 +99,7 @@ class ShadowPass:
 def sun_view(corners_m: Array, to_sun: Array) -> tuple[Array, float]:
     """Return (4, 4) from the world to the sun's clip space, and the width of a texel in metres.
 
-    The clip space just holds the corners.
+    The clip space encloses the corners tightly.
     """
     aside = np.eye(3)[int(np.argmin(np.abs(to_sun)))]
     right = np.cross(aside, to_sun)

@@ -1,4 +1,4 @@
-"""What a scene shows outside the frame, because a lens blurs it in."""
+"""Draw a scene with a margin around the frame, because a lens blurs the margin into the picture."""
 
 import math
 from dataclasses import dataclass, replace
@@ -14,14 +14,14 @@ from heatlens.model.value_bins import ValueBins
 
 # Discs wider than twice this part of the width are rare; for them a picture's border is a guess.
 MOST_PART = 0.1
-_STEP_PX = 8  # what is drawn is a multiple of this, and its parts are whole pixels
-# How much of it takes part in a picture: few sizes, so that a pull makes textures anew a few times.
+_STEP_PX = 8  # the margin is a multiple of this, so that its parts are whole pixels
+# The parts of the margin that are used: only a few, so that a pull seldom needs new textures.
 _PARTS = (0.0, 0.25, 0.5, 1.0)
-# A picture of so few pixels, with its margin, is blurred at twice its size: a disc of few pixels is
-# rounder, and what it covers of each is found better than in one whose edges are whole pixels.
+# A picture of at most this many pixels, margin included, is blurred at twice its size: small discs
+# become rounder, and the share of each pixel that they cover more exact.
 _FINE_PIXELS_MOST = 1_600_000
 _FINE = 2
-_SOFT_RIM_PX = 1.0  # by which the discs of a diffusion are larger than those of a lens
+_SOFT_RIM_PX = 1.0  # how much larger the discs of a diffusion are than those of a lens
 
 
 def margin_px(ctx: moderngl.Context, size: tuple[int, int]) -> int:
@@ -32,7 +32,7 @@ def margin_px(ctx: moderngl.Context, size: tuple[int, int]) -> int:
 
 
 def fineness(ctx: moderngl.Context, size: tuple[int, int]) -> int:
-    """Return how many pixels across each pixel of a picture it is drawn and blurred with."""
+    """Return how many pixels, each way, are drawn and blurred for one pixel of a picture."""
     width, height = (_FINE * side for side in widened(size, margin_px(ctx, size)))
     is_small = width * height <= _FINE_PIXELS_MOST
     return _FINE if is_small and _fits(ctx, width, height) else 1
@@ -58,9 +58,9 @@ class Overscan:
     margin_px  the margin's width, in pixels of the picture
     ring_m     (fine * margin_px, 2) nearest and farthest depth in each ring of pixels of the
                textures around the frame, from inside
-    bins       dioptres of all of it
+    bins       dioptres of the whole picture with its margin
     fine       pixels of the textures across each pixel of the picture
-    own        colour and depth in the picture's own pixels, if those are not
+    own        colour and depth in the picture's own pixels, if the textures are finer
     """
 
     color: moderngl.Texture
@@ -84,7 +84,7 @@ class Overscan:
         return math.ceil(away_px[reaching[-1]]) if len(reaching) else 0
 
     def used_px(self, optics: Optics) -> int:
-        """Return the margin that takes part: `needed_px` rounded up to one of few widths."""
+        """Return the margin to use: `needed_px` rounded up to one of a few widths."""
         needed = self.needed_px(optics)
         return next(px for px in (round(p * self.margin_px) for p in _PARTS) if px >= needed)
 
@@ -95,7 +95,7 @@ class Overscan:
 
     @property
     def in_own_pixels(self) -> "Overscan":
-        """The same with a pixel for each of the picture."""
+        """The same with one texture pixel for each pixel of the picture."""
         if self.own is None:
             return self
         color, depth = self.own

@@ -1,10 +1,10 @@
-"""What lies behind the picture of a scene, as the fragment lists that deep files are read into.
+"""List the surfaces behind the picture of a scene, in the same form as for deep files.
 
-The scene is drawn in bands, at many samples a pixel where few are not enough (antialias.py), and
-behind what is seen the next two surfaces. A pass makes a list of each pixel: surfaces near to far
-with the part of the pixel that they cover. Where there are many samples the picture becomes their
-mean, so that picture and lists agree. Scratch is bounded by the size of a band; nothing is read
-back but a count.
+The scene is drawn in bands: the visible surface, with more samples in pixels that need them
+(antialias.py), and the next two surfaces behind it. A pass makes a list for each pixel: surfaces
+from near to far with the share of the pixel that they cover. Where there are many samples the
+picture becomes their mean, so that picture and lists agree. Scratch memory is limited by the size
+of a band; only a count is read back.
 """
 
 from collections.abc import Callable, Generator
@@ -39,7 +39,7 @@ class SurfaceRaster:
         self._sky = SkyDraw(ctx, _PEEL)
 
     def front(self, view: SceneView, out: moderngl.Texture, done: moderngl.Texture) -> None:
-        """Draw what is seen, but nothing in the pixels where `done`, R, is not 0.
+        """Draw the visible surfaces, except in pixels where `done`, R, is not 0.
 
         The view takes its rows of `out`, which is cleared before the first of them.
         """
@@ -53,9 +53,9 @@ class SurfaceRaster:
         target.viewport = 0, 0, *out.size
 
     def behind(self, view: SceneView, before: moderngl.Texture, out: moderngl.Texture) -> None:
-        """Draw the next surface behind `before`, which `front` or this drew, or metres (R).
+        """Draw the next surface behind `before`: a texture of `front` or `behind`, or metres (R).
 
-        The backs of closed meshes are left out. Behind the sky there is the sky once more.
+        The backs of closed meshes are left out. Behind the sky comes the sky again.
         """
         self._raster.buffers.tell_backs(view.eye_m)
         target = self._raster.target_of(out)
@@ -72,18 +72,18 @@ class SurfaceRaster:
             held.release()
 
 
-# Samples across a pixel of the picture: of what is seen in each of several draws, and of what is
-# behind.
+# Samples across a pixel of the picture: of the visible surface in each of several draws, and of the
+# surfaces behind it.
 FRONT_SIDE, _BEHIND_SIDE = 4, 2
-# How far the samples of each draw are shifted, in their distances: no two draws share a row or a
-# column, so that axis-aligned edges are resolved as finely as others.
+# Shift of each draw in sample distances: no two draws share a row or a column, so that axis-aligned
+# edges are resolved as finely as others.
 _SHIFTS = ((-1 / 3, 0.0), (0.0, 1 / 3), (1 / 3, -1 / 3))
 STEPS_OF_BAND = PEEL_DRAWS + 3
-SAMPLES = PEEL_DRAWS * FRONT_SIDE**2  # of a pixel that is not done with fewer
-LARGER = 4  # bands than others on a processor: most of their pixels are done
-_A_PIXEL = 2.0  # fragments that there is room for, on average, until a scene has more
-_ROOM = 1.1  # more than a picture had, for those that follow
-_FRAGMENTS_MOST = 1 << 26  # of a picture: 800 MB
+SAMPLES = PEEL_DRAWS * FRONT_SIDE**2  # in a pixel that needs all of them
+LARGER = 4  # size of a band on a processor: most of its pixels are done already
+_A_PIXEL = 2.0  # initial room for fragments, per pixel on average
+_ROOM = 1.1  # room for the next picture, relative to the last one
+_FRAGMENTS_MOST = 1 << 26  # fragments of a picture: 800 MB
 _FRAGMENT_BYTES = 12
 
 
@@ -91,11 +91,11 @@ _FRAGMENT_BYTES = 12
 class Peeled:
     """The lists of a picture.
 
-    fragments   of all of its pixels
-    depth       R, metres of the picture, but of the nearest surface where a list begins with it
-    places      RGBA: where in each pixel its light stands, see peel_lists.comp.glsl
-    bins        dioptres of what is seen and of what is behind it
-    count       fragments that were found, and `capacity`, that there is room for
+    fragments   of all pixels
+    depth       R, metres of the picture, or of the nearest surface if the list begins with that
+    places      RGBA: where the light is within each pixel, see peel_lists.comp.glsl
+    bins        dioptres of the visible surfaces and of those behind them
+    count       fragments that were found, and `capacity`, how many fit
     """
 
     fragments: FragmentBuffers
@@ -137,7 +137,7 @@ class _Room:
 
 
 class ScenePeel:
-    """Makes the lists of one picture after the other, in the same two banks of memory."""
+    """Makes the lists of successive pictures in the same two banks of memory."""
 
     def __init__(self, ctx: moderngl.Context, raster: SceneRaster, survey: DepthSurvey) -> None:
         self._ctx = ctx
@@ -160,9 +160,9 @@ class ScenePeel:
     ) -> Generator[str, None, Peeled]:
         """Make the lists of a picture in steps; return them at the end.
 
-        `view` is that of the picture. Where `done` is 0 its colour becomes the mean of the samples
-        that are drawn. `place` puts the scene in its place, where others may have moved it between
-        two steps. Lists of another `bank` stay as they are.
+        `view` is that of the picture. Where `done` is 0, the colour becomes the mean of the samples
+        drawn. `place` puts the scene back in its place, because others may move it between two
+        steps. Lists in the other `bank` stay as they are.
         """
         out = self._room(view.size, bank)
         sides = self._sides(view.size[0], picture.fine)
@@ -180,7 +180,7 @@ class ScenePeel:
         return Peeled(fragments, out.depth, out.places, bins, count, out.capacity)
 
     def _makes_room(self, count: int, size: tuple[int, int]) -> bool:
-        """Make room for more fragments; return False where the limit is reached."""
+        """Make room for more fragments; return False if the limit is reached."""
         before = self._capacity(size)
         self._a_pixel = _ROOM * count / (size[0] * size[1])
         return self._capacity(size) > before
@@ -201,7 +201,7 @@ class ScenePeel:
         )
 
     def _sides(self, width: int, fine: int) -> tuple[int, int]:
-        """Return how many samples across are drawn of what is seen, and of what is behind."""
+        """Return the samples across a pixel, of the visible surface and of those behind it."""
         most = max(1, int(self._ctx.info["GL_MAX_TEXTURE_SIZE"]) // width)
         return min(FRONT_SIDE // fine, most), min(_BEHIND_SIDE // fine, most)
 

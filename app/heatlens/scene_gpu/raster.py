@@ -1,6 +1,7 @@
-"""A scene drawn by triangles: through one point of the lens, or as a pinhole with its depth.
+"""Draw a scene as triangles: through one point of the lens, or as a pinhole picture with depth.
 
-First the depth of all triangles, then the light of those that are seen: each pixel is shaded once.
+The depth of all triangles is drawn first, then the light of the visible ones, so that each pixel is
+shaded once.
 """
 
 import math
@@ -22,7 +23,7 @@ from heatlens.scene_gpu.mesh_draw import MeshDraw, ShadowPass
 from heatlens.scene_gpu.scene_buffers import SceneBuffers
 from heatlens.scene_gpu.sky_light import diffuse_polynomial
 
-_ALWAYS = "1"  # the comparison of depths that is always true, as moderngl has it
+_ALWAYS = "1"  # moderngl's name of the depth comparison that is always true
 
 
 class SceneRaster:
@@ -38,11 +39,11 @@ class SceneRaster:
         self._draws: dict[str, MeshDraw] = {}
         self._buffers: SceneBuffers | None = None
         self._placed: Array | None = None
-        self._frame = 0.0  # at which it is placed
+        self._frame = 0.0  # the frame at which the scene is placed
 
     @property
     def buffers(self) -> SceneBuffers:
-        """The scene on the GPU; there has to be one."""
+        """The scene on the GPU, which has been loaded."""
         assert self._buffers is not None
         return self._buffers
 
@@ -57,7 +58,7 @@ class SceneRaster:
         return self._shadow.map
 
     def load(self, scene: Scene) -> None:
-        """Load a scene in place of the previous one; `place` has to follow before it is drawn."""
+        """Load a scene in place of the previous one; call `place` before drawing it."""
         self._let_go()
         self._buffers = SceneBuffers(self._ctx, scene)
         self.bands = Bands(self._ctx, self._buffers.triangles_drawn)
@@ -140,7 +141,7 @@ class SceneRaster:
     def hide(self, target: moderngl.Framebuffer, view: SceneView, done: moderngl.Texture) -> None:
         """Cover the pixels where `done`, R, is not 0 with a depth nearer than everything else.
 
-        `done` is of the picture whose samples the view's pixels are. `target` is bound.
+        `done` has the pixels of the picture, the view has its samples. `target` is bound.
         """
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._ctx.depth_func = _ALWAYS
@@ -180,9 +181,9 @@ class SceneRaster:
         peeled_uniforms: Mapping[str, object] | None = None,
         peeled_textures: Mapping[str, moderngl.Texture] | None = None,
     ) -> None:
-        """Draw what `cover` leaves to be seen into the bound target, which is clear.
+        """Draw the surfaces that `cover` leaves visible into the bound, cleared target.
 
-        `peeled_uniforms` and `peeled_textures` are what a cover with PEEL reads besides.
+        `peeled_uniforms` and `peeled_textures` are the further inputs of a cover with PEEL.
         """
         meshes, shading = mesh_uniforms(view), self.shading_uniforms()
         textures = {"shadow_tx": self._shadow.map}
@@ -201,7 +202,7 @@ class SceneRaster:
 
     @property
     def cover(self) -> MeshDraw:
-        """What draws depth alone, of what is seen."""
+        """The program that draws only the depth of visible surfaces."""
         return self._draws["cover"]
 
     def target_of(self, texture: moderngl.Texture) -> moderngl.Framebuffer:
@@ -225,7 +226,7 @@ class SceneRaster:
 
 
 class SkyDraw:
-    """The sky, behind everything that was drawn before."""
+    """Draws the sky behind everything drawn before."""
 
     def __init__(self, ctx: moderngl.Context, defines: Mapping[str, object] | None = None) -> None:
         self._program = DrawProgram(ctx, "scene_sky", defines=defines)
@@ -248,7 +249,7 @@ class SkyDraw:
 
 
 def columns(matrix: Array) -> tuple[float, ...]:
-    """Return a matrix column by column, as GLSL takes it."""
+    """Return a matrix column by column, as GLSL expects it."""
     return tuple(map(float, matrix.T.ravel()))
 
 

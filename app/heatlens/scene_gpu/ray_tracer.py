@@ -1,4 +1,4 @@
-"""Depth of field by tracing rays through the lens: what the other methods are measured against.
+"""Depth of field by tracing rays through the lens, the truth for the other methods.
 
 Cook, Porter and Carpenter 1984, "Distributed ray tracing". The light at the end of a ray is that of
 `SceneRaster`; only the way to it differs.
@@ -22,8 +22,8 @@ from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
 _SHADER = "ray_trace.comp.glsl"
-_DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACES")  # that the shader knows
-_RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that a window responds
+_DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACES")  # variants of the shader
+_RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that the window responds
 
 
 class RayTracer:
@@ -52,8 +52,8 @@ class RayTracer:
     ) -> Iterator[str]:
         """Render the mean of `rays` rays a pixel through `pupil` into `out`.
 
-        `out` is RGBA float32 of the view's size, and holds the mean so far after each step. Equal
-        keys promise equal light from the scene, view and lens, and a sum for an equal key is
+        `out` is RGBA float32 of the view's size, and holds the mean so far after each step. The
+        caller passes equal keys only for an equal scene, view and lens; the sum for an equal key is
         continued. If fewer rays are asked for than were summed, the sum starts again. A seed is 0
         to 2^31 - 1; pictures of different seeds are independent. `pixel_side_px` is the side of the
         square that a pixel sees, 0 for a point.
@@ -72,7 +72,7 @@ class RayTracer:
             self._count = count
 
     def _place(self) -> None:
-        """Bring the trees to where the rasteriser has placed its scene."""
+        """Move the trees to where the rasteriser has placed its scene."""
         buffers = self._raster.buffers
         if self._trees is None or self._trees.buffers is not buffers:
             if self._trees is not None:
@@ -156,7 +156,7 @@ class SceneTrees:
     def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers) -> None:
         trees = mesh_trees(buffers.scene.meshes)
         self.buffers, self.root, self._roots = buffers, len(trees.nodes), trees.roots
-        self._trees = trees if buffers.scene.deforms else None  # to fit it to other shapes
+        self._trees = trees if buffers.scene.deforms else None  # for fitting to other shapes
         instances = len(buffers.scene.instances)
         self._triangles = ctx.buffer(trees.triangles.tobytes() or bytes(16))
         self._nodes = ctx.buffer(self._room(trees, instances).tobytes())
@@ -178,7 +178,7 @@ class SceneTrees:
         return self.buffers.storage | self.buffers.vertex_storage | own
 
     def place(self, frame: float) -> None:
-        """Bring the trees to where the instances are on the GPU, and to their shapes at a frame."""
+        """Move the trees to the instances on the GPU, and fit them to their shapes at a frame."""
         if self._trees is not None:
             for number, mesh in self.buffers.scene.shapes_at(frame).items():
                 nodes = refitted(self._trees, number, mesh)

@@ -16,12 +16,12 @@ from heatlens.scene.scene_bounds import placed_corners
 from heatlens.scene_gpu.closed_meshes import ClosedMeshes
 
 MOST_LIGHTS = 32
-MAPS = 5  # of a material
-UNLIT, BLENDED = 1, 2  # as lib/scene.lib.glsl has them
+MAPS = 5  # number of maps of a material
+UNLIT, BLENDED = 1, 2  # the same numbers as in lib/scene.lib.glsl
 
 VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
 BUMPY_VERTEX = np.dtype([*VERTEX.descr, ("tangent", "f4", 4)])
-INSTANCE = np.dtype(  # matrices column by column, as GLSL has them
+INSTANCE = np.dtype(  # matrices column by column, as in GLSL
     [("to_world", "f4", (4, 4)), ("to_object", "f4", (4, 4)), ("numbers", "u4", 4)]
 )
 _VEC4 = ("f4", 4)
@@ -37,7 +37,7 @@ MATERIAL = np.dtype(
 LIGHT = np.dtype([("position_inner", *_VEC4), ("intensity_outer", *_VEC4), ("axis", *_VEC4)])
 _COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
 _SIDE_MOST_PX = 2048
-_BYTES_MOST = 2**29  # of all layers together
+_BYTES_MOST = 2**29  # memory of all layers together
 _WHITE = np.full((1, 1, 4), 255, np.uint8)
 
 
@@ -47,13 +47,13 @@ class SceneBuffers:
     vertices        of all meshes, VERTEX, or BUMPY_VERTEX where a material has a normal map;
                     the ray tracer reads two or three vec4 for each
     colors          four half floats for each vertex, linear; None if no mesh has any
-    more_uvs        two floats for each vertex, the second set of texture coordinates; None where
-                    the maps of each material lie alike
-    places          where the maps of each material lie, None in the same case
+    more_uvs        two floats for each vertex, the second set of texture coordinates; None
+                    if all maps of each material share one placement
+    places          placement of the maps of each material, None in the same case
     triangles       (T, 3) uint32 into all vertices
     first_triangle  (meshes + 1,) where each mesh's triangles begin
     instances       INSTANCE, those of one mesh after each other
-    order           (N,) the scene's instance in each place of `instances`
+    order           (N,) the scene's instance at each index of `instances`
     commands        one indexed indirect draw for each visible mesh, `command_count` of them
     maps            RGBA8 layers of one size, as the files keep them; one white texel for none
     boxes_m         (meshes, 2, 3) bounds of each mesh in its own axes
@@ -86,14 +86,14 @@ class SceneBuffers:
 
     @property
     def defines(self) -> dict[str, int]:
-        """What the shaders of a scene are built with: only what this one needs."""
+        """The defines of the scene's shaders: only the features that this scene needs."""
         names = {"HOLES": self.has_holes, "COLORS": self.colors is not None}
         names |= {"BUMPS": self.has_bumps, "PLACES": self.places is not None}
         return {name: 1 for name, is_needed in names.items() if is_needed}
 
     @property
     def triangles_drawn(self) -> int:
-        """Those of all instances together."""
+        """The number of triangles of all instances together."""
         return int(np.diff(self.first_triangle)[self._meshes].sum())
 
     @property
@@ -108,12 +108,12 @@ class SceneBuffers:
 
     @property
     def vertex_storage(self) -> dict[str, moderngl.Buffer]:
-        """The blocks of lib/bvh.lib.glsl that some scenes have for their vertices."""
+        """The blocks of lib/bvh.lib.glsl for vertices, which only some scenes have."""
         found = {"colors_block": self.colors, "more_uvs_block": self.more_uvs}
         return {name: buffer for name, buffer in found.items() if buffer is not None}
 
     def light(self, lights: tuple[PointLight, ...]) -> None:
-        """Let these lights shine, as many as the scene has."""
+        """Replace the lights with as many others."""
         if self.scene.light_motion is not None:
             self.lights.write(lights_of(lights))
 
@@ -131,7 +131,7 @@ class SceneBuffers:
         self.instances.write(records.tobytes())
 
     def reshape(self, shapes: Mapping[int, Mesh]) -> None:
-        """Give the meshes that change it, by their index, another shape."""
+        """Replace the shapes of meshes, by their index."""
         for number, mesh in shapes.items():
             records = _records(mesh, self.has_bumps)
             start = int(self._first_vertex[number]) * records.itemsize
@@ -139,7 +139,7 @@ class SceneBuffers:
             self.boxes_m[number] = mesh.box_m
 
     def tell_backs(self, eye_m: Array) -> None:
-        """Write how the back of each instance is told to an eye, after `place`."""
+        """Write how to tell back faces seen from `eye_m`; call this after `place`."""
         placed = self._records
         rules = self._closed.rules(
             self._meshes, placed["to_world"].transpose(0, 2, 1), placed["to_object"], eye_m
@@ -214,7 +214,7 @@ def colors_of(meshes: Sequence[Mesh]) -> bytes:
 
 
 def more_uvs_of(meshes: Sequence[Mesh]) -> bytes:
-    """Return the second set of texture coordinates of all vertices; the first where none is."""
+    """Return the second texture coordinates of all vertices; the first ones by default."""
     parts = [mesh.uvs if mesh.more_uvs is None else mesh.more_uvs for mesh in meshes]
     return np.concatenate(parts).astype(np.float32).tobytes()
 

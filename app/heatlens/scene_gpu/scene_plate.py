@@ -1,4 +1,4 @@
-"""A scene seen through a pinhole, as a plate: what a file of that picture would hold."""
+"""A drawn pinhole picture of a scene as a plate, as if it were read from a file."""
 
 from collections.abc import Callable
 from functools import cached_property, lru_cache
@@ -26,8 +26,8 @@ ReadArea = Callable[[moderngl.Texture, Box], FloatArray]
 class DrawnPixels:
     """Pixels on the GPU that are read when they are used; see `Pixels`.
 
-    Once the textures are drawn over, reading raises GpuError. Reading works on OpenGL's thread;
-    other threads use `Plate.in_memory`.
+    Once the textures have been overwritten, reading raises GpuError. Reading works on OpenGL's
+    thread; other threads use `Plate.in_memory`.
     """
 
     coc_px = None
@@ -40,11 +40,11 @@ class DrawnPixels:
         `read_area` returns (h, w, C) or (h, w) float32.
         """
         self._color, self._depth = color, depth
-        self._area = lru_cache(_AREAS_KEPT)(read_area)  # the pixels under a resting pointer
+        self._area = lru_cache(_AREAS_KEPT)(read_area)  # keeps the pixels under a resting pointer
         self._is_there, self._thread = True, get_ident()
 
     def let_go(self) -> None:
-        """Forget the textures, which are drawn over or released."""
+        """Forget the textures, because they are overwritten or released now."""
         self._is_there = False
 
     @cached_property

@@ -1,4 +1,4 @@
-"""A scene in front of the lens: its pinhole picture, and what a real lens would make of it."""
+"""Render a scene: as a pinhole picture, or through a real lens."""
 
 import math
 from collections.abc import Generator, Iterable, Iterator
@@ -36,9 +36,9 @@ Drawn = tuple[moderngl.Texture, moderngl.Texture]  # colour and depth
 # Samples of a pixel, spread evenly over it. With fewer, lamps smaller than a pixel would be dimmer
 # or brighter than they are, and a blur would spread the error.
 PINHOLE_VIEWS = SAMPLES
-_FEW_ACROSS = 2  # that all pixels get, after which some are done
-_GOOD_ACROSS = 4  # that all pixels get where none will get more
-_OVERSCAN_FROM_VIEWS = 16  # with fewer something moves, and nobody looks at the border
+_FEW_ACROSS = 2  # samples that every pixel gets; some need no more
+_GOOD_ACROSS = 4  # samples of every pixel if none gets more
+_OVERSCAN_FROM_VIEWS = 16  # fewer are drawn only during movement, when nobody looks at the border
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,17 +46,17 @@ class DrawnScene:
     """A pinhole picture on the GPU, half and float as in a file, and as a plate."""
 
     plate: Plate
-    pixels: DrawnPixels  # of the plate
+    pixels: DrawnPixels  # pixels of the plate
     color: moderngl.Texture
     depth: moderngl.Texture
     dioptres: ValueBins
-    overscan: Overscan | None  # not of a hurried picture
-    peeled: Peeled | None  # what is behind, of a whole picture
+    overscan: Overscan | None  # None for a hurried picture
+    peeled: Peeled | None  # the hidden surfaces; None for a hurried picture
 
 
 @dataclass(frozen=True)
 class _Request:
-    """What is drawn next; `bank` of textures holds it."""
+    """The next picture to draw, into this `bank` of textures."""
 
     shot: Shot
     frame: float
@@ -88,8 +88,8 @@ class SceneRenderer:
         self._ctx = ctx
         self._pool = TexturePool(ctx)
         self._held: tuple[object, DrawnScene] | None = None
-        self._views = 0  # in it
-        self._bank = 0  # of two sets of textures: one is held while the other is drawn
+        self._views = 0  # samples in the held picture
+        self._bank = 0  # index of two sets of textures: one is held while the other is drawn
         self._pinhole = Antialias(ctx, self._raster)
 
     @cached_property
@@ -119,8 +119,8 @@ class SceneRenderer:
         """Draw the pinhole picture of `frame`, unless it exists; `held` has it at the end.
 
         A picture with fewer than `views` samples is continued; None accepts any number. If the
-        steps are abandoned, `held` stays what it was. `is_for_file`: what is behind it is told in
-        the pixels of the picture, and no finer ones.
+        steps are abandoned, `held` stays unchanged. With `is_for_file`, hidden surfaces are listed
+        for the pixels of the picture, not for finer ones.
         """
         key = self._pinhole_key(shot, frame), is_for_file
         if self._held is not None and self._held[0] == key and self._views >= (views or 0):
@@ -133,7 +133,7 @@ class SceneRenderer:
         self._held = key, scene
 
     def _hurried(self, request: "_Request", key: object) -> Generator[str, None, DrawnScene]:
-        """Draw the frame alone, by few samples a pixel; a single one is at its middle."""
+        """Draw only the frame, with few samples a pixel; a single sample is at the middle."""
         view = self._view(request.shot, request.frame, request.size)
         color, depth = self._textures("pinhole", request.bank, request.size)
         yield from self._colored(view, math.isqrt(request.views), 1, key, color, request.frame)
@@ -141,7 +141,7 @@ class SceneRenderer:
         return self._drawn(request, color, depth)
 
     def _whole(self, request: "_Request", key: object) -> Generator[str, None, DrawnScene]:
-        """Draw the picture with a margin on every side, and of many samples what is behind it."""
+        """Draw the picture with a margin on every side, and list the surfaces behind it."""
         fine = 1 if request.is_for_file else fineness(self._ctx, request.size)
         margin = margin_px(self._ctx, request.size)
         view = finer(self._view(request.shot, request.frame, request.size, margin), fine)
@@ -244,7 +244,7 @@ class SceneRenderer:
 
     @property
     def held(self) -> DrawnScene:
-        """The latest pinhole picture; `look` has to have been at its end."""
+        """The latest pinhole picture; the steps of `look` must be complete."""
         assert self._held is not None
         return self._held[1]
 

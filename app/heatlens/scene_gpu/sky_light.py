@@ -1,15 +1,15 @@
-"""The sky's light as lib/shading.lib.glsl has it, and what of it a matt surface gets."""
+"""The sky's light as in lib/shading.lib.glsl, and how a matt surface reflects it."""
 
 import numpy as np
 
 from heatlens.scene.scene import Array, Daylight
 
-_GROUND_BAND = 0.1  # as in the shader
+_GROUND_BAND = 0.1  # the same as in the shader
 _PARTS = 4096
 
 
 def sky_radiance(daylight: Daylight, y: Array) -> Array:
-    """Return (..., 3) for directions (...,) of height `y`, -1 to 1; it is even all around."""
+    """Return (..., 3) for directions (...,) of height `y`, -1 to 1; it is the same all around."""
     up = np.maximum(y, 0.0)[..., None]
     high = up * (2 - up)
     above = (1 - high) * np.array(daylight.horizon) + high * np.array(daylight.zenith)
@@ -30,5 +30,5 @@ def diffuse_polynomial(daylight: Daylight) -> Array:
     even, first, second = (
         (2 * order + 1) / 2 * (2 / _PARTS) * (legendre[order] @ sky) for order in range(3)
     )
-    # Weights 1, 2/3 and 1/4 of the cosine lobe, the second polynomial taken apart.
+    # Weights 1, 2/3 and 1/4 of the cosine lobe; the second polynomial is split into its terms.
     return np.stack([even - second / 8, 2 / 3 * first, 3 / 8 * second])

@@ -1,1 +1,1 @@
-"""The scene that is built in."""
+"""The built-in demo scene."""

@@ -22,7 +22,7 @@ from heatlens.scene.scene import Array, Color, Mesh
 
 LOOP_FRAMES = 240
 _THIGH_M = _SHIN_M = 0.43
-_ANKLE_M = 0.08  # above the ground
+_ANKLE_M = 0.08  # height above the ground
 _SIDES = (("left", 1.0), ("right", -1.0))  # a person who looks along +z has the left hand at +x
 _TURN_STEPS = 720
 
@@ -51,13 +51,13 @@ class Walk:
         return x + self.reach_m[0] * np.cos(angle), z + self.reach_m[1] * np.sin(angle)
 
     def heading_at(self, frame: float) -> float:
-        """Return the direction of the face in radians from +z to +x."""
+        """Return the heading in radians, from +z towards +x."""
         angle = self._angle(frame)
         x, z = -self.reach_m[0] * np.sin(angle), self.reach_m[1] * np.cos(angle)
         return float(np.arctan2(self.turns * x, self.turns * z))
 
     def stride_at(self, frame: float) -> float:
-        """Return the phase of the two steps' cycle in radians, in step with the way walked."""
+        """Return the phase of the walk cycle in radians; it follows the distance walked."""
         way = _way(*self.reach_m)
         angle = self.turns * self._angle(frame)
         whole, rest = np.divmod(angle, 2 * np.pi)
@@ -75,7 +75,7 @@ class Walk:
 
 @lru_cache
 def _way(across_m: float, along_m: float) -> Array:
-    """Return the share (n,) of an ellipse's length that lies before each of n even angles."""
+    """Return the share (n,) of an ellipse's length before each of n evenly spaced angles."""
     return np.asarray(_lengths(across_m, along_m) / _way_m(across_m, along_m))
 
 
@@ -105,7 +105,7 @@ def joints_at(walk: Walk, frame: float) -> dict[str, Array]:
         hip = body @ moved(0.095 * sign, 0, 0) @ turned_x(-thigh)
         joints[f"{side} thigh"] = hip
         joints[f"{side} shin"] = hip @ moved(0, -_THIGH_M, 0) @ turned_x(knee)
-        arm = -0.9 * thigh  # against the leg of its side
+        arm = -0.9 * thigh  # opposite to the leg on its side
         shoulder = joints["body"] @ moved(0.205 * sign, 0.44, 0) @ turned_z(0.12 * sign)
         joints[f"{side} arm"] = shoulder @ turned_x(-arm)
         bend = 0.35 + 0.5 * max(arm, 0.0)
@@ -211,5 +211,5 @@ def _hand() -> Mesh:
 
 
 def _shoe() -> Mesh:
-    # sole on the ground where the leg is straight
+    # the sole touches the ground when the leg is straight
     return placed(sphere(0.06, 8, 6), moved(0, -_SHIN_M - 0.03, 0.05) @ scaled(0.8, 0.83, 2.1))

@@ -1,4 +1,4 @@
-"""What is close to the camera of the built-in scene: a railing with plants, a table, a branch."""
+"""The foreground of the built-in scene: a railing with plants, a table, a branch."""
 
 import numpy as np
 

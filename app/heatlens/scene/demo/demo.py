@@ -3,8 +3,8 @@
 Everything a lens can show is in it: something close to the camera, people who cross at three
 distances, and hundreds of small lights behind them.
 
-In the wet ground puddles are holes, and the street hangs below, mirrored. A mirror image is as far
-away as the way of its light is long, and a lens blurs it accordingly.
+Puddles are holes in the wet ground, and a mirrored street hangs below it. A mirror image is
+therefore as far away as its light has travelled, and a lens blurs it accordingly.
 """
 
 from dataclasses import replace
@@ -33,7 +33,7 @@ DEMO_SOURCE = "demo"
 _CAMERA = "dolly"
 _FRAMES = FrameRange(1, LOOP_FRAMES)
 _SKIN = (0.55, 0.34, 0.24)
-# The actors to whose distance each mark belongs; it stays while the focus is there.
+# Each mark has the distance of one actor, which hardly changes while the focus is there.
 ACTORS = {
     "actor A": Walk((0.5, -3.47), (0.62, 0.2), 30, -1, 4),
     "actor B": Walk((-0.75, -5.85), (1.25, 0.25), 117, 1, 6),
@@ -56,9 +56,9 @@ _NIGHTFALL = Daylight(
     horizon=(0.16, 0.11, 0.15),
     ground=(0.03, 0.022, 0.035),
 )
-_TILE_M = 9.0  # after which the puddles repeat
+_TILE_M = 9.0  # period of the puddles
 _TILE_PX = 256
-_REFLECTED = 0.3  # of the light at such a flat angle to the water
+_REFLECTED = 0.3  # share of the light that water reflects at so flat an angle
 _MIRRORED = ("houses", "windows", "street lamps", "garlands", "signs", "shops", "cars")
 
 

@@ -1,4 +1,4 @@
-"""The few shapes that the built-in scene is made of, and where they are put."""
+"""Make and place the few shapes of the built-in scene."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -86,7 +86,7 @@ def box(width_m: float, height_m: float, depth_m: float) -> Mesh:
 
 
 def quads(corners: Iterable[Array]) -> Mesh:
-    """Return flat four-sided faces, (4, 3) each, seen from where they run counter-clockwise."""
+    """Return flat faces of four corners, (4, 3) each, counter-clockwise seen from the front."""
     faces = np.stack([np.asarray(face, np.float64) for face in corners])
     normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 3] - faces[:, 0])
     first = 4 * np.arange(len(faces))[:, None]
@@ -145,7 +145,7 @@ def moved(x: float, y: float, z: float) -> Array:
 
 
 def turned_x(angle: float) -> Array:
-    """Return a rotation (4, 4) about x in radians, which leans what points up towards +z."""
+    """Return a rotation (4, 4) about x in radians, which turns +y towards +z."""
     matrix = np.eye(4)
     c, s = np.cos(angle), np.sin(angle)
     matrix[1:3, 1:3] = [[c, -s], [s, c]]

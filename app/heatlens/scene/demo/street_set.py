@@ -1,4 +1,4 @@
-"""What the built-in scene is put together from, piece by piece."""
+"""Collect the materials, meshes and instances of the built-in scene."""
 
 from dataclasses import dataclass, field, replace
 

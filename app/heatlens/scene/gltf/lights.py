@@ -39,7 +39,7 @@ class MovingLights:
     sun_node: int | None
 
     def __call__(self, frame: float) -> Lighting:
-        """Return the lights at a frame; one without a direction there keeps its first one."""
+        """Return the lights at a frame; one without a direction keeps its first direction."""
         worlds = self.animation.worlds(frame)
         pairs = zip(self.lighting.lights, self.nodes, strict=True)
         lamps = tuple(_moved(lamp, worlds[node]) for lamp, node in pairs)

@@ -21,7 +21,7 @@ _ATTRIBUTES = ("positions", "orientations", "orientationsf", "scales", "protoInd
 class Copies:
     """The meshes that one prim adds, and their transforms in its own space.
 
-    names   (N,) names of the prims that the meshes are of
+    names   (N,) names of the prims that own the meshes
     meshes  (N,) numbers of the meshes
     local   (F, N, 4, 4) from each mesh to the prim; F is 1 where nothing moves within it
     """
@@ -140,9 +140,9 @@ class Instancers:
 
 
 def _is_hidden(prim: UsdObject) -> bool:
-    """Return True if a prim within a prototype is not to be seen, by its own words.
+    """Return True if a prim within a prototype hides itself.
 
-    The visibility of what lies above the prototype does not count: it often hides all prototypes.
+    The visibility of the prototype's ancestors does not count: it often hides all prototypes.
     """
     seen, purpose = prim.GetAttribute("visibility"), prim.GetAttribute("purpose")
     return bool(seen and seen.Get() == "invisible") or bool(purpose and purpose.Get() in _HIDDEN)

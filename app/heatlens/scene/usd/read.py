@@ -125,7 +125,7 @@ def _scene(stage: UsdStage) -> Scene:
 def _notes(
     stage: UsdStage, geometry: UsdGeometry, instancers: Instancers, shown: list[UsdObject]
 ) -> tuple[str, ...]:
-    """Return what the readers have said, which is complete when all is read."""
+    """Return the notes of all readers; call this after everything has been read."""
     told = (
         *(*stage.notes, *geometry.materials.notes, *instancers.notes),
         *(*geometry.notes, *geometry.subdivision.notes),

@@ -1,4 +1,4 @@
-"""Subdivision of USD meshes: which ones, how often, and where they stay sharp."""
+"""Decide which USD meshes are subdivided, how often, and where they stay sharp."""
 
 from dataclasses import dataclass, replace
 
@@ -18,7 +18,7 @@ _SHARP = 10.0  # USD's value for an infinitely sharp crease
 class Subdivision:
     """Subdivides meshes up to a limit on the number of quads.
 
-    left_out  meshes that are drawn as their cages, for they would have too many
+    left_out  meshes drawn as their cages, because they would have too many quads
     once      meshes that were subdivided once instead of twice
     loops     meshes of another scheme, Loop's for triangles, which are drawn as their cages
     """

@@ -1,4 +1,4 @@
-"""Notes on what of a USD stage is not drawn, or not as intended: each kind with its count."""
+"""Report the features of a USD stage that are not drawn, or not as intended, with counts."""
 
 import re
 from collections import Counter
@@ -129,7 +129,7 @@ def _of_prims(prims: Iterable[UsdObject]) -> Counter[str]:
 
 
 def _of_materials(prims: Iterable[UsdObject]) -> Counter[str]:
-    """Count what is ignored of the materials of prims; each material counts once."""
+    """Count the ignored inputs of materials; a material of several prims counts once."""
     shade, geometry = usd_module("UsdShade"), usd_module("UsdGeom")
     bound: dict[object, object] = {}
     for prim in prims:
