@@ -1,1 +1,1 @@
-"""What the program behind the window holds and does, without a window: it draws nothing."""
+"""The program behind the window: its state and its commands, without any drawing."""

@@ -1,6 +1,6 @@
-"""The desks of a session: the commands and workers of one subject, made and handed out together.
+"""The desks of a session, each with the commands and workers of one subject.
 
-A front end takes the desk of what it shows. `workers` of each are polled by the session.
+A front end uses the desks of the subjects that it shows. The session polls the `workers` of each.
 """
 
 from collections.abc import Callable, Mapping
@@ -53,8 +53,8 @@ class Shared:
     """What every desk works on.
 
     say        shows a sentence in the status bar
-    say_error  shows an error there, and keeps the shot safe after a fault of the program
-    wake       has the front end draw again; threads call it
+    say_error  shows an error there; after a fault of the program it also saves the shot
+    wake       makes the front end draw again; threads call it
     """
 
     source: OpenSource
@@ -67,7 +67,7 @@ class Shared:
 
 
 class PictureDesk:
-    """How the picture is looked at: view, comparison, looks; and how it is saved."""
+    """Viewing and saving the picture: view, comparison, looks, files."""
 
     def __init__(self, shared: Shared) -> None:
         source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake
@@ -97,7 +97,7 @@ class PictureDesk:
 
 
 class LensDesk:
-    """The lens, and what turns it or listens to it from outside."""
+    """The lens, the devices that turn it, and the programs that receive it."""
 
     def __init__(self, shared: Shared) -> None:
         source, editing, say = shared.source, shared.editing, shared.say
@@ -110,7 +110,7 @@ class LensDesk:
 
 
 class TimeDesk:
-    """What has to do with frames: timeline, keys, marks, recorded pulls, rendered frames."""
+    """Everything about frames: timeline, keys, marks, recorded pulls, rendered frames."""
 
     workers: tuple[Worker, ...]
 
@@ -167,7 +167,7 @@ class TimeDesk:
 
 
 class FileDesk:
-    """Files: what is opened, saved, remembered and exported."""
+    """Files: opening, saving, exporting, and the preferences."""
 
     def __init__(self, shared: Shared, pictures: PictureDesk, timeline: Timeline) -> None:
         source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake

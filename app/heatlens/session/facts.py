@@ -1,4 +1,4 @@
-"""What is true in the session now: the facts that panels and other front ends show."""
+"""The current facts of a session, for panels and other front ends."""
 
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
@@ -34,7 +34,7 @@ class Facts:
 
     @property
     def seen_shot(self) -> Shot:
-        """The shot of the picture: the current one, or the one that is tried."""
+        """The shot of the picture: the current one, or one with trial values."""
         return self._editing.seen_shot
 
     @property
@@ -69,12 +69,12 @@ class Facts:
 
     @property
     def has_camera(self) -> bool:
-        """True if what is open is seen by a camera that moves."""
+        """True if the open source has a camera that can move."""
         return self._source.has_camera
 
     @property
     def has_many_views(self) -> bool:
-        """True if what is open can be seen from many points of the lens."""
+        """True if the open source can be seen from many points of the lens."""
         return self._pictures.renderer.has_many_views
 
     @property
@@ -111,7 +111,7 @@ class Facts:
 
     @property
     def opening(self) -> str:
-        """The name of what is being opened; "" for nothing."""
+        """The name of the source that is being opened; "" for none."""
         return self._source.opener.opening or ""
 
     @property

@@ -1,4 +1,4 @@
-"""The program behind a front end: the open document and everything that can be done with it.
+"""The program behind a front end: the open document and all commands on it.
 
 A session needs no window. Its pictures come from the same renderer that `heatlens render` uses.
 """
@@ -34,8 +34,8 @@ _SETTLING_S = 0.1  # between checks whether a gesture has ended or an autosave i
 class Session:
     """The open document, its commands and its facts; a front end drives it.
 
-    The commands lie on the desks `pictures`, `time`, `lens`, `scenes` and `files`, and `facts`
-    tells what there is. `poll`, `work` and `drawn` are called by the main loop.
+    The commands are on the desks `pictures`, `time`, `lens`, `scenes` and `files`; `facts` has the
+    current state. `poll`, `work` and `drawn` are called by the main loop.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Session:
     ) -> None:
         """Begin with the values of the command line, `start`.
 
-        Threads call `wake` to have the window drawn. Rendered frames are kept in `frames_folder`,
+        Threads call `wake` to make the window draw. Rendered frames are kept in `frames_folder`,
         or in memory only if None. `is_software` says that a software rasteriser draws the window.
         """
         self.messages = Messages()
@@ -88,7 +88,7 @@ class Session:
     # Called by the main loop
 
     def poll(self) -> None:
-        """Take over what threads have read; report errors, and keep the last good picture."""
+        """Take over the results of threads; report errors, and keep the last good picture."""
         try:
             with faults_reported("What was read could not be shown"):
                 self._take_news()
@@ -185,7 +185,7 @@ class Session:
             display=view.display,
             view=self.pictures.color.chosen_view(view),
             unit=view.unit,
-            guides=replace(view.guides, desqueeze=None),  # which belongs to the open source
+            guides=replace(view.guides, desqueeze=None),  # it belongs to the open source
             peaking=view.peaking,
             ending=playback.ending,
             every_frame=playback.is_every_frame,

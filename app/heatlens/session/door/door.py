@@ -26,7 +26,7 @@ from heatlens.session.door.requests import Request
 from heatlens.session.door.state import State, state_of
 from heatlens.session.session import Session
 
-_MESSAGE = Path("message")  # what errors call the place of a wrong value
+_MESSAGE = Path("message")  # where a wrong value was found, as errors name it
 REQUESTS: Mapping[str, type[Request]] = {kind.__name__: kind for kind in Request.__subclasses__()}
 Changeable = Lens | DefocusSettings | ViewState
 
@@ -41,14 +41,14 @@ class Door:
         self._named = {command.name: command for command in self.commands}
 
     def state(self) -> State:
-        """Return what there is to show now."""
+        """Return the state to show now."""
         key = self._session.time.scheduler.picture_key
         self._picture += key != self._picture_key
         self._picture_key = key
         return state_of(self._session, self.commands, self._picture)
 
     def do(self, asked: Request | Command | str) -> None:
-        """Do a request, or a command or the one of this name. Show why if that is impossible."""
+        """Do a request, a command, or the command of this name; show why if that is impossible."""
         try:
             self._do(asked)
         except HeatlensError as error:
@@ -71,13 +71,13 @@ class Door:
             self._session.pictures.view.state = changed
 
     def choose(self, changed: Changeable) -> None:
-        """Change as `change` does, as an undo step of its own."""
+        """Do the same as `change`, as an undo step of its own."""
         self._session.editing.settle()
         self.change(changed)
         self._session.editing.settle()
 
     def answer(self, message: object) -> dict[str, object]:
-        """Do what a JSON message asks; return `{"state": ...}`, or `{"problem": sentence}`."""
+        """Follow a JSON message; return `{"state": ...}`, or `{"problem": sentence}`."""
         try:
             self._answer(JsonEntry(_MESSAGE, "", message))
         except HeatlensError as error:
@@ -112,7 +112,7 @@ class Door:
 
 
 def _changed(now: Changeable, values: JsonEntry) -> Changeable:
-    """Return a dataclass with new values for the fields that are named."""
+    """Return a dataclass with new values for the named fields."""
     hints = get_type_hints(type(now))
     given = {
         name: entry.of_type(hints[name])

@@ -47,7 +47,7 @@ def _edit(session: Session) -> Iterator[Command]:
 
 
 def _of_history(name: str, run: Callable[[], object], words: Callable[[], str]) -> Command:
-    """Return undo or redo; `words` tells what it would change, "" for nothing."""
+    """Return undo or redo; `words` names the change to undo or redo, "" for none."""
     return Command(
         *(name, "Edit", run),
         barred=lambda: "" if words() else f"There is nothing to {name.lower()}.",

@@ -18,7 +18,7 @@ from heatlens.session.session import Session
 
 
 class Request(ABC):
-    """Something that is asked of a session."""
+    """A request to a session."""
 
     @abstractmethod
     def run(self, session: Session) -> None:
@@ -27,12 +27,12 @@ class Request(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Open(Request):
-    """Open a file, pattern, folder, scene or shot; what is open stays until it has arrived."""
+    """Open a file, pattern, folder, scene or shot; the open source stays until it has arrived."""
 
     name: str
 
     def run(self, session: Session) -> None:
-        """Begin to open it."""
+        """Start opening it."""
         session.files.commands.open(self.name)
 
 
@@ -57,7 +57,7 @@ class Go(Request):
     frame: int
 
     def run(self, session: Session) -> None:
-        """Move it, and stop playback."""
+        """Move the playhead, and stop playback."""
         session.time.timeline.go(self.frame)
 
 
@@ -85,7 +85,7 @@ class NudgeFocus(Request):
 
 @dataclass(frozen=True, slots=True)
 class FocusAt(Request):
-    """Focus on what is seen at a pixel of the picture, counted from its upper left corner."""
+    """Focus on the object at a pixel of the picture, counted from its upper left corner."""
 
     x_px: int
     y_px: int
@@ -97,7 +97,7 @@ class FocusAt(Request):
 
 @dataclass(frozen=True, slots=True)
 class MarkAt(Request):
-    """Set a mark on what is seen at a pixel of the picture."""
+    """Set a mark on the object at a pixel of the picture."""
 
     x_px: int
     y_px: int

@@ -1,4 +1,4 @@
-"""The state of a session as plain values, for front ends that hold no part of it."""
+"""The state of a session as plain values, for front ends without access to its objects."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class MarkState:
 
 @dataclass(frozen=True)
 class CommandState:
-    """A named command: whether it is on (None: it is no switch), and why it is barred, or ""."""
+    """A named command: whether it is on (None if it is no switch), and why it is barred, or ""."""
 
     name: str
     label: str
@@ -32,10 +32,10 @@ class CommandState:
 
 @dataclass(frozen=True)
 class State:
-    """What a front end shows of a session.
+    """The state of a session that a front end shows.
 
-    source        the name of what is open; "" for nothing
-    opening       the name of what is being opened; "" for nothing
+    source        the name of the open source; "" for none
+    opening       the name of the source that is being opened; "" for none
     title         the name of the document, with a star for unsaved changes
     message       the sentence in the status bar, or ""
     is_problem    the message is about an error
@@ -75,7 +75,7 @@ class State:
 def state_of(session: Session, commands: Sequence[Command], picture: int) -> State:
     """Return the state of the session now.
 
-    `commands` are its named ones, and `picture` is the number of the picture.
+    `commands` are the named commands, and `picture` is the number of the picture.
     """
     facts, timeline, seen = session.facts, session.time.timeline, session.facts.seen
     lens, shot, marks = _lens(session), facts.shot, session.time.marks

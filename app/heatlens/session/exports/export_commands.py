@@ -51,7 +51,7 @@ class ExportCommands(Worker):
     def played(self) -> FrameRange | None:
         """The frames from in to out, which are exported if no others are named; None for a still.
 
-        The shot file of a sequence need not tell its frames: the files on disk do.
+        The shot file of a sequence need not list its frames: they follow from the files on disk.
         """
         return self._timeline.timed_shot.played
 

@@ -1,6 +1,6 @@
-"""Exports while the window goes on: `heatlens export`, `camera` and `shot sheet` as processes.
+"""Run `heatlens export`, `camera` and `shot sheet` as processes beside the window.
 
-A process of its own has its own OpenGL, holds up nothing, and leaves whole files if it is stopped.
+A separate process has its own OpenGL, does not block the window, and leaves whole files if stopped.
 """
 
 import json
@@ -20,8 +20,8 @@ from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.model.shot import Shot
 
-_PATIENCE_S = 2.0  # until an export that was asked to stop is killed
-_KILLED_S = 1.0  # until the system has cleared away what was killed
+_PATIENCE_S = 2.0  # time to stop before the export is killed
+_KILLED_S = 1.0  # time for the system to remove a killed process
 _STOPS = (signal.SIGINT, signal.SIGTERM)
 _TITLES = {"shot sheet": "pull sheet"}
 _STOPPED = (128 + signal.SIGTERM, -signal.SIGTERM, -signal.SIGKILL)
@@ -29,43 +29,43 @@ _STOPPED = (128 + signal.SIGTERM, -signal.SIGTERM, -signal.SIGKILL)
 
 @dataclass
 class ExportState:
-    """How far an export is, as its process tells it."""
+    """The progress of an export, as its process reports it."""
 
     title: str
     done: int = 0
     frames: int = 0
     left_s: float | None = None
     said: str = ""  # the last sentence of the process
-    code: int | None = None  # None: it goes on
+    code: int | None = None  # None while it runs
     output: str = ""  # the pattern of the frames, or the file
-    told: str = ""  # a sentence that the process has about what it wrote
+    told: str = ""  # a sentence of the process about the written files
 
     @property
     def is_stopped(self) -> bool:
-        """Return True where it was stopped by hand."""
+        """Return True if the user stopped it."""
         return self.code in _STOPPED
 
     @property
     def when_stopped(self) -> str:
-        """What stays of an export that is stopped, in a sentence."""
+        """A sentence on the files that remain if the export is stopped."""
         if Path(self.output).suffix.lower() in MOVIE_SUFFIXES:
             return "An unfinished movie is deleted; exporting again starts over."
         return "Finished frames are kept; exporting again continues with the rest."
 
 
 class ExportRun:
-    """Runs one process at a time and follows what it says."""
+    """Runs one process at a time and follows its output."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         """Take `wake`, which is called on a thread when the export has news."""
         self._wake = wake
         self._process: subprocess.Popen[str] | None = None
         self._follower: Thread | None = None
-        self.state: ExportState | None = None  # of the latest one
+        self.state: ExportState | None = None  # state of the latest process
 
     @property
     def is_busy(self) -> bool:
-        """Return True while a process goes on."""
+        """Return True while a process runs."""
         return self.state is not None and self.state.code is None
 
     def export(self, shot: Shot, output: str, job: str = "") -> None:
@@ -81,15 +81,15 @@ class ExportRun:
         self._start("shot sheet", shot, output, ("--progress", "json", *words))
 
     def cancel(self) -> None:
-        """Ask it to stop; what is finished stays, and a later export goes on from there.
+        """Ask the process to stop; finished files stay, and a later export continues from there.
 
-        One that has not stopped after a while is killed. Nobody waits for it here.
+        If it has not stopped after a while, it is killed. This method does not wait.
         """
         if self._process is not None and self.is_busy:
             _stop(self._process)
 
     def close(self) -> None:
-        """Stop it and wait until it has ended, which does not take long."""
+        """Stop the process and wait for its end, which does not take long."""
         self.cancel()
         if self._follower is not None:
             self._follower.join(_PATIENCE_S + _KILLED_S)
@@ -97,7 +97,7 @@ class ExportRun:
     def _start(
         self, command: str, shot: Shot, output: str, words: Sequence[str], job: str = ""
     ) -> None:
-        """Start the process and follow it. If that fails, nothing is left of it."""
+        """Start the process and follow it. If that fails, leave no process or files behind."""
         title = f"{_TITLES.get(command, command)} to {output}"
         with faults_reported(f"The {title} could not start"), ExitStack() as undone:
             folder = tempfile.TemporaryDirectory(prefix="heatlens-")
@@ -129,7 +129,7 @@ class ExportRun:
                 self._read(process, state)
             code = process.returncode
             state.said = _closing_sentence(code, state)
-        except Exception as error:  # without an exit code the window would wait for ever
+        except Exception as error:  # without an exit code the window would wait forever
             state.said, code = str(told_error(error, f"{state.title} failed")), FAULT_CODE
         state.code = code
         self._wake()
@@ -156,7 +156,7 @@ class ExportRun:
 
 def _started(words: Sequence[str]) -> "subprocess.Popen[str]":
     """Start the heatlens command with these words as a process."""
-    # -P: a file in the current folder that is called like one of Python's must not be run.
+    # -P: do not run a file in the current folder that has the name of a Python module.
     line = [sys.executable, "-P", "-m", "heatlens", *words]
     with _signals_heard_by_children():
         return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -164,10 +164,10 @@ def _started(words: Sequence[str]) -> "subprocess.Popen[str]":
 
 @contextmanager
 def _signals_heard_by_children() -> Iterator[None]:
-    """Start processes that answer stop signals, also where this one was started to ignore them.
+    """Start processes that obey stop signals, even if this process ignores them.
 
-    What is ignored stays ignored in a child, as in that of `heatlens x &` in a script; a signal
-    that has a handler has its usual effect there. Only the main thread may set handlers.
+    A child inherits ignored signals, for example from `heatlens x &` in a script; a signal with a
+    handler has its usual effect in the child. Only the main thread may set handlers.
     """
     if current_thread() is not main_thread():
         yield
@@ -184,12 +184,12 @@ def _signals_heard_by_children() -> Iterator[None]:
 
 def _stop(process: "subprocess.Popen[str]") -> None:
     """Ask `process` to stop; kill it after a while if it has not."""
-    process.terminate()  # heard from its first moment on, unlike Ctrl-C
+    process.terminate()  # works from the first moment on, unlike Ctrl-C
     Thread(target=_kill_late, args=(process,), daemon=True).start()
 
 
 def _kill_late(process: "subprocess.Popen[str]") -> None:
-    """Kill a process that was asked to stop and goes on; on a thread."""
+    """Kill a process that was asked to stop and still runs; runs on a thread."""
     try:
         process.wait(_PATIENCE_S)
     except subprocess.TimeoutExpired:
@@ -197,7 +197,7 @@ def _kill_late(process: "subprocess.Popen[str]") -> None:
 
 
 def _closing_sentence(code: int, state: ExportState) -> str:
-    """Return what the window says after exit code `code`: of a failure, the command's words."""
+    """Return the message of the window for exit code `code`; for a failure, that of the command."""
     if code == 0:
         return f"Done: {state.title}. {state.told}".strip()
     if code in _STOPPED:
@@ -206,7 +206,7 @@ def _closing_sentence(code: int, state: ExportState) -> str:
 
 
 def _take(line: str, state: ExportState) -> None:
-    """Take the event of a line of `--progress json`; leave out any other line, such as a name."""
+    """Take the event in a line of `--progress json`; ignore other lines, such as file names."""
     try:
         event = json.loads(line)
     except ValueError:

@@ -1,4 +1,4 @@
-"""What the user wants to export, as the panel shows it and as the exporting process takes it."""
+"""The settings of an export, for the panel and for the exporting process."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,9 +31,9 @@ _MOVIES = (".mov", ".mp4")
 
 @dataclass(frozen=True)
 class ExportSettings(ExportOptions):
-    """What is to be exported, as the panel shows it, with the options of every export.
+    """The export settings in the panel, with the options of every export.
 
-    folder, name    where to, and the name before the number of the frame
+    folder, name    the folder, and the name before the number of the frame
     quality         "" for that of the shot
     with_guides     the guides of the window are drawn into the pictures
     is_single       the shot has one frame, whose file needs no number unless frames are named
@@ -66,7 +66,7 @@ class ExportSettings(ExportOptions):
         return FRAME_KINDS[self.kind] == ".exr"
 
     def shot_of(self, shot: Shot) -> Shot:
-        """Return the shot at the quality that is to be exported."""
+        """Return the shot at the quality of the export."""
         if not self.quality:
             return shot
         return replace(shot, defocus=replace(shot.defocus, quality=Quality(self.quality)))
@@ -91,7 +91,8 @@ def _opacity(guides: Guides) -> float:
 def proposed_settings(plate: Path) -> ExportSettings:
     """Propose an export of a plate next to its file, under the same name.
 
-    What comes with the program, or lies where nothing may be written, goes to the user's pictures.
+    For files of the program, and in folders without write access, propose the user's pictures
+    folder.
     """
     name = plate.name.split(".")[0]
     return ExportSettings(str(folder_to_write_in(plate) / f"{name}_dof"), name)

@@ -35,7 +35,7 @@ class Chosen:
 
 @dataclass(frozen=True)
 class _Found:
-    """What a path turned out to be: a folder to show, a file, or a file in a folder to show."""
+    """The result of looking up a path: a folder to show, a file, or a file in a folder to show."""
 
     listing: FolderList | None
     file: Path | None = None
@@ -97,8 +97,8 @@ class FolderWalk:
     def poll(self) -> Chosen | None:
         """Take what the thread found. A file that was typed is chosen.
 
-        Raises HeatlensError, once, for what is not there or cannot be read; `problem` keeps saying
-        it.
+        Raises HeatlensError, once, if something is missing or cannot be read; `problem` keeps the
+        sentence.
         """
         try:
             found = self._reader.poll()

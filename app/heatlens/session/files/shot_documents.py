@@ -54,14 +54,14 @@ class ShotDocuments(Worker):
         self._say = say
         self.store = ShotStore(wake)
         self.path: Path | None = None
-        self.offer: Found | None = None  # what was not saved before the program ended: wanted?
+        self.offer: Found | None = None  # unsaved changes from before a crash, offered to the user
         self._saved: Shot | None = None
-        self._kept: Shot | None = None  # what lies beside the file, or needs not to
+        self._kept: Shot | None = None  # the shot that is autosaved, or needs no autosave
         self._reading: Future[Found] | None = None
-        self._writing: list[tuple[Future[None], str]] = []  # and what to say when it is done
-        self._begun = editing.shot  # as it was when it was opened without a file
+        self._writing: list[tuple[Future[None], str]] = []  # and the message when it is done
+        self._begun = editing.shot  # the shot without a file, as it was opened
         self._coming: Document | None = None  # waits for its plate
-        self._complained = ""  # why nothing can be kept, as it was said
+        self._complained = ""  # the reported reason why autosaving fails
 
     # Commands
 
@@ -122,7 +122,7 @@ class ShotDocuments(Worker):
 
     @property
     def window_title(self) -> str:
-        """The name of the shot's file, else of what is open, with a star for unsaved changes."""
+        """The name of the shot's file, else of the open source, with a star for unsaved changes."""
         if self.path is not None:
             return self.title
         cache, plate = self._timeline.cache, self._source.plate

@@ -28,11 +28,11 @@ from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 _HOST = "127.0.0.1"
 _PATIENCE_S = 2.0  # time limit of a whole request; a thread answers even while the window draws
 _CLIENTS_MOST = 64  # requests at the same time
-_REQUEST_MOST = 1 << 20  # bytes: a thousand long names
+_REQUEST_MOST = 1 << 20  # bytes, enough for a thousand long names
 _NAMES_MOST = 1000
 _ANSWER = b"opened"
-# What a wrong secret, an end that hangs up or one that says something else may raise; the standard
-# library asserts the form of a challenge.
+# Errors from a wrong secret, a closed connection or an unknown message; the standard library
+# asserts the form of a challenge.
 _REFUSALS = (OSError, EOFError, ValueError, AssertionError, ProcessError)
 
 
@@ -74,7 +74,7 @@ def _is_of_user_alone(status: os.stat_result) -> bool:
 
 @contextmanager
 def _cut_in_time(connected: socket.socket) -> Iterator[Connection]:
-    """Yield a connection whose other end has a limited time for everything that it says."""
+    """Yield a connection that closes unless the other end finishes in a limited time."""
     connected.settimeout(None)  # the limit of a single step would not limit the whole
     cut = Timer(_PATIENCE_S, _shut, (connected,))
     cut.daemon = True

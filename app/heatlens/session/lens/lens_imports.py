@@ -40,7 +40,7 @@ class CameraImport:
         self._reader.start(partial(read_camera, str(path)))
 
     def poll(self) -> None:
-        """Put what has been read into the shot; call this once a frame."""
+        """Apply the camera that was read to the shot; call this once a frame."""
         try:
             camera = self._reader.poll()
             if camera is None:
@@ -71,7 +71,7 @@ class OpeningImageImport:
         self._reader.start(partial(read_opening_image, path))
 
     def poll(self) -> None:
-        """Put what has been read into the lens; call this once a frame."""
+        """Apply the picture that was read to the lens; call this once a frame."""
         try:
             image = self._reader.poll()
         except HeatlensError as error:

@@ -1,7 +1,7 @@
 """Follow the lens that a running renderer sends, except for values that the user has set.
 
-A focus that nobody has told is chosen once the depth is whole, so that it does not depend on which
-part of the picture came first.
+If nobody gave a focus, it is chosen once the depth is complete, so that it does not depend on which
+part of the picture arrived first.
 """
 
 from collections.abc import Callable, Mapping
@@ -66,7 +66,7 @@ class SentLens(Worker):
             self._focus_again(replace(opened, plate=plate))
 
     def _first_guess_m(self) -> float | None:
-        """Return the focus that the first lens was given of the depth; None if it was told."""
+        """Return the focus chosen from the depth for the first lens; None if it was given."""
         first = self._lens_commands.start_lens
         is_told = first is None or first.sources["focus_distance_m"].startswith(("given", "header"))
         return None if first is None or is_told else first.lens.focus_distance_m

@@ -17,7 +17,7 @@ class Problem(str):
 
 
 class Lasting(Problem):
-    """A problem that nobody was waiting to hear of: it stays until it is replaced or cleared."""
+    """A problem in the background: its message stays until it is replaced or cleared."""
 
     __slots__ = ()
 
@@ -30,7 +30,7 @@ class Passing(str):
 
 
 def passing(sentence: str, is_true: Callable[[], bool]) -> Passing:
-    """Return a message that goes as soon as `is_true` returns False."""
+    """Return a message that disappears as soon as `is_true` returns False."""
     said = Passing(sentence)
     said.is_true = is_true
     return said

@@ -9,10 +9,10 @@ _GPU_S = 0.012  # keeps up with a 60 Hz screen
 # With a software rasteriser the same processor draws the window too. This gives more than twelve
 # pictures a second, even if one takes somewhat longer than predicted.
 _FRAME_SOFTWARE_S, _LEAST_S = 0.068, 0.012
-# Who turns a ring watches the picture, and the network adds latency: answer sooner, with a coarser
-# picture if necessary.
+# A user who turns a ring watches the picture, and the network adds latency: answer sooner, with a
+# coarser picture if necessary.
 _FRAME_RING_S = 0.04
-_TIMES_BUDGET = 2.0  # that a picture may take before it goes on between the frames
+_TIMES_BUDGET = 2.0  # budgets that a picture may take before it continues between the frames
 _NEWEST = 0.2  # weight of the newest frame in a running mean
 
 
@@ -26,7 +26,7 @@ class Speed:
     is_for_ring: bool = False  # a ring is being turned, which needs quicker pictures
     upload_s: float = 0.0  # upload time of the latest plate
     window_s: float = 0.02  # running mean of drawing a frame without rendering its picture
-    has_window: bool = False  # somebody waits in front of it
+    has_window: bool = False  # somebody is waiting for the picture
 
     def frame(self, seconds: float, picture_s: float, is_held: bool) -> None:
         """Note a drawn frame of the window; `picture_s` of it was for a new picture, 0 for none."""

@@ -1,14 +1,15 @@
-"""A part of the session that works beside the hand, called once in each frame of the window."""
+"""The base of parts of the session that are polled once in each frame of the window."""
 
 
 class Worker:
     """The base of every worker, which has nothing to do.
 
-    A session holds its workers in one tuple, so that none can be polled and then overslept.
+    A session holds its workers in one tuple, so that none is polled but forgotten when the loop
+    sleeps.
     """
 
     def poll(self) -> None:
-        """Take over what has arrived, and continue. Raise HeatlensError if that fails."""
+        """Take over arrived results, and continue. Raise HeatlensError if that fails."""
 
     def seconds_until_needed(self) -> float | None:
         """Return how many seconds the loop may sleep; None to sleep until an event."""

@@ -48,7 +48,7 @@ class GpuPicture:
         self._most_dioptres = 0.0
 
     def reach(self, nearest_m: float) -> None:
-        """Have the distance axis reach to `nearest_m`, which is that of frames not shown yet."""
+        """Extend the distance axis to `nearest_m`, the nearest distance of frames not shown yet."""
         most = dioptres_shown(1.0 / nearest_m)
         if math.isfinite(most) and most > self._most_dioptres:
             self._most_dioptres = most
@@ -67,7 +67,7 @@ class GpuPicture:
         self._take_loaded()
 
     def count_again(self) -> None:
-        """Have everything that is derived from the picture computed again, as after `load`."""
+        """Compute everything derived from the picture again, as after `load`."""
         if self.plate is not None:
             self.version += 1
 
@@ -79,7 +79,7 @@ class GpuPicture:
         except HeatlensError as error:
             self.problem = str(error)
             if isinstance(error, GpuError):
-                self.plate = None  # it was drawn over
+                self.plate = None  # it was overwritten
             return
         if self.renderer.loaded.plate is not self.plate:
             self._take_loaded()

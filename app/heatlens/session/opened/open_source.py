@@ -63,11 +63,11 @@ class OpenSource:
     ) -> None:
         """Create it; `stream` is a renderer that may send frames, or None.
 
-        `placing_of` tells what the user said of a scene whose file does not say its unit and which
-        way is up.
+        `placing_of` returns the user's choice for a scene whose file does not define its unit and
+        up axis.
 
-        The stream is closed together with this object. `picture` is what is shown, on the GPU, and
-        `feed` brings it there; another source has another feed.
+        The stream is closed together with this object. `picture` is the shown picture on the GPU,
+        and `feed` brings it there; each source has its own feed.
         """
         self.stream = stream
         if stream is not None:
@@ -114,7 +114,7 @@ class OpenSource:
             self.opened.close()
         self.opened = self._watch.cache = None
 
-    # What is open
+    # The open source
 
     @property
     def scene(self) -> Scene | None:
@@ -137,7 +137,7 @@ class OpenSource:
 
     @property
     def has_camera(self) -> bool:
-        """True if what is open is seen by a camera that moves, as a 3D scene is."""
+        """True if the open source has a camera that can move, as a 3D scene has."""
         return self.opened is not None and kind_of(self.opened.text).has_camera
 
     def picture_shape(self, shot: Shot) -> PictureShape:

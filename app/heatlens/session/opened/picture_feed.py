@@ -23,7 +23,7 @@ from heatlens.source.stream_source import OpenedStream
 
 @dataclass(frozen=True)
 class Playhead:
-    """The position of the playhead, and what will be requested next.
+    """The position of the playhead, and the frames that will be requested next.
 
     direction   the direction in which it moves or last moved
     ahead       how many frames to read ahead in that direction

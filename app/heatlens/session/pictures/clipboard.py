@@ -61,8 +61,8 @@ def copy_png(
 def _run(tool: Tool, path: Path) -> str:
     """Run a tool. Return "" if it worked, otherwise what went wrong.
 
-    The tools stay behind to serve the clipboard and keep what they inherit open, so that their
-    words go to a file: a pipe would never end.
+    The tools keep running to serve the clipboard, and keep inherited pipes open. Their output
+    therefore goes to a file: a pipe would never end.
     """
     with tempfile.TemporaryFile() as words, path.open("rb") as picture:
         stdin = picture if tool.reads_stdin else subprocess.DEVNULL

@@ -15,7 +15,7 @@ _NOT_YET = ("", "", None)  # no view has such an input space
 
 
 class ColorChoice:
-    """Keeps the display pass on the display and the view that are chosen."""
+    """Keeps the display pass set to the chosen display and view."""
 
     def __init__(self, path: str | None, say: Callable[[str], None]) -> None:
         """Load the config at `path`, None for $OCIO or the built-in one. Raises InputError."""
@@ -29,9 +29,9 @@ class ColorChoice:
                 raise
             say(f"{error} Pictures are shown through the plain sRGB curve.")
         self._inputs = self.config.input_spaces() if self.config else ()
-        self.attributes: Mapping[str, object] = {}  # of the open plate's header
+        self.attributes: Mapping[str, object] = {}  # header entries of the open plate
         self._current: tuple[str, str, InputSpace | None] = _NOT_YET
-        self.transform = srgb_transform()  # the one in use
+        self.transform = srgb_transform()  # the transform in use
 
     def displays(self) -> tuple[str, ...]:
         """Return the displays to choose from."""
@@ -44,7 +44,7 @@ class ColorChoice:
     def input_spaces(self) -> tuple[str, ...]:
         """Return the input color spaces to choose from, the default one first.
 
-        The plain sRGB curve has none: it takes what the header tells.
+        The plain sRGB curve has none: it uses the colour space of the header.
         """
         return self._inputs
 
@@ -55,7 +55,7 @@ class ColorChoice:
         return default_view(self.config, display, self.attributes)
 
     def of_plate(self, view: ViewState, attributes: Mapping[str, object]) -> ViewState:
-        """Take what a plate's header tells; return `view`, which follows where nobody chose it."""
+        """Take the header entries of a plate; return `view`, adapted unless the user chose it."""
         was = self.usual_view(view.display)
         self.attributes = attributes
         return replace(view, view=self.usual_view(view.display)) if view.view == was else view
@@ -65,7 +65,7 @@ class ColorChoice:
         return "" if view.view == self.usual_view(view.display) else view.view
 
     def with_names(self, view: ViewState) -> ViewState:
-        """Return `view` with a display, a view and an input space that the config has."""
+        """Return `view` with display, view and input space limited to those of the config."""
         displays = self.displays()
         if view.display not in displays:
             first = self.config.default_display if self.config else displays[0]
@@ -79,7 +79,7 @@ class ColorChoice:
         return input_space_of(self.config, self.attributes, chosen)
 
     def draw_again(self) -> None:
-        """Have the next `apply` build the transform again."""
+        """Build the transform again at the next `apply`."""
         self._current = _NOT_YET
 
     def apply(self, view: ViewState, screen: ScreenPictures) -> None:

@@ -49,8 +49,8 @@ class CompareSides:
     """Renders A, the picture through the lens, and the pictures that it is compared with.
 
     That is B, the same shot by another method or through a look, or several looks. Passes share
-    scratch memory, so that one picture is finished before the other goes on; what was half done
-    when the other came between begins anew.
+    scratch memory, so one picture is finished before the other continues; an unfinished picture
+    starts again if the other interrupts it.
     """
 
     def __init__(self, renderer: FrameRenderer) -> None:
@@ -58,7 +58,7 @@ class CompareSides:
         self.a = LivePicture(renderer)
         self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
         self.looks = LookPictures(renderer, self.b)
-        self._b_request: Shot | None = None  # B's, while it is rendered
+        self._b_request: Shot | None = None  # the shot of B, while it is rendered
         self._has_looks = False  # several looks are rendered
         self._is_turn_of_b = False
         self._alike: frozenset[str] = frozenset()  # names of the looks that A shows
@@ -100,10 +100,10 @@ class CompareSides:
         zoom: float = 1.0,
         within_s: float = math.inf,
     ) -> None:
-        """Show `shot` at `frame` as `view` compares it: A first, B in what is left of the time.
+        """Show `shot` at `frame` as `view` compares it: A first, then B in the time that is left.
 
-        A picture that takes longer than `within_s` goes on in `work`, and B waits for that of A.
-        `zoom`: screen pixels for one of the picture, which decides how large a grid is rendered.
+        A picture that takes longer than `within_s` continues in `work`, and B waits for A. `zoom`,
+        in screen pixels per picture pixel, decides how large a grid is rendered.
         """
         looks, now = looks_beside(view, shot), without_notes(shot)
         alike = (look.name for look in looks if without_notes(shot.through(look)) == now)
@@ -134,7 +134,7 @@ class CompareSides:
         plate: PlateVersion,
         within_s: float,
     ) -> bool:
-        """Request what A is compared with. Return True if anything was rendered."""
+        """Request the pictures beside A. Return True if anything was rendered."""
         has_rendered = self.looks.request(looks, frame, budget_s, plate)
         if self._b_request is not None:
             has_rendered = self.b.request(self._b_request, frame, budget_s, plate, within_s)

@@ -2,9 +2,9 @@
 
 If the whole picture fits the time of a frame, it is rendered at once. Otherwise a quicker preview
 of the same lens is shown (smaller, with simpler discs), and the whole picture is rendered in
-slices, so that the window stays responsive. A scene seen from many points of the lens refines.
-The answer to a change goes on in slices too where it takes longer than it may: the first pictures
-of a driver build their programs.
+slices, so that the window stays responsive. A scene seen from many points of the lens refines. If
+the first answer to a change takes too long, it continues in slices too: a driver builds its
+programs during the first pictures.
 """
 
 import math
@@ -32,7 +32,7 @@ class PlateVersion(NamedTuple):
     """Identifies the plate that is on the GPU."""
 
     number: int  # differs for each plate
-    is_finer: bool = False  # it is the previous plate with less noise
+    is_finer: bool = False  # True for the previous plate with less noise
 
 
 FIRST_PLATE = PlateVersion(0)
@@ -43,7 +43,7 @@ class _Work:
     """A picture that is in progress."""
 
     steps: Steps[moderngl.Texture]
-    key: PictureKey  # of the request that it was begun for
+    key: PictureKey  # identifies the request that started it
     settings: DefocusSettings
     slot: int
     views_before: int  # points of the lens that an earlier picture already has
@@ -72,7 +72,7 @@ class LivePicture:
         self._changed_at = 0.0
         self._level: DefocusSettings | None = None
         self._work: _Work | None = None
-        self._slots = first_slot, first_slot + 1  # of the shown and the coming picture
+        self._slots = first_slot, first_slot + 1  # keys of the shown and the coming picture
         self._budget_s = 0.0
         self._is_refused = False  # the request cannot be rendered, and that was reported
         self.is_answering = False  # the request has no picture yet, not even a quick one
@@ -97,8 +97,8 @@ class LivePicture:
     ) -> bool:
         """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`.
 
-        An answer that takes longer than `within_s` goes on in `work`. It is finished before that to
-        the next change is begun, so that a hand that never rests sees pictures too.
+        An answer that takes longer than `within_s` goes on in `work`. It is finished before the
+        answer to the next change begins, so that a continuous drag shows pictures too.
 
         If the plate has only become less noisy, its picture stays until the whole new one is
         finished. Return True if anything was rendered. A request that raised is not tried again.
@@ -112,7 +112,7 @@ class LivePicture:
         if before is None or before.settings != request.settings:
             self._level = None
         if self.is_answering and not is_same_plate:
-            within_s = math.inf  # or a plate that changes all the time would never be seen
+            within_s = math.inf  # otherwise a constantly changing plate would never appear
         if begun is not None or not self.is_answering or within_s == math.inf:
             self._work = None
         self._request, self._is_refused, self.is_answering = request, False, begun is None
@@ -124,10 +124,9 @@ class LivePicture:
         return True
 
     def _is_shown_already(self, request: PictureKey, is_finer: bool) -> bool:
-        """Take a request over and return True if nothing has to be rendered for it at once.
+        """Take over a request; return True if it needs no picture at once.
 
-        So it is with other marks or looks, and while a seen picture waits for a plate that is only
-        less noisy (`is_finer`).
+        That holds if only marks or looks differ, or if the plate is only less noisy (`is_finer`).
         """
         before = self._request
         if before is None:
@@ -142,7 +141,7 @@ class LivePicture:
         return False
 
     def _answer(self, slice_s: float) -> None:
-        """Go on with the answer in progress, or begin that to the request."""
+        """Continue the answer in progress, or begin the answer to the request."""
         with self._refusing():
             if self._work is None:
                 assert self._request is not None
@@ -172,7 +171,7 @@ class LivePicture:
 
     @contextmanager
     def _refusing(self) -> Iterator[None]:
-        """Raise the error of a shot that cannot be rendered once, and do not try it again."""
+        """Raise the error of a shot that cannot be rendered, once, and do not try again."""
         try:
             yield
         except HeatlensError:

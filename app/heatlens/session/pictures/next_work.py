@@ -1,6 +1,6 @@
 """Decide what to render next, as a pure function of the state.
 
-The order is always the same: first what a change is answered with; then the plate, until it is
+The order is always the same: first the quick answer to a change; then the plate, until it is
 good enough to be blurred (a scene must be drawn large and antialiased); then the pictures of the
 comparison's sides, in turns; then, while there is nothing else to do, the frames that will be
 played.
@@ -35,7 +35,7 @@ class SideState:
     is_done       its whole picture is finished, or cannot be rendered
     has_work      there is a picture to continue, at the present quality of the plate
     wait_s        seconds until work may continue, because the input has to rest first
-    is_answering  nothing is seen yet of the latest change, not even a quick picture
+    is_answering  there is no picture of the latest change yet, not even a quick one
     """
 
     is_done: bool
@@ -103,9 +103,9 @@ def next_work(state: WorkState) -> NextWork:
 
 
 def _next_side(state: WorkState) -> int | None:
-    """Return the side to render, that whose turn it is before another; None if the plate is next.
+    """Return the side to render, first the one whose turn it is; None if the plate is next.
 
-    A side that answers comes first, on whatever plate: a good one would keep it waiting.
+    A side that answers a change comes first, whatever the plate, so as not to wait for a good one.
     """
     sides = tuple(enumerate(state.sides))
     ready = [index for index, side in sides if side.has_work and side.is_answering]

@@ -6,7 +6,7 @@ from heatlens.session.pictures.next_work import PlateState, SideState, is_render
 
 
 class VisibleWork:
-    """Tells what is still to be done for the pictures that are seen."""
+    """Determines the work that is left for the visible pictures."""
 
     def __init__(self, source: OpenSource, sides: CompareSides) -> None:
         self._source = source

@@ -152,7 +152,7 @@ class KeptScreen:
 
     @property
     def _of(self) -> object:
-        """What all prepared frames depend on."""
+        """The values that all prepared frames depend on."""
         return self._pull.counted, self._view.state, self._screen.transform_version, self._view.zoom
 
     def prepare(self) -> None:

@@ -50,7 +50,7 @@ class PullJobs:
         self._looked_for: object = None
         self._sequence: Sequence | None = None  # as it was at the last call of `update`
         self._look_at = -math.inf
-        self.version = 0  # counts changes of the set of jobs
+        self.version = 0  # counts the changes of the set of jobs
 
     def update(self, frames: Iterable[int]) -> None:
         """Forget jobs that are out of date; `frames` are those that will be requested."""
@@ -66,7 +66,7 @@ class PullJobs:
             self.version += 1
 
     def _look(self, frames: Iterable[int]) -> None:
-        """Have the files of these frames looked up at intervals, and at once where others come."""
+        """Check the files of these frames at intervals, and at once if the frames change."""
         opened, missing = self._source.opened, self._timeline.missing
         if (opened, missing) != self._looked_for:
             self._looked_for, self._sequence = (opened, missing), None
@@ -80,9 +80,9 @@ class PullJobs:
             self._stamps.look(frames, lambda frame: opened.files_at(frame, missing))
 
     def _compare(self, sequence: Sequence) -> None:
-        """Forget the files of frames that have come or gone, and of those that they stand in for.
+        """Forget the files of frames that appeared or disappeared, and of those that they replace.
 
-        The latter are among the frames without a file of their own.
+        The replaced frames have no file of their own.
         """
         before, self._sequence = self._sequence, sequence
         if before is not None and before is not sequence and before.present != sequence.present:
@@ -153,7 +153,7 @@ class PullJobs:
         return FrameJob(frame_key(self._shot_key, source, lens, view), self._shot, frame, plate)
 
     def _files(self, frame: int) -> tuple[StampedFile, ...]:
-        """Return the files that only this frame is made of; those of a scene are of every frame.
+        """Return the files that belong to this frame alone; those of a scene belong to every frame.
 
         Raises _NotYetError before they are looked up.
         """
@@ -181,4 +181,4 @@ class PullJobs:
 
 
 class _NotYetError(Exception):
-    """The file of a frame has not been looked at."""
+    """The file of a frame has not been checked yet."""

@@ -44,7 +44,7 @@ class RenderScheduler(Worker):
         self._speed = speed
         self._say_error = say_error
 
-    # What is there
+    # State
 
     @property
     def is_rendering(self) -> bool:

@@ -109,7 +109,7 @@ class RenderedPull(Worker):
         self.version = 0  # counts rendered frames
         self._filler: FrameFiller | None = None
         self._order: tuple[int, ...] = ()
-        self._ordered: tuple[object, ...] = ()  # what the current order is for
+        self._ordered: tuple[object, ...] = ()  # the state that the current order is for
         self.counted: object = None  # the state for which the frames below were counted
         self.rendered: frozenset[int] = frozenset()
         self.runs: tuple[FrameRange, ...] = ()
@@ -120,7 +120,7 @@ class RenderedPull(Worker):
         self._rests_at = 0.0
         self.keys: frozenset[str] = frozenset()  # keys of all frames that are kept track of
 
-    # What there is
+    # State
 
     @property
     def is_on(self) -> bool:

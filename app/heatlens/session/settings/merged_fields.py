@@ -13,9 +13,9 @@ RECENT_MAX = 10
 
 
 def merged(theirs: Kept, before: Kept, now: Kept) -> Kept:
-    """Return `theirs` with what has changed from `before` to `now`.
+    """Return `theirs` with the changes from `before` to `now`.
 
-    Of maps, and of the recent files, the changed entries are taken; other fields as a whole.
+    In maps and recent files, only changed entries are replaced; other fields change as a whole.
     """
     changed: dict[str, object] = {}
     for name in (field.name for field in fields(now)):
@@ -35,7 +35,7 @@ def with_first(opened: tuple[str, ...], recent: tuple[str, ...]) -> tuple[str, .
 
 
 def _opened_since(before: tuple[str, ...], now: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the shortest beginning of `now` that makes it of `before`."""
+    """Return the shortest beginning of `now` that turns `before` into it."""
     beginnings = (now[:count] for count in range(len(now)))
     return next((opened for opened in beginnings if with_first(opened, before) == now), now)
 

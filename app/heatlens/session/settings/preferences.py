@@ -96,7 +96,7 @@ class Preferences:
         """Keep preferences at `path`; None keeps them only as long as the program runs."""
         self.now = now or Remembered()
         self.path = path
-        self.problem = ""  # a sentence about what could not be read of the file, or ""
+        self.problem = ""  # a sentence about entries of the file that could not be read, or ""
         self._saved = self.now
 
     @classmethod
@@ -130,13 +130,13 @@ class Preferences:
         return partial(self._write, self.path, before, self.now)
 
     def _write(self, path: Path, before: Remembered, now: Remembered) -> None:
-        """Write what has changed since `before` into the file, which other windows write too."""
+        """Write the changes since `before` to the file, which other windows write too."""
         if self.path is None:  # an earlier call has failed
             return
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             with locked(path.with_suffix(".lock")):
-                with suppress(InputError):  # it is not there, or damaged: all is written anew
+                with suppress(InputError):  # missing or damaged: write everything again
                     now = merged(_remembered(read_json(path))[0], before, now)
                 text = json.dumps(_entries(now), indent=2) + "\n"
                 write_whole(path, text.encode(), FOR_THE_USER)  # it names opened files
@@ -168,8 +168,8 @@ class Preferences:
     def options_for(self, text: str) -> PlateOptions:
         """Return the plate options that were chosen for the folder of a file or pattern.
 
-        Options with a near or far distance that their convention does not have are repaired, which
-        `problem` reports: plates would be refused with them.
+        A near or far distance that the convention does not use would make plates unreadable; it is
+        removed, and `problem` reports that.
         """
         path = absolute(text)
         folder = path if path in self.now.plates else os.path.dirname(path)

@@ -46,7 +46,7 @@ class Editing:
         self.auto_key = True
         self._frame = 0
         self._tried: Lens | None = None  # the lens changed at this frame only, without a key
-        self.performance: Performance | None = None  # while a pull is recorded
+        self.performance: Performance | None = None  # set while a pull is recorded
         self._has_explained = False  # see `_explain`
         self._say = say
         self._clock = clock
@@ -242,7 +242,7 @@ class Editing:
         return is_ending or self.history.now != self.history.settled
 
     def toggle_auto_key(self) -> None:
-        """Turn auto key on or off: whether a change of a keyed parameter sets a key."""
+        """Turn auto key on or off, with which a change of a keyed parameter sets a key."""
         self.auto_key = not self.auto_key
 
     def undo(self) -> None:

@@ -29,7 +29,7 @@ _FRAME_NUMBER = re.compile(r"[._-]?\d+$")
 
 @dataclass(frozen=True)
 class Found:
-    """What was read of a shot file: the saved shot, and unsaved changes from before a crash."""
+    """The content of a shot file: the saved shot, and unsaved changes from before a crash."""
 
     path: Path
     saved: Shot | None  # None if there is no file, only unsaved changes
@@ -39,7 +39,7 @@ class Found:
 class ShotStore:
     """Writes on a single thread, so that the latest write wins; reads after the writes before.
 
-    A disk that does not answer a read does not hold up the writes.
+    A read that hangs does not delay the writes.
     """
 
     def __init__(self, wake: Callable[[], None]) -> None:
@@ -102,7 +102,7 @@ def unnamed_path(folder: Path, source: str) -> Path:
 
 
 def _found(path: Path, is_asked: bool) -> Found:
-    """Read both files; clocks say nothing, for they differ between machines and are put back."""
+    """Read both files. File times are not compared, because clocks differ and are set back."""
     autosave = autosave_path(path)
     is_kept = autosave.is_file()
     is_there = path.exists() or (is_asked and not is_kept)

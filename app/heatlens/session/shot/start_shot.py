@@ -29,7 +29,7 @@ def first_lens(opened: Opened, given: GivenOptions) -> tuple[StartLens, str]:
 def with_given_camera(
     shot: Shot, given: GivenOptions, first: tuple[int, Timecode] | None = None
 ) -> tuple[Shot, str]:
-    """Return the shot with the command line's camera, if that is for it, and a message or "".
+    """Return the shot with the command line's camera, if that applies, and a message or "".
 
     A lens kit of the command line limits the lens first. `first` is a frame and its timecode, by
     which the rows of a table are placed.

@@ -59,7 +59,7 @@ def _too_close(shot: Shot, seen: FrameRange) -> tuple[int, ...]:
         return ()
     try:
         return frames_too_close(Shot(shot.lens, curves=shot.curves, frames=seen))
-    except HeatlensError:  # no lens at some frame, which is said where it is looked at
+    except HeatlensError:  # no valid lens at some frame; reported where that frame is shown
         return ()
 
 

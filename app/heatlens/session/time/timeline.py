@@ -31,7 +31,7 @@ class Timeline:
         self._say = say
         self.playback = Playback()
         self.missing: MissingPolicy = "hold"
-        self.direction: Literal[1, -1] = 1  # of the latest movement
+        self.direction: Literal[1, -1] = 1  # direction of the latest movement
         self._states = FrameStates()
 
     # State
