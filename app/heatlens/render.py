@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import moderngl
 import numpy as np
-import numpy.typing as npt
 
 from heatlens.base.errors import InputError
+from heatlens.defocus.gaps import gaps_of
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.passes import DefocusPasses
@@ -32,6 +32,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.picture_field import PictureField
 from heatlens.model.settings import Method, Quality
 from heatlens.model.shot import LensCurves, Shot
+from heatlens.model.value_bins import ValueBins
 from heatlens.plate.overscan_need import frame_centre_px, room_of
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
@@ -272,7 +273,7 @@ class FrameRenderer:
             peeled = self.loaded.peeled
         seen = overscan if peeled is None else peeled
         bins = seen.bins
-        optics = optics_of(plate, bins.occupied, shot.lens_at(frame))
+        optics = optics_of(plate, bins, shot.lens_at(frame))
         margin, fine = overscan.used_px(optics), overscan.fine
         part, scratch, crop = overscan.part(margin), pipeline.scratch, self._passes.crop
         size = part.width, part.height
@@ -307,7 +308,7 @@ class FrameRenderer:
     def optics(self, shot: Shot, frame: int = 0) -> Optics:
         """Return the optics of the shot's lens at `frame` for the source, in full-size pixels."""
         lens = self._seen(shot, frame).lens_at(frame)
-        return optics_of(self.loaded.plate, self.loaded.occupied, lens)
+        return optics_of(self.loaded.plate, self.loaded.bins, lens)
 
     def _check(self, shot: Shot) -> None:
         """Refuse pictures too large for this machine, and methods that the source forbids."""
@@ -339,15 +340,17 @@ def drained(steps: Steps[Result], tell: Callable[[str], None] = lambda _: None) 
             return end.value  # type: ignore[no-any-return]
 
 
-def optics_of(plate: Plate, occupied: npt.NDArray[np.float64], lens: Lens) -> Optics:
+def optics_of(plate: Plate, bins: ValueBins, lens: Lens) -> Optics:
     """Return the optics of a lens in front of a plate, in pixels of its display window."""
     shown, aspect = plate.display_window, plate.pixel_aspect_ratio
     aside = (shown.x0 - plate.data_window.x0, shown.y0 - plate.data_window.y0)
     field = PictureField.of((shown.width, shown.height), aspect).moved(aside)
     disc = DiscShape(lens.aperture, aspect, field, axial_px(lens, shown.width))
+    occupied, gaps = bins.occupied, gaps_of(bins)
     if plate.coc_px is not None:
-        return Optics(None, occupied, disc)
+        return Optics(None, occupied, disc, gaps_px=gaps)
     line = coc_line(lens, shown.width)
-    coc = line.at_infinity_px + line.per_dioptre_px * occupied
+    coc, ends = (line.at_infinity_px + line.per_dioptre_px * it for it in (occupied, gaps))
     np.clip(coc, -COC_MOST_PX, COC_MOST_PX, out=coc)
-    return Optics(line, coc[::-1], disc)  # more dioptres, less coc
+    # More dioptres, less coc.
+    return Optics(line, coc[::-1], disc, gaps_px=ends[::-1, ::-1])

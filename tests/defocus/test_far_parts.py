@@ -7,12 +7,12 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.far_parts import FAR_FROM_PX, part_centres, with_far_cut
-from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.model.settings import LAYERS_MAX, PARTS, DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.behind import with_behind
 from heatlens.plate.plate import Plate
 from support.lamps import HALF_ROUNDING
+from support.layers import ladder_of
 from support.plates import FAR_M, FOCUS_M, Image, lens_blurring, plate_of, room
 
 HEIGHT, WIDTH = 48, 192
@@ -78,7 +78,7 @@ def test_other_numbers_of_parts_are_refused(parts):
 @pytest.mark.parametrize("layers", [2, 4, LAYERS_MAX])
 @pytest.mark.parametrize("ends", [(-40.0, 3.2), (0.0, 5.0), (-90.0, 40.0), (6.0, 90.0)])
 def test_layers_begin_anew_behind_the_focus(layers, ends):
-    found = with_far_cut(layer_cuts(np.linspace(*ends, 512), layers), 1.0)
+    found = with_far_cut(ladder_of(np.linspace(*ends, 512), layers), 1.0)
     assert len(found) <= max(LAYERS_MAX, layers + 1)
     for farther, nearer in pairwise(found):
         assert farther.near == nearer.far and nearer.near.at_px < nearer.far.at_px

@@ -13,6 +13,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import LAYERS_MAX, DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
+from support.layers import ladder_of
 from support.plates import FAR_M, NEAR_M, Image, lens_blurring, moments, plate_of, room
 
 COCS = st.lists(st.floats(-500, 500), min_size=1, max_size=40).map(lambda v: np.sort(np.array(v)))
@@ -21,7 +22,7 @@ LARGE = (1920, 1080)
 
 def plans_of(coc: np.ndarray, size: tuple[int, int] = LARGE) -> list[LayerPlan]:
     optics = Optics(None, coc)
-    return layer_plans(layer_cuts(coc, LAYERS_MAX), optics, size)
+    return layer_plans(ladder_of(coc), optics, size)
 
 
 @given(COCS)
@@ -64,7 +65,7 @@ def test_resampling_counts_as_the_blur_that_it_is() -> None:
             large = np.interp(np.arange(len(line)), centres, small)
             x = np.arange(len(line)) - place
             variances.append((large * x**2).sum() / large.sum())
-        plan = LayerPlan(layer_cuts(np.array([200.0]), 7)[0], reduction, 200.0, 200.0)
+        plan = LayerPlan(ladder_of(np.array([200.0]))[0], reduction, 200.0, 200.0)
         expected = plan.resampled_px_2 / 16 * reduction**2
         assert np.mean(variances) == pytest.approx(expected, rel=0.35, abs=0.1)
 
@@ -114,7 +115,7 @@ def test_a_layer_that_changes_its_size_in_a_pull_does_not_show(ctx, renderer):
     reductions = []
     for lens in lenses:
         optics = renderer.optics(Shot(lens, DefocusSettings()))
-        cuts = layer_cuts(optics.occupied_px, LAYERS_MAX)
+        cuts = layer_cuts(optics.occupied_px, optics.gaps_px, LAYERS_MAX)
         reductions.append([plan.reduction for plan in layer_plans(cuts, optics, (480, 270))])
     assert reductions[0] != reductions[-1]
     frames = [

@@ -14,6 +14,7 @@ from heatlens.model.coc import CocLine
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
+from heatlens.model.value_bins import BINS, ValueBins, bins_of
 from heatlens.render import optics_of
 from support.plates import coc_plate_of, plate_of
 
@@ -33,10 +34,12 @@ SCALES = st.floats(0.05, 1.0)
 
 
 def optics_at(lens: Lens, *depths_m: float) -> Optics:
-    """Return the optics for a plate whose dioptres are those of `depths_m`."""
+    """Return the optics for a plate whose dioptres are between those of `depths_m`."""
     shape = np.ones(WINDOW, np.float32)
     plate = plate_of(np.ones((*WINDOW, 3), np.float32), shape)
-    return optics_of(plate, np.sort(1.0 / np.array(depths_m)), lens)
+    dioptres = 1.0 / np.array(depths_m)
+    bins = ValueBins(dioptres.min(), dioptres.max(), np.ones(BINS, np.int64))
+    return optics_of(plate, bins, lens)
 
 
 def sensor_mm(lens: Lens, depth_m: float) -> float:
@@ -79,7 +82,9 @@ def test_the_value_at_infinity_is_that_of_the_sky(lens: Lens) -> None:
 
 def test_a_plate_with_its_own_blur_has_its_largest_one_at_infinity() -> None:
     plate = coc_plate_of(np.ones((*WINDOW, 3), np.float32), np.zeros(WINDOW))
-    optics = optics_of(plate, np.array([-5.0, 7.0]), Lens(50.0, 2.0, 3.0, 36.0))
+    optics = optics_of(
+        plate, bins_of(np.array([-5.0, 7.0], np.float32)), Lens(50.0, 2.0, 3.0, 36.0)
+    )
     assert optics.line is None and optics.at_infinity_px == 7.0
 
 

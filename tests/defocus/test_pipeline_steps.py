@@ -29,7 +29,7 @@ class Rig:
         upload(self.depth, self.plate.depth_m)
 
     def steps(self, settings: DefocusSettings, lens: Lens | None = None) -> Iterator[str]:
-        optics = optics_of(self.plate, self.plate.bins.occupied, lens or lens_blurring(6.0, 48))
+        optics = optics_of(self.plate, self.plate.bins, lens or lens_blurring(6.0, 48))
         return self.pipeline.steps(self.color, self.depth, optics, settings)
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from heatlens.defocus.fragment_pass import Fragments
-from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.layer_plan import layer_plans
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import Slices
@@ -14,8 +13,9 @@ from heatlens.defocus.tile_pass import TilePass
 from heatlens.gpu.shader_constants import TILE
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.lens import Lens
-from heatlens.model.settings import LAYERS_MAX, DefocusSettings, Quality
+from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import Shot
+from support.layers import ladder_of
 from support.plates import lens_blurring, plate_of, room
 
 
@@ -29,7 +29,7 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
     upload(picture.coc, coc.astype(np.float32))
     picture.kind.write(np.zeros(coc.shape, np.float16))
     optics = Optics(None, np.unique(coc).astype(np.float64))
-    plans = layer_plans(layer_cuts(optics.occupied_px, LAYERS_MAX), optics, size)
+    plans = layer_plans(ladder_of(optics.occupied_px), optics, size)
     tile_pass, pool = TilePass(ctx), Scratch(ctx)
     found = tile_pass.look_through(picture, plans, pool)
     masks = []

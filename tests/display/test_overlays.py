@@ -74,7 +74,7 @@ def drawn(
     size = values.shape[::-1]
     depth, out = new_texture(ctx, size, 1), ctx.texture(size, 4)
     upload(depth, values)
-    optics = optics_of(plate, plate.bins.occupied, lens)
+    optics = optics_of(plate, plate.bins, lens)
     sharp = sharp_px(lens, plate.display_window.width)
     light = plate.color[..., :3] if light is None else light
     color = new_texture(ctx, light.shape[1::-1], 4)
@@ -191,8 +191,8 @@ def test_as_many_layers_as_there_can_be_have_a_tint_each(ctx, overlays):
 def test_the_limits_of_the_renderer_are_ascending_and_fit(ctx, overlays):
     """What the window passes: the cuts between the layers of this plate."""
     plate = room_plate(192, 108)
-    optics = optics_of(plate, plate.bins.occupied, replace(LENS, f_stop=0.7))
-    cuts = layer_cuts(optics.occupied_px, 7)
+    optics = optics_of(plate, plate.bins, replace(LENS, f_stop=0.7))
+    cuts = layer_cuts(optics.occupied_px, optics.gaps_px, 7)
     limits = tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
     found = drawn(overlays, ctx, Overlay.LAYERS, plate, replace(LENS, f_stop=0.7), limits)
     assert len(limits) == len(cuts) - 1 >= 3

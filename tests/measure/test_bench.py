@@ -229,14 +229,14 @@ def test_size_rows_compare_the_time_of_a_pixel():
 # The plates
 
 
-def test_the_scene_is_the_same_every_time_and_occupies_every_layer(ctx):
+def test_the_scene_is_the_same_every_time_and_has_layers_on_both_sides(ctx):
     plate, again = scene_plate((1920, 1080)), scene_plate((1920, 1080))
     np.testing.assert_array_equal(plate.color, again.color)
     np.testing.assert_array_equal(plate.depth_m, again.depth_m)
     assert plate.color.min() >= 0.0 and plate.color.max() > 10.0
     assert np.isinf(plate.depth_m).any() and plate.depth_m.min() == 1.0
     frame = BenchFrames(ctx, "sweep").frame(plate, LENS, DefocusSettings())
-    assert frame.layer_count == LAYERS_MAX
+    assert 4 <= frame.layer_count <= LAYERS_MAX
 
 
 @pytest.mark.parametrize("size", [(1, 1), (3, 2), SIZE])

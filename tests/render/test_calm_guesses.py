@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from support.plates import FOCUS_M, Image, lens_blurring, plate_of
@@ -81,3 +82,32 @@ def test_the_rim_of_a_flame_has_the_blur_of_the_flame(ctx, renderer, focus_m):
     coc_px = 48.0 * abs(1 - focus_m / FLAME_M)
     away = np.hypot(x - EDGE, y - HEIGHT / 2) > 5.0 + coc_px / 2 + 2.0
     assert (lit - dark)[away].max() < 1.0
+
+
+def vase_and_ball(height: int = 180, width: int = 320) -> tuple[Image, Image]:
+    """Return colour and depth of a large round vase near the left border, a ball and a wall."""
+    rng = np.random.default_rng(3)
+
+    def pattern(step: int) -> Image:
+        cells = rng.random((height // step + 1, width // step + 1, 3))
+        return np.kron(cells, np.ones((step, step, 1)))[:height, :width]
+
+    y, x = np.mgrid[:height, :width]
+    color, depth_m = 0.6 * pattern(6), np.full((height, width), WALL_M)
+    ball = (x - 210) ** 2 + (y - 100) ** 2 < 45**2
+    color[ball], depth_m[ball] = (0.2 + 0.6 * pattern(9))[ball], 2.5
+    across = np.abs(x - 90) / (45 + 25 * np.sin(y / 28))
+    vase = across < 1
+    color[vase] = (0.1 + 0.5 * pattern(12))[vase]
+    depth_m[vase] = (1.0 - 0.12 * np.sqrt(np.maximum(1 - across**2, 0)))[vase]
+    return color.astype(np.float32), depth_m.astype(np.float32)
+
+
+def test_a_pull_behind_a_large_near_vase_is_calm(ctx, renderer):
+    """From the vase's back to the wall: neither a cut nor a bend of the blur shows on the way."""
+    renderer.load(plate_of(*vase_and_ball()))
+    shots = [
+        Shot(Lens(50.0, 1.4, float(1 / dioptres), 36.0), DefocusSettings())
+        for dioptres in np.linspace(1 / 2, 1 / WALL_M, 40)
+    ]
+    assert unrest([renderer.pixels(shot)[..., :3].copy() for shot in shots]) < 1.8

@@ -68,7 +68,7 @@ def test_report_and_bins_are_those_of_the_depths(looked):
     assert (report.near_m, report.far_m) == (finite.min(), finite.max())
     assert report.infinite_count == depth_m.size - finite.size
     expected = bins_of(np.float32(1.0) / depth_m)
-    np.testing.assert_array_equal(loaded.occupied, expected.occupied)
+    np.testing.assert_array_equal(loaded.bins.occupied, expected.occupied)
 
 
 def test_what_has_been_drawn_over_is_not_taken_for_what_it_was(looked):

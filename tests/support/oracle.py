@@ -18,8 +18,9 @@ def conductances(diameter: Array) -> Array:
 
 
 def compact_weights(conductance: Array, kernel: Kernel) -> Array:
-    """Return c of the compact Laplacian between neighbours; it fades with d^2 below 4 px."""
-    return kernel.compact * np.minimum(conductance / 16.0, 1.0)
+    """Return c of the compact Laplacian between neighbours; it fades below 4 px."""
+    part = np.minimum(conductance / 16.0, 1.0)
+    return kernel.compact * part * (2.0 - part)
 
 
 def laplacian(weights: Array, x: Array) -> Array:

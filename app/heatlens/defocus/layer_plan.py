@@ -80,7 +80,7 @@ def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
 
 
 def _least_px(cut: LayerCut, farthest_px: float) -> float:
-    """Return the smallest |coc| of a layer, given by its cut, which is constant during a pull."""
+    """Return the smallest |coc| of a layer, given by its cut, which moves little during a pull."""
     if not cut.is_before_focus:
         return cut.near.at_px - cut.near.half_width_px
     if cut.far is FARTHER_THAN_ALL:

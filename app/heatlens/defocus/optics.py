@@ -27,6 +27,7 @@ class Optics:
 
     line           signed coc as a function of dioptres; None if the plate has coc instead of depth
     occupied_px    the signed coc in the plate, ascending (ends of narrow bins)
+    gaps_px        the signed coc at both ends of each gap, ascending (n, 2)
     disc           shape of the discs, in pixels of the plate
     plate_shift_px correction added to the coc that the plate has
     """
@@ -35,6 +36,7 @@ class Optics:
     occupied_px: npt.NDArray[np.float64]
     disc: DiscShape = field(default_factory=DiscShape)
     plate_shift_px: float = 0.0
+    gaps_px: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def nearest_px(self) -> float:
@@ -72,6 +74,7 @@ class Optics:
             self,
             line=line,
             occupied_px=self.occupied_px + shift_px,
+            gaps_px=self.gaps_px + shift_px,
             disc=replace(self.disc, aperture=aperture, axial_px=0.0),
             plate_shift_px=shift_px if line is None else 0.0,
         )
@@ -81,8 +84,13 @@ class Optics:
         line = self.line and CocLine(
             self.line.at_infinity_px * proxy, self.line.per_dioptre_px * proxy
         )
-        disc = self.disc.scaled(proxy)
-        return replace(self, line=line, occupied_px=self.occupied_px * proxy, disc=disc)
+        return replace(
+            self,
+            line=line,
+            occupied_px=self.occupied_px * proxy,
+            gaps_px=self.gaps_px * proxy,
+            disc=self.disc.scaled(proxy),
+        )
 
     def moved(self, px: tuple[float, float]) -> "Optics":
         """Return the optics for a picture that begins this many pixels farther left and up."""

@@ -180,7 +180,7 @@ class DefocusPipeline:
             color, lists = without.low, None if split is None else split.diffused
         far = yield from self._far_field(color, coc, optics, settings, lists)
         picture = yield from self._fragmented(color, coc, optics, lists, around)
-        cuts = layer_cuts(optics.occupied_px, layers_for(settings), settings.proxy)
+        cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
         if far is not None:
             cuts = with_far_cut(cuts, settings.proxy)
         plans = layer_plans(cuts, optics, color.size)

@@ -20,9 +20,9 @@ class _Spent:
 def _spent(quality: Quality) -> _Spent:
     match quality:
         case Quality.DRAFT:
-            return _Spent("disc_2", gaussian_steps=2, layers=3)
+            return _Spent("disc_2", gaussian_steps=2, layers=4)
         case Quality.PREVIEW:
-            return _Spent("disc_3", gaussian_steps=3, layers=4)
+            return _Spent("disc_3", gaussian_steps=3, layers=LAYERS_MAX)
         case Quality.FILM:
             return _Spent("disc_4", gaussian_steps=5, layers=LAYERS_MAX)
         case _:

@@ -138,7 +138,7 @@ class ScreenPictures:
             self._detail_of = plate
             return None
         proxy, lens = shown.settings.proxy, shown.shot.lens_at(shown.frame)
-        optics = optics_of(plate.plate, plate.occupied, lens)
+        optics = optics_of(plate.plate, plate.bins, lens)
         final_proxy = shown.shot.defocus.proxy
         if final_proxy == 1.0:
             fine = self.b(plate.color, plate, view)
@@ -216,7 +216,7 @@ class ScreenPictures:
         if self._overlay.needs(plate.depth.size, key):
             out = self._overlay.texture
             assert out is not None
-            optics = optics_of(plate.plate, plate.occupied, lens)
+            optics = optics_of(plate.plate, plate.bins, lens)
             limits = layer_limits_px(optics, shot)
             sharp = sharp_px(lens, plate.plate.display_window.width)
             self._overlays.run(
@@ -233,7 +233,7 @@ def _is_hurried(shown: Shown) -> bool:
 
 def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
     """Return the signed diameters between the layers of a shot, ascending."""
-    cuts = layer_cuts(optics.occupied_px, layers_for(shot.defocus))
+    cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(shot.defocus))
     return tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
 
 

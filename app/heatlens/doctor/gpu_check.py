@@ -216,7 +216,8 @@ def _solved(coc: Array, kernel: Kernel, kappa: complex, x: Array | Complex) -> C
 
 def _compact(conductance: Array, kernel: Kernel) -> Array:
     """Return how compact the Laplacian is between two pixels."""
-    return np.asarray(kernel.compact * np.minimum(conductance / _COMPACT_FULL_PX**2, 1.0))
+    part = np.minimum(conductance / _COMPACT_FULL_PX**2, 1.0)
+    return np.asarray(kernel.compact * part * (2.0 - part))
 
 
 def _laplacian(conductance: Array) -> Array:

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 import moderngl
-import numpy as np
-import numpy.typing as npt
 
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.model.value_bins import ValueBins
@@ -35,8 +33,3 @@ class Pinhole:
     overscan: Overscan | None = None
     peeled: Peeled | None = None
     light_scale: float = 1.0
-
-    @property
-    def occupied(self) -> npt.NDArray[np.float64]:
-        """Return the ends of the bins that hold a surface, ascending."""
-        return self.bins.occupied

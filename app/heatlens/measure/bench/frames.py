@@ -101,7 +101,7 @@ class Frame:
         settings = self.shot.defocus
         optics = self.renderer.optics(self.shot)
         layers = layers_for(settings)
-        return 1 if layers == 1 else len(layer_cuts(optics.occupied_px, layers))
+        return 1 if layers == 1 else len(layer_cuts(optics.occupied_px, optics.gaps_px, layers))
 
 
 class SceneFrame(Frame):

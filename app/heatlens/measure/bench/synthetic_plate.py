@@ -13,7 +13,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, ReadPixels
 
-# Wide open and focused between the objects: blur on both sides, and every layer is occupied.
+# Wide open and focused between the objects: blur on both sides, in several layers in front.
 LENS = Lens(focal_length_mm=50.0, f_stop=1.4, focus_distance_m=3.0, sensor_width_mm=36.0)
 
 _HORIZON = 1 / 3  # from the top, of the height
