@@ -23,12 +23,12 @@ _BEHIND = re.compile(r"behind(\.\d+)?$", re.IGNORECASE)
 
 
 def is_behind(part: Part) -> bool:
-    """Return True for a part that holds what is hidden, by its name: behind, behind.1, ..."""
+    """Return True if the name of a part marks hidden surfaces: behind, behind.1, ..."""
     return bool(_BEHIND.match(str(part[0].get("name", ""))))
 
 
 def behind_layers(parts: Sequence[Part]) -> tuple[str, ...]:
-    """Return the layers, of any part, that hold what is hidden, in the order of the file."""
+    """Return the layers, of any part, that hold hidden surfaces, in the order of the file."""
     layers = dict.fromkeys(ref.layer for ref in list_channels([header for header, _ in parts]))
     return tuple(name for name in layers if _BEHIND.match(name))
 
@@ -77,7 +77,7 @@ def behind_paths(path: Path, options: PlateOptions) -> tuple[Path, ...]:
 
 
 def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()) -> Plate:
-    """Return the plate with what other plates show behind it, or in front of it.
+    """Return the plate with the surfaces of other plates behind it, or in front of it.
 
     `names` are used in the reports; the default is the path of each plate. Each pixel is sorted by
     depth. Data windows may differ; pixels outside the plate's own data window are left out. Raises

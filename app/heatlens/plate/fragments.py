@@ -1,4 +1,4 @@
-"""Fragment lists: the surfaces along the ray of each pixel, near to far, where they are known."""
+"""Fragment lists: the known surfaces along the ray of each pixel, near to far."""
 
 from dataclasses import dataclass, replace
 
@@ -6,18 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatImage = NDArray[np.float32]
-OPAQUE = 0.9995  # a coverage from this on hides what is behind it
-LEAST_COVERAGE = 1e-4  # a fragment with less than this is none
-SAME_DEPTH = 1e-3  # of the distance: what is so close behind an opaque surface is the same one
+OPAQUE = 0.9995  # a surface of this coverage or more hides everything behind it
+LEAST_COVERAGE = 1e-4  # a fragment with less coverage is left out
+SAME_DEPTH = 1e-3  # of the distance: anything so close behind an opaque surface is part of it
 _HALF_MAX = 65504.0
 
 
 @dataclass(frozen=True, eq=False)
 class FragmentLists:
-    """What is known along the rays of a plate's pixels, packed as the shaders read it.
+    """The known surfaces along the rays of a plate's pixels, packed as the shaders read them.
 
-    starts       (H * W + 1,) uint32: twice the number of the pixel's first fragment, plus 1 where
-                 its list begins with what the pixel shows instead of what is behind that
+    starts       (H * W + 1,) uint32: twice the number of the pixel's first fragment, plus 1
+                 if its list begins with the visible surface instead of the one behind it
     words        (N, 3) uint32: red and green, blue and coverage as pairs of halfs, and the dioptres
                  as a float32; colours are not multiplied by the coverage
     is_measured  the coverage of everything in front was measured, so that silhouettes of the flat
@@ -30,12 +30,12 @@ class FragmentLists:
 
     @property
     def count(self) -> int:
-        """How many fragments there are."""
+        """The number of fragments."""
         return len(self.words)
 
     @property
     def nbytes(self) -> int:
-        """The memory that they take."""
+        """The memory of the lists in bytes."""
         return self.starts.nbytes + self.words.nbytes
 
     @property

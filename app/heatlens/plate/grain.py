@@ -1,4 +1,4 @@
-"""The grain that a path tracer leaves: how much there is, and single pixels far too bright."""
+"""Measure the grain that a path tracer leaves, and remove single pixels that are far too bright."""
 
 import math
 from collections.abc import Iterator
@@ -15,10 +15,10 @@ NOISE_DOUBTFUL = 0.05
 DESPIKE_HELPS = "; --despike removes single pixels that are far too bright"
 _BLOCK = 8  # side of the blocks in which noise is measured, pixels
 _BLOCKS_LEAST = 50
-_EVENEST = 5  # per cent of the blocks
-_DARK = 0.1  # of the mean light, clipped at 1: darker blocks tell nothing
+_EVENEST = 5  # per cent of the blocks that count as the evenest
+_DARK = 0.1  # share of the mean light, clipped at 1: darker blocks are left out
 _MAD_TO_SIGMA = 1.4826
-_APART = 0.01  # of the distance: what is so far from all its neighbours is a thing of its own
+_APART = 0.01  # of the distance: a pixel so far from all its neighbours is an object of its own
 _AROUND = [(y, x) for y in range(3) for x in range(3) if (y, x) != (1, 1)]
 
 
@@ -26,7 +26,8 @@ def noise_of(color: FloatImage) -> float:
     """Return the relative noise of the evenest parts of a picture (H, W, C); 0 if it is too small.
 
     Each pixel is compared with its neighbours by a mask that neither ramps nor straight edges move.
-    Source: J. Immerkaer, Fast Noise Variance Estimation, 1996; here with medians, for lone spikes.
+    Source: J. Immerkaer, Fast Noise Variance Estimation, 1996; here with medians, which ignore
+    spikes.
     """
     light = color[..., :3].mean(axis=2, dtype=np.float64)
     rows, columns = (((side - 2) // _BLOCK) for side in light.shape)
@@ -60,7 +61,7 @@ def _blocks(values: NDArray[np.float64], rows: int, columns: int) -> NDArray[np.
 
 
 def noise_doubt(color: FloatImage, what: str, cure: str = "") -> tuple[str, ...]:
-    """Return the sentence that a picture is noisy, if it is; `cure` ends it."""
+    """Return a note if a picture is noisy; `cure` is added to the advice at its end."""
     noise = noise_of(color)
     if noise < NOISE_DOUBTFUL:
         return ()
@@ -76,7 +77,7 @@ def noise_doubt(color: FloatImage, what: str, cure: str = "") -> tuple[str, ...]
 def despike(color: FloatImage, depth: FloatImage) -> int:
     """Replace pixels of `color` (H, W, C) far brighter than all around them, in place; count them.
 
-    The more a pixel outshines the brightest of its eight neighbours, the more of it is replaced by
+    The more a pixel outshines the brightest of its eight neighbours, the more it is mixed with
     their median, so that nothing pops between frames. A pixel apart from all its neighbours in
     `depth` (H, W) is a lamp and stays.
     """
@@ -95,7 +96,7 @@ def despike(color: FloatImage, depth: FloatImage) -> int:
 
 
 def despike_note(color: FloatImage, depth: FloatImage, what: str) -> tuple[str, ...]:
-    """Do what `despike` does, and return the sentence that tells how many pixels it changed."""
+    """Despike the picture, and return a sentence with the number of changed pixels."""
     count = despike(color, depth)
     words = f"{count} of {depth.size} pixels were far brighter than all around them"
     return (f"{what}: {words} and took the median of these (--despike).",)

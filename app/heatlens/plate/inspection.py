@@ -32,7 +32,7 @@ from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
 Facts = dict[str, Any]
 
-_PIXEL_TYPES = {"f2": "half", "f4": "float", "u4": "uint"}  # of others each pixel holds a list
+_PIXEL_TYPES = {"f2": "half", "f4": "float", "u4": "uint"}  # other parts hold a list for each pixel
 
 
 def inspect(path: Path, options: PlateOptions) -> Facts:
@@ -134,7 +134,7 @@ def _deep_parts(path: Path, headers: Sequence[Header]) -> list[Facts]:
 
 
 def _deep_window(path: Path, headers: Sequence[Header], options: PlateOptions) -> Box:
-    """Return the data window in the file; the plate is wider where that does not fill its frame."""
+    """Return the data window in the file; the plate is wider if that does not fill its frame."""
     channels = deep_channels(path, headers, options.color_layer, options.eye)
     return box_at_header(headers[channels.part], "dataWindow")
 
@@ -256,7 +256,7 @@ def _corners(box: Box) -> list[int]:
 
 
 def _json_value(value: object) -> object:
-    """Return `value`, but a word or None for a float that JSON cannot express."""
+    """Return `value`; for a float that JSON cannot express, return a word or None."""
     if isinstance(value, float) and not math.isfinite(value):
         return "infinity" if value == math.inf else None
     return value

@@ -56,7 +56,7 @@ def plate_of_arrays(
 
 
 def _array(what: str, values: ArrayLike | None) -> NDArray[np.generic]:
-    """Return an array of the values, without a copy of one that is an array already."""
+    """Return the values as an array, without copying an array."""
     try:
         return np.asanyarray(values)
     except Exception as error:  # other libraries convert their own arrays, and may raise anything
@@ -64,7 +64,7 @@ def _array(what: str, values: ArrayLike | None) -> NDArray[np.generic]:
 
 
 def _check_colors(colors: NDArray[np.generic]) -> None:
-    """Raise InputError for colours that are no floating point light, or of another shape."""
+    """Raise InputError for colours that are not floating point, or have another shape."""
     if colors.dtype.kind in "iub":
         raise InputError(
             f"The colours are whole numbers ({colors.dtype}), so their light is unknown: make "
@@ -102,7 +102,7 @@ def _float32(what: str, values: NDArray[np.generic]) -> FloatImage:
             f"{what} cannot have masked values: fill them first, for example with filled(0) for "
             "colours and filled(numpy.inf) for depths."
         )
-    with np.errstate(over="ignore"):  # what float32 cannot hold becomes infinite
+    with np.errstate(over="ignore"):  # values beyond float32 become infinite
         return np.ascontiguousarray(values, np.float32)
 
 

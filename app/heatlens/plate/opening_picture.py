@@ -1,4 +1,4 @@
-"""A picture from a file as the opening of a lens."""
+"""Read a picture file as the opening of a lens."""
 
 import hashlib
 import math
@@ -18,9 +18,9 @@ from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import pixels_of
 
-_RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722  # of the luminance of Rec. 709
-_COLORED = 0.02  # of the brightest: JPEG leaves grey a little coloured
-_NEAR_AXIS = 0.03  # radii from the axis that nobody sees
+_RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722  # weights of the luminance of Rec. 709
+_COLORED = 0.02  # of the brightest value: JPEG leaves grey a little coloured
+_NEAR_AXIS = 0.03  # in radii; a smaller distance from the axis is invisible
 _DIGEST_BYTES = 16
 
 
@@ -71,7 +71,7 @@ def _read(path: Path, stamp: tuple[int, int]) -> OpeningImage:
 
 
 def _off_axis(path: Path, light: NDArray[np.float32]) -> tuple[str, ...]:
-    """Return the note on light that is off balance about the axis of the lens."""
+    """Return a note if the light is off-centre about the axis of the lens."""
     seen = seen_light(light)
     at = (np.arange(IMAGE_SIDE) + 0.5) * 2 / IMAGE_SIDE - 1
     x, y = (float((seen.sum(axis=axis) * at).sum() / seen.sum()) for axis in (0, 1))
@@ -92,7 +92,7 @@ def _luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
     parts = color_file_parts(path, PlateOptions())
     chosen = choose_color(path, [header for header, _ in parts], None)
     red, green, blue = (pixels_of(parts, ref).astype(np.float32) for ref in chosen.rgb)
-    with np.errstate(invalid="ignore", over="ignore"):  # of what is no number, which is told
+    with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are reported elsewhere
         luminance = _RED * red + _GREEN * green + _BLUE * blue
         spread = np.maximum(abs(red - green), abs(blue - green)).max()
         is_colored = bool(spread > _COLORED * np.maximum(np.max(luminance), 1e-30))
@@ -101,7 +101,7 @@ def _luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
 
 
 def _in_square(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the picture in the middle of a square of IMAGE_SIDE cells, which keep its means."""
+    """Return the picture centred in a square, averaged into IMAGE_SIDE cells on a side."""
     height, width = light.shape
     side = max(height, width)
     top, left = (side - height) // 2, (side - width) // 2

@@ -31,7 +31,7 @@ class CameraHeader:
     t_stop: float | None = None
     model: LensModel | None = None  # None: the header names no CG renderer
     sources: Mapping[str, str] = field(default_factory=dict)  # field name -> its header entry
-    # field name -> the entry and its value, which no lens can have, so that the field is None
+    # field name -> the entry with an impossible value, for which the field is None
     refused: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
@@ -192,7 +192,7 @@ class Plate:
         return bins_of(dioptres)
 
     def counted(self) -> "Plate":
-        """Return the plate after its bins were counted, so that a later thread need not do it."""
+        """Return the plate with its bins counted, so that a later thread need not count them."""
         assert self.bins is not None
         return self
 

@@ -12,7 +12,7 @@ from heatlens.plate.plate import Plate, depth_span
 
 
 def depth_note(plate: Plate) -> str:
-    """Return how the depth was read, and why, unless a note of the plate says why."""
+    """Return a sentence on how the depth was read, and why, unless a note of the plate says why."""
     depth = plate.depth
     why = "" if any(depth.why in note for note in plate.notes) else f" {depth.why}"
     return f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}.{why}"

@@ -52,9 +52,9 @@ class SourceKind:
     word            what lists of files call the source of a name
     article_word    what a sentence calls one of them: "a plate"
     takes           whether a name means a source of this kind
-    has_camera      it is seen by a camera that moves, and has the options and panels for that
-    reads_plates    its pictures are read, and have the options for that
-    refusal         the sentence for what it cannot do; "" if it can do everything
+    has_camera      it has a camera that can move, with the options and panels for that
+    reads_plates    its pictures are read from files, with the options for that
+    refusal         the sentence on what it cannot do; "" if it can do everything
 
     again(text, options, timing)   return the source to render its frames, any number of times
     alone(path, options)           the same for one file, even if it belongs to a sequence
@@ -128,7 +128,7 @@ STREAMS = SourceKind(
 PLATES = SourceKind(
     word=plates_word,
     article_word="a plate",
-    takes=lambda _text: True,  # whatever is nothing else
+    takes=lambda _text: True,  # everything else
     has_camera=False,
     reads_plates=True,
     refusal="",
@@ -140,10 +140,10 @@ PLATES = SourceKind(
     commands=OnUse("commands.sources.of_plates", "PlateCommands"),
     python=OnUse("api.opening", "plates_named"),
 )
-# The first kind that takes a name has it.
+# The first kind that takes a name is used.
 KINDS: list[SourceKind] = [SCENES, STREAMS, PLATES]
 
 
 def kind_of(text: str) -> SourceKind:
-    """Return the kind of the source `text`, which stands in a shot file or a command line."""
+    """Return the kind of the source `text`, a name in a shot file or on a command line."""
     return next(kind for kind in KINDS if kind.takes(text))

@@ -34,10 +34,10 @@ class SourceOnGpu(Protocol):
     ) -> Steps[Pinhole]:
         """Make the pinhole picture of `frame` in short steps, and return it.
 
-        `views` is the number of samples a pixel of a scene; None takes a picture that is there
-        already, of however few. `is_for_file`: what is behind it is told in its own pixels, while
-        small pictures are blurred in finer ones. Steps that are not taken to their
-        end leave the one before.
+        `views` is the number of samples a pixel of a scene; None accepts an existing picture with
+        any number. With `is_for_file`, hidden surfaces are listed for the pixels of the picture,
+        although small pictures are blurred in finer ones. Abandoned steps leave the previous
+        picture.
         """
 
     def through_lens(
@@ -55,7 +55,7 @@ class SourceOnGpu(Protocol):
         """
 
     def pace(self, share: float) -> None:
-        """Have each step draw a share of the usual, 1 at most, if anything is drawn."""
+        """Set the share, 1 at most, of its usual work that each step does, if anything is drawn."""
 
     def beside(self) -> "SourceOnGpu":
         """Return a source for other frames that shares the content on the GPU with this one.

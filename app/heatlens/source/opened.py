@@ -27,7 +27,7 @@ def _ignore() -> None:
 
 @dataclass(frozen=True)
 class Opening:
-    """What is to be opened, and how.
+    """The source to open, and how.
 
     frame    the frame to show first; None for the usual one
     timing   how the seconds of a scene become frames
@@ -53,8 +53,8 @@ class Opened(ABC):
     notes       sentences to show to the user: repairs, guesses, warnings
     attributes  the header entries of the first plate, which describe its colour space
     scene       the 3D scene; None if there is none
-    timing      how the seconds of a scene became frames; None in the usual way, and for all else
-    stamps      the stamps, from before reading, of the files that all frames are made of
+    timing      how the seconds of a scene became frames; None for the default and for other sources
+    stamps      stamps, taken before reading, of the files that all frames are made of
     cache       the cache of plates; None if no plates are read from files
     again       the source to render its frames again later; None if they exist only once
     """

@@ -26,9 +26,9 @@ class Refused:
 
 
 class SourceOpener:
-    """Opens one source at a time; the caller keeps the one before until the new one arrives.
+    """Opens one source at a time; the caller keeps the previous one until the new one arrives.
 
-    Each is opened on a thread of its own, so that a disk that does not answer holds up no other.
+    Each is opened on its own thread, so that a disk that does not answer delays no other.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class SourceOpener:
         self.opening = None
 
     def poll(self) -> Opened | None:
-        """Return a source once when it has been opened. Raises HeatlensError if that failed."""
+        """Return a source, once, when it has been opened. Raises HeatlensError if that failed."""
         try:
             opened = self._coming.poll()
         except HeatlensError as error:
@@ -92,7 +92,7 @@ class SourceOpener:
         return opened
 
     def _first_of_stream(self) -> OpenedStream | None:
-        """Return the stream when its first frame arrives; None if that is not awaited."""
+        """Return the stream when its first frame has arrived; None if nobody waits for it."""
         stream = self._stream
         plate = None if stream is None or stream.is_shown else stream.poll()
         if stream is None or plate is None:

@@ -18,11 +18,11 @@ class Pinhole:
     color  RGBA, premultiplied
     depth  metres, or the signed circle of confusion in pixels if the plate holds that
     bins   the distribution of its depths, see `Plate.bins`
-    fragments  what is known behind the picture; None if nothing is
+    fragments  the known surfaces behind the picture; None if there are none
     overscan   of a scene: the same picture with a margin; plates have theirs in their data window
-    peeled     of a scene: what is known behind all of that; None for a hurried picture
-    light_scale  what `color` is multiplied by before it is blurred, and the picture divided by
-                 afterwards; `fragments` are multiplied already
+    peeled     of a scene: the known surfaces behind all of that; None for a hurried picture
+    light_scale  the factor on `color` before the blur; the picture is divided by it
+                 afterwards, and `fragments` are multiplied already
     """
 
     plate: Plate

@@ -17,18 +17,18 @@ from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.source.pinhole import Pinhole
 
-_BRIGHT_PERCENT = 90.0  # of the pixels are darker than what counts as bright
-_BRIGHT_MOST = 4.0  # up to here the light is in units of a white surface, as renderers write it
+_BRIGHT_PERCENT = 90.0  # percentile of the light that counts as bright
+_BRIGHT_MOST = 4.0  # up to here the light counts as relative to a white surface
 _STEP = 16.0  # a power of two, so that scaling is exact; and coarse, so that it is steady in a shot
 _SAMPLES_A_SIDE = 128
 
 
 def light_scale(color: npt.NDArray[np.float32]) -> float:
-    """Return what the light of a picture is multiplied by before it is blurred, a power of two.
+    """Return the factor, a power of two, on the light of a picture before it is blurred.
 
     `color` is (H, W, 4), scene-linear. It is 1 for pictures in which a white surface is about 1,
-    and less for those in physical units, such as candela per square metre: what outshines its
-    surroundings, and what alike colours are, is then judged as in any other picture.
+    and less for those in physical units, such as candela per square metre, so that highlights and
+    similar colours are found as in any other picture.
     """
     rows, columns = (max(1, side // _SAMPLES_A_SIDE) for side in color.shape[:2])
     luminance = color[::rows, ::columns, :3].mean(axis=2)
@@ -88,7 +88,7 @@ class PlateOnGpu:
             self._ctx.buffer(lists.words),
             (window.width, window.height),
             lists.is_measured,
-            is_exact=lists.is_measured,  # a deep file tells all surfaces by the light of one render
+            is_exact=lists.is_measured,  # all surfaces of a deep file come from one render
         )
 
     def _release_fragments(self) -> None:

@@ -114,7 +114,7 @@ class PlateSource:
         path, depth = self.sequence.path_at(frame), self.options.depth_source
         if depth is not None:
             depth_path_for(path, depth)  # raises InputError where the frame has no depth
-        behind_paths(path, self.options)  # likewise
+        behind_paths(path, self.options)  # raises InputError likewise
         return Origin(frame, is_black, stamped(self.files_of(path)))
 
 

@@ -1,4 +1,4 @@
-"""The protocol of a source whose frames can be rendered again: what stands in front of the lens."""
+"""The protocol of a source whose frames can be rendered again."""
 
 from pathlib import Path
 from typing import Protocol
@@ -93,5 +93,5 @@ class Source(Protocol):
     ) -> FrameLoader:
         """Return a loader for these frames, which must be loaded in this order.
 
-        `is_for_file`: what is behind a pinhole picture is written, see `FrameRenderer.look`.
+        `is_for_file`: the surfaces behind a pinhole picture are written, see `FrameRenderer.look`.
         """

@@ -1,4 +1,4 @@
-"""A running renderer as a source: it sends frames, and a thread makes plates of them."""
+"""A running renderer as a source: a thread turns the frames that it sends into plates."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -23,7 +23,7 @@ _PAUSE_S = 0.1  # shortest pause between two plates, so that the window can do o
 
 @dataclass(frozen=True, eq=False)
 class _Made:
-    """A plate, or the reason why there is none, and what it was made of."""
+    """A plate, or the reason why there is none, and its origin."""
 
     of: tuple[int, PlateOptions]  # version of the server's images, and how they were read
     plate: Plate | None

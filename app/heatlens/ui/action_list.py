@@ -45,7 +45,7 @@ def _actions_of(item: Item, named: dict[str, Command]) -> Iterator[Action]:
 
 
 def _window_commands(ui: UiState) -> Iterator[Command]:
-    """Yield what acts on the window, and what asks for a value in a dialog first."""
+    """Yield the actions on the window, and those that first ask for a value in a dialog."""
     for name, purpose in _DIALOGS.items():
         yield Command(name, "File", partial(ui.dialogs.ask, PURPOSES[purpose].key))
     yield Command("Save shot", "File", partial(_save_shot, ui))
@@ -66,7 +66,7 @@ def _window_commands(ui: UiState) -> Iterator[Command]:
 
 
 def _switches(ui: UiState) -> Iterator[Command]:
-    """Yield what shows and hides parts of the window."""
+    """Yield the actions that show and hide parts of the window."""
     yield Command("Picture alone", "Window", ui.toggle_bare, lambda: ui.is_bare)
     yield Command("Full screen", "Window", ui.toggle_full_screen, lambda: ui.is_full_screen)
     feed, labels = "Second window with the picture", "Names of looks in the second window"
@@ -78,7 +78,7 @@ def _switches(ui: UiState) -> Iterator[Command]:
 
 
 def _save_shot(ui: UiState) -> None:
-    """Save the shot to its file, or ask for a file name where it has none."""
+    """Save the shot to its file, or ask for a file name if it has none."""
     if not ui.files.documents.save():
         ui.dialogs.ask("save shot")
 

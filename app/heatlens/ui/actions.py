@@ -33,8 +33,8 @@ class Action(Command):
     chord     key combined with CTRL and SHIFT as ImGui combines them; 0 for no shortcut
     repeats   whether it runs repeatedly while the key is held
     is_first  it begins a group of its menu, with a line above it
-    is_alone  keys typed behind it wait, since it may open something or change what hears them;
-              so it is with Ctrl, and with names that end in "..."
+    is_alone  keys typed after it wait, since it may open something or move the keyboard focus;
+              also true with Ctrl, and for names that end in "..."
     """
 
     chord: int = 0
@@ -77,7 +77,7 @@ def chord_of(shortcut: str) -> int:
 
 
 def opens(actions: tuple[Action, ...], key: imgui.Key, mods: int) -> bool:
-    """Return True if keys typed behind this one have to wait for what it does."""
+    """Return True if keys typed after this one must wait for its effect."""
     meant = [action for action in actions if action.key == key and _fits(action, mods)]
     return not meant or any(
         action.is_alone or action.mods & CTRL or action.name.endswith("...") for action in meant
@@ -95,7 +95,7 @@ def pressed(actions: tuple[Action, ...]) -> Iterator[Action]:
 
     While a text field is edited, only shortcuts that the field does not use itself count.
 
-    No shortcut has Alt or the logo key, so that nothing is meant while they are held. ImGui's own
+    No shortcut has Alt or the logo key, so none counts while they are held. ImGui's own
     `is_key_chord_pressed` is not used, as it ignores the + key without Shift.
     """
     io = imgui.get_io()

@@ -1,4 +1,4 @@
-"""The theme that the user chose, and the scale: the monitor's times the one chosen for that."""
+"""The user's theme, and the scale: that of the monitor times the user's scale for it."""
 
 from imgui_bundle import imgui
 

@@ -44,7 +44,7 @@ class CleanFeed:
         self._alone = PictureAlone(ctx)
         self._window: GlfwHandle = None
         self._own: moderngl.Context | None = None
-        self._shared: moderngl.Texture | None = None  # the picture, as the own context knows it
+        self._shared: moderngl.Texture | None = None  # the picture in this window's context
 
     def draw(
         self, is_wanted: bool, pictures: Pictures | None, view: ViewState, has_labels: bool
@@ -119,7 +119,7 @@ class CleanFeed:
             glfw.make_context_current(self._main)
 
     def _in_own(self, own: moderngl.Context, texture: moderngl.Texture) -> moderngl.Texture:
-        """Return the texture for the own context; each new object for it leaks a few bytes."""
+        """Return the texture in this window's context; each new object leaks a few bytes."""
         kept = self._shared
         if kept is not None and (kept.glo, kept.size) == (texture.glo, texture.size):
             return kept

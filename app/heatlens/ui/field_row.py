@@ -1,4 +1,4 @@
-"""Draw a control for a field of a dataclass, as its type and its option ask for."""
+"""Draw the control for a field of a dataclass that fits its type and option."""
 
 from enum import StrEnum
 from typing import Any, Literal, get_args, get_origin
@@ -13,7 +13,7 @@ from heatlens.ui import probe, widgets
 def field_row(kind: type, name: str, value: Any) -> Any:
     """Draw the row of a field of `kind`; return its value as the user left it.
 
-    A value for which there is no control is shown, and its tooltip tells where to set it.
+    A value without a control is shown as text; its tooltip says where to set it.
     """
     told, of_type = options_of(kind)[name], type_of(kind, name)
     low, high = told.slider or (told.least, told.most)

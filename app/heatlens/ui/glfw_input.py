@@ -1,10 +1,10 @@
-"""Put what GLFW reports of keys and pointer into the queue of input, in ImGui's terms.
+"""Put the events of GLFW for keys and pointer into the input queue, in ImGui's terms.
 
-ImGui's own callbacks are not used: they would ask GLFW which modifiers are held now, although the
-key waited. GLFW drops a press with the same time in milliseconds as the last press of that key,
-because an input method may have sent it twice (`processEvent` in x11_window.c), so that after two
-presses of `Ctrl` in one millisecond it reports it as released. But each event carries its own
-modifiers, and those are used here.
+ImGui's own callbacks are not used: they would ask GLFW which modifiers are held now, but a key may
+have waited in the queue. GLFW drops a press with the same time in milliseconds as the last press of
+that key, because an input method may have sent it twice (`processEvent` in x11_window.c), so that
+after two presses of `Ctrl` in one millisecond it reports it as released. But each event carries its
+own modifiers, and those are used here.
 """
 
 import ctypes
@@ -25,7 +25,7 @@ _MODS = {
     glfw.MOD_ALT: _K.mod_alt,
     glfw.MOD_SUPER: _K.mod_super,
 }
-_OWN_MOD = {  # of a modifier's own event, in which it is missing or still there
+_OWN_MOD = {  # in its own event, a modifier may be missing when pressed, or present when released
     key: mod
     for name, mod in zip(("CONTROL", "SHIFT", "ALT", "SUPER"), _MODS, strict=True)
     for key in (getattr(glfw, f"KEY_LEFT_{name}"), getattr(glfw, f"KEY_RIGHT_{name}"))
@@ -49,8 +49,8 @@ _KEYS = {
 def imgui_key(key: int, printed: str | None = None) -> imgui.Key | None:
     """Return ImGui's key for a GLFW key code; None for a key that it does not know.
 
-    `printed` is what the user's layout has on the key: GLFW counts keys by their place on an
-    American keyboard.
+    `printed` is the character of the key in the user's layout: GLFW names keys by their position on
+    an American keyboard.
     """
     if printed and printed.isascii() and len(printed) == 1:
         key = ord(printed.upper())  # GLFW's codes of printed keys are those of ASCII
@@ -66,7 +66,7 @@ class GlfwInput:
     """The callbacks of a window, which fill a queue and wake the loop."""
 
     def __init__(self, window: GlfwHandle, queue: InputQueue, woken: Callable[[], None]) -> None:
-        """Register the callbacks, and have ImGui ask GLFW for sizes and cursors alone."""
+        """Register the callbacks; ImGui asks GLFW only for sizes and cursors."""
         self._queue = queue
         self._woken = woken
         pointer = ctypes.cast(window, ctypes.c_void_p).value or 0

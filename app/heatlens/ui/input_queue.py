@@ -1,14 +1,14 @@
-"""Queue what the user does, and give ImGui as much of it in each frame as keeps its meaning.
+"""Queue the user's input, and give ImGui in each frame as much as it can interpret correctly.
 
-ImGui sees a frame as one moment: it cannot tell which of two keys came first, and a click counts
-where the pointer was in the frame before. So a movement, a click, a turn of the wheel and a key
-with other modifiers each begin a new frame. Movements in a row become one, and so do turns of the
-wheel. Different keys share a frame where each does something that opens nothing; text for a field
-shares one too. After anything else a key waits until nothing opens or closes any more, so that
-it reaches the box that the key before it has opened.
+ImGui sees a frame as one moment: it cannot tell which of two keys came first, and a click counts at
+the position of the pointer in the previous frame. Therefore a movement, a click, a turn of the
+wheel and a key with other modifiers each start a new frame. Successive movements become one, and so
+do turns of the wheel. Different keys share a frame if none of them opens anything; so does text for
+a field. After any other input a key waits until nothing opens or closes any more, so that it
+reaches the box that the previous key opened.
 
-While acts wait, the window runs its frames without drawing them (`InputQueue.waits`). Where many
-wait, Escape and closing go first: what waits before them is forgotten, except what a save follows.
+While input waits, the window runs frames without drawing them (`InputQueue.waits`). If much input
+waits, Escape and closing go first: earlier input is dropped, except up to the last save.
 """
 
 from collections import deque
@@ -27,9 +27,9 @@ _MODIFIERS = frozenset(
 )
 _CTRL = int(_K.mod_ctrl)
 _QUIT, _SAVE, _SAVE_AS = (_K.q, _CTRL), (_K.s, _CTRL), (_K.s, _CTRL | int(_K.mod_shift))
-_MANY = 32  # acts that may wait before Escape and closing go first
-_SETTLED = 2  # frames without a change after which a box that was opened takes keys
-_NOWHERE = -3.4028234663852886e38  # ImGui's place of a pointer outside the window
+_MANY = 32  # number of waiting inputs from which Escape and closing go first
+_SETTLED = 2  # frames without a change before a newly opened box receives keys
+_NOWHERE = -3.4028234663852886e38  # ImGui's position of a pointer outside the window
 
 Opens = Callable[[imgui.Key, int], bool]
 
@@ -53,7 +53,7 @@ class Release:
 
 @dataclass(frozen=True)
 class Motion:
-    """The pointer is here now; it has left the window where `at` is None."""
+    """The pointer is here now; it has left the window if `at` is None."""
 
     at: tuple[float, float] | None
 
@@ -87,30 +87,30 @@ Act = Press | Release | Motion | Button | Wheel | Focus
 
 @dataclass
 class _Frame:
-    """What one frame of ImGui was given."""
+    """The input given to one frame of ImGui."""
 
     presses: list[imgui.Key] = field(default_factory=list)
-    mods: int | None = None  # of the presses
+    mods: int | None = None  # modifiers of the presses
     is_text: bool = False
-    is_closed: bool = False  # nothing more belongs into it
+    is_closed: bool = False  # takes no more input
 
 
 class InputQueue:
-    """What the user did, in order, until a frame takes it."""
+    """The user's input in order, until a frame takes it."""
 
     def __init__(self, opens: Opens) -> None:
-        """Create it; `opens` tells whether a key with modifiers may open what takes keys."""
-        imgui.get_io().config_input_trickle_event_queue = False  # this does it instead
+        """Create it; `opens` tells whether a key with modifiers may open a box that takes keys."""
+        imgui.get_io().config_input_trickle_event_queue = False  # replaced by this queue
         self._opens = opens
         self._acts: deque[Act] = deque()
-        self._late: list[Release] = []  # of keys that went down in the frame before
+        self._late: list[Release] = []  # for keys that went down in the previous frame
         self._state: object = None
         self._unchanged = _SETTLED  # frames since something opened or closed
         self.typed: list[imgui.Key] = []  # keys that went down in this frame, in their order
 
     @property
     def waits(self) -> bool:
-        """True while acts wait for a later frame."""
+        """True while input waits for a later frame."""
         return bool(self._acts or self._late)
 
     @property
@@ -119,7 +119,7 @@ class InputQueue:
         return self._behind_save() > 0
 
     def add(self, act: Act) -> None:
-        """Queue an act; movements in a row and turns of the wheel in a row become one."""
+        """Queue an input; successive movements become one, and so do turns of the wheel."""
         last = self._acts[-1] if self._acts else None
         if isinstance(act, Press) and len(self._acts) > _MANY:
             if act.key == _K.escape:
@@ -134,7 +134,7 @@ class InputQueue:
             self._acts.append(act)
 
     def add_text(self, text: str) -> None:
-        """Queue a character: as text of the key that was pressed just now, if it may type one."""
+        """Queue a character, as the text of the key just pressed if that can type one."""
         last = self._acts[-1] if self._acts else None
         if isinstance(last, Press) and not last.text and _may_type(last.key):
             last.text = text
@@ -142,11 +142,11 @@ class InputQueue:
             self._acts.append(Press(None, text=text))
 
     def hurry(self) -> None:
-        """Forget what waits behind the last save, since the window is to be closed."""
+        """Drop the input after the last save, since the window is to be closed."""
         self._forget(self._behind_save())
 
     def _behind_save(self) -> int:
-        """Return how many acts wait up to and including the last save."""
+        """Return how many inputs wait up to and including the last save."""
         saves = (
             number
             for number, act in enumerate(self._acts, 1)
@@ -155,14 +155,14 @@ class InputQueue:
         return max(saves, default=0)
 
     def _forget(self, kept: int) -> None:
-        """Forget the acts behind the first `kept`, but let no key or button stay down."""
+        """Drop all but the first `kept` inputs, but leave no key or button down."""
         acts = list(self._acts)
         ends = dict.fromkeys(act for act in acts[kept:] if _is_end(act))
         motions = [act for act in acts[kept:] if isinstance(act, Motion)]
         self._acts = deque((*acts[:kept], *ends, *motions[-1:]))
 
     def hand_out(self) -> None:
-        """Give ImGui what belongs into the frame that begins now."""
+        """Give ImGui the input of the frame that begins now."""
         self._look()
         frame, late = _Frame(), self._late
         self._late = []
@@ -181,7 +181,7 @@ class InputQueue:
         self._state = state
 
     def _fits(self, frame: _Frame, act: Act, released: set[imgui.Key]) -> bool:
-        """Return True if the act belongs into the frame that already holds others."""
+        """Return True if an input can join others in the same frame."""
         is_empty = not (frame.presses or frame.is_text)
         match act:
             case Press():
@@ -250,7 +250,7 @@ class InputQueue:
 
 
 def _may_type(key: imgui.Key | None) -> bool:
-    """Return True if a key may have a character: one unknown to ImGui, or a printed one."""
+    """Return True if a key can type a character: one unknown to ImGui, or a printable one."""
     if key is None or key == _K.space:
         return True
     return _K._0 <= key <= _K.z or _K.apostrophe <= key <= _K.grave_accent or _is_pad(key)
@@ -270,6 +270,6 @@ def _let_go(release: Release) -> None:
 
 
 def _hold(mods: int) -> None:
-    """Tell ImGui which modifiers are held; it ignores what changes nothing."""
+    """Tell ImGui which modifiers are held; it ignores unchanged ones."""
     for mod in _MODS:
         imgui.get_io().add_key_event(mod, bool(mods & int(mod)))

@@ -17,7 +17,7 @@ from heatlens.ui.state import UiState
 PICTURE = "Picture"
 PICTURE_ALONE = "Picture alone"
 _PANEL_EM = 23.6  # width of the column of panels
-_COLUMN_MOST, _TIMELINE_MOST = 0.45, 0.54  # of the window; the rest is for the picture
+_COLUMN_MOST, _TIMELINE_MOST = 0.45, 0.54  # largest shares of the window
 _SPEED_PART = 0.42  # share of the column's height for the lower panels, such as Speed
 _TIMELINE_EM = 16.5  # height of the timeline under the picture
 _LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow

@@ -1,8 +1,8 @@
 """Lay out the menus: the order of their items, the groups, and the keys.
 
 One line for each item: its name, then its keys, then `repeats` (it runs repeatedly while the key is
-held) or `alone` (keys typed behind it wait, since it may change what hears them). A line is drawn
-between groups at "-", and a name that ends in "*" stands for all names that begin so.
+held) or `alone` (keys typed after it wait, since it may move the keyboard focus). A line is drawn
+between groups at "-", and a name that ends in "*" stands for all names with that beginning.
 """
 
 import re

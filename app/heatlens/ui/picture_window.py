@@ -86,7 +86,7 @@ class PictureWindow:
     def draw(self, hears_keys: bool, is_seen: bool = True) -> None:
         """Draw the picture; `hears_keys` is False while a dialog, field or menu takes the keys.
 
-        With `is_seen` False the pictures of the frame before are enough.
+        With `is_seen` False it may show the pictures of the previous frame.
         """
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         self._begin()

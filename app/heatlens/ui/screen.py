@@ -57,7 +57,7 @@ class Screen:
         pictures.looks.still_now = lambda: self._panels.stills.now(self.picture.pictures)
 
     def opens(self, key: imgui.Key, mods: int) -> bool:
-        """Return True if keys typed behind this one have to wait for what it does."""
+        """Return True if keys typed after this one must wait for its effect."""
         is_covered = topmost.is_any_open() or self._session.files.documents.offer is not None
         is_elsewhere = is_covered or self.ui.is_bare or self._session.files.start_choices.is_wanted
         return is_elsewhere or opens(self.actions, key, mods)
@@ -65,8 +65,8 @@ class Screen:
     def draw(self, is_seen: bool = True) -> None:
         """Draw between ImGui's new_frame and render; an error is shown and drawing goes on.
 
-        With `is_seen` False nobody will see the frame, since more input waits: no news is taken and
-        no picture is made for it.
+        With `is_seen` False the frame stays invisible, since more input waits: it takes no results
+        of threads and makes no picture.
         """
         state = imgui.internal.ErrorRecoveryState()
         imgui.internal.error_recovery_store_state(state)
@@ -95,7 +95,7 @@ class Screen:
         if is_new_layout:
             for name in ("Lens", "Look"):  # bring them in front of the other tabs
                 imgui.set_window_focus(name)
-        session.lens.ring.poll()  # again, for samples that came while the panels were drawn
+        session.lens.ring.poll()  # again, for samples that arrived while the panels were drawn
         if is_seen:
             session.time.scheduler.update()
         self.picture.draw(hears, is_seen)

@@ -16,7 +16,7 @@ from heatlens.ui.actions import Action
 from heatlens.ui.state import UiState
 
 _MENU = "Setting"
-Choice = tuple[str, Callable[[], Changeable]]  # the name of a value, and what has that value
+Choice = tuple[str, Callable[[], Changeable]]  # a value's name, and the settings with it
 
 
 def settings(door: Door, facts: Facts, views: tuple[str, ...], ui: UiState) -> tuple[Action, ...]:

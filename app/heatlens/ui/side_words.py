@@ -1,4 +1,4 @@
-"""Write the texts of the status bar: what the mouse does, and what the sides A and B are."""
+"""Write the texts of the status bar: the mouse gestures, and the names of sides A and B."""
 
 from imgui_bundle import imgui
 

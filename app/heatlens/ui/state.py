@@ -1,4 +1,4 @@
-"""Keep which panels and popups are open, and what the panels remember between frames."""
+"""Keep which panels and popups are open, and their state between frames."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Draw the status bar: values under the pointer, the last message, and what A and B are."""
+"""Draw the status bar: values under the pointer, the last message, and the names of A and B."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -80,7 +80,7 @@ class StatusBar:
             self._draw_message(end - imgui.get_cursor_pos_x() - em)
 
     def _first_words(self, hovered: tuple[int, int] | None) -> str:
-        """Return what is being read, else the readout or a hint; "" if a message replaces it."""
+        """Return the file being read, else the readout or a hint; "" if a message replaces it."""
         facts = self._facts
         if facts.opening:
             return f"Reading {printable(facts.opening)} ..."
@@ -104,7 +104,7 @@ class StatusBar:
         return self._words_at(hovered) or self._hint()
 
     def _hint(self) -> str:
-        """Return what mouse and keys do."""
+        """Return a hint about mouse and keys."""
         is_start = self._ui.files.start_choices.is_wanted
         hint = "Arrows and Enter, a digit or a click" if is_start else ""
         return f"{hint or mouse_words(self._facts.has_camera)}.  ? shows the keys."

@@ -1,7 +1,7 @@
 """Track which popup is on top: Escape closes only that one, and it alone receives keys.
 
-ImGui removes a popup as soon as Escape closes it. Code that is drawn later must therefore ask what
-was on top in the last frame; `note_frame` records that at the end of each frame.
+ImGui removes a popup as soon as Escape closes it. Code that runs later must therefore ask which
+popup was on top in the last frame; `note_frame` records that at the end of each frame.
 """
 
 from imgui_bundle import imgui

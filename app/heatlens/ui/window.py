@@ -77,11 +77,11 @@ def _open_window(remembered: Remembered) -> object:
         (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
         (glfw.OPENGL_FORWARD_COMPAT, 1),
         (glfw.SCALE_TO_MONITOR, 1),
-        (glfw.VISIBLE, 0),  # until it has its size
+        (glfw.VISIBLE, 0),  # hidden until it has its size
     ):
         glfw.window_hint(hint, value)
     window = glfw.create_window(*_SIZE, "heatlens", None, None)
-    glfw.window_hint(glfw.VISIBLE, 1)  # for others
+    glfw.window_hint(glfw.VISIBLE, 1)  # the default, for other windows
     if not window:
         reason = _glfw_error()
         glfw.terminate()
@@ -151,7 +151,7 @@ class Loop:
         self._session.begin()
 
     def _show_background(self) -> None:
-        """Show an empty window at once: what follows compiles shaders and takes its time."""
+        """Show an empty window at once, because compiling the shaders takes some time."""
         glfw.poll_events()
         self._clear()
         glfw.swap_buffers(self._window)
@@ -206,13 +206,13 @@ class Loop:
         if wait_s == 0.0:
             glfw.poll_events()
             return
-        if not self._session.lens.ring.is_turning:  # it waits for the next turn alone
+        if not self._session.lens.ring.is_turning:  # the next turn of the loop handles it
             self._remember()
         if wait_s is None:
             glfw.wait_events()
         else:
             glfw.wait_events_timeout(wait_s)
-        self._frames_due = max(self._frames_due, 1)  # also a thread that has news wakes the loop
+        self._frames_due = max(self._frames_due, 1)  # a thread with results also wakes the loop
 
     def _remember(self) -> None:
         """Store window size and panels in the preferences, which are written if they changed."""
@@ -245,7 +245,7 @@ class Loop:
         return min(known) if known else None
 
     def _draw(self) -> None:
-        """Take input in, and draw the window unless more input waits."""
+        """Take input, and draw the window unless more input waits."""
         start = time.perf_counter()
         session, before = self._session, self._session.pictures.live.shown
         picture_s = session.pictures.live.request_s
@@ -300,7 +300,7 @@ class Loop:
             fill_screen(self._window, not is_full, *self._before)
 
     def _tell_title(self) -> None:
-        """Set the window title to the name of what is open, once it is shown."""
+        """Set the window title to the name of the open source, once it is shown."""
         session = self._session
         if session.pictures.live.shown is not None and session.source.plate is not None:
             name = session.files.documents.window_title

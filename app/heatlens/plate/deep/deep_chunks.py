@@ -26,9 +26,9 @@ from heatlens.plate.exr.exr_scan import (
     scanned_headers,
 )
 
-SAMPLES_MOST = 100_000_000  # in a part
+SAMPLES_MOST = 100_000_000  # samples in a part
 _BAND_SAMPLES = 1 << 19  # unpacked at once; a single row, or row of tiles, may have more
-_BAND_MOST = 12_000_000  # samples in such a row
+_BAND_MOST = 12_000_000  # samples in a row or row of tiles
 _SMALLER_MOST = 1100  # the greatest ratio by which a compression shrinks black deep pixels
 _NONE, _RLE, _ZIPS = 0, 1, 2
 
@@ -191,8 +191,8 @@ class DeepPart:
         most = size if self._tile is None else 4 * self._tile[0] * self._tile[1]
         if table_bytes > max(most, size):
             raise CutError("a table of counts is longer than it can be")
-        # A tile at the edge of the picture may have a table for all of its pixels, with the ones
-        # that count at the beginning; what is packed is always shorter.
+        # A tile at the edge of the picture may have a table for all of its pixels, with the valid
+        # ones at the beginning; packed data are always shorter.
         table = _unpacked(file.read(min(table_bytes, size)), size, self._compression)
         file.seek(max(table_bytes - size, 0), 1)
         so_far = table.view("<i4").reshape(box.height, box.width).astype(np.int64)
@@ -265,7 +265,7 @@ class DeepPart:
     def _rows_of(
         self, file: BinaryIO, chunk: _Chunk, channels: Sequence[int]
     ) -> Iterator[tuple[NDArray[np.generic], ...]]:
-        """Yield the samples of the channels, an array each, for every row of a chunk."""
+        """Yield the samples of every row of a chunk, one array for each channel."""
         row_counts = chunk.counts.sum(axis=1)
         size = int(row_counts.sum()) * self._sample_bytes
         file.seek(chunk.place)

@@ -106,7 +106,7 @@ def _depth_report(channels: DeepChannels, made: Stacked) -> DepthReport:
 
 
 def _report(made: Stacked) -> BehindReport:
-    """Return in which share of the pixels the samples show something behind the nearest surface."""
+    """Return the share of pixels with samples behind the nearest surface, as a sentence."""
     assert made.lists is not None
     counts = np.diff(made.lists.starts >> 1)
     return BehindReport("What the deep samples hold", float((counts > 0).mean()), 0.0)

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from heatlens.plate.deep.fragment_merge import Fragments
 
 _SLICE = 0.15  # greatest thickness of a slice, as a part of its distance
-_SLICES_MOST = 16  # for each sample
-# Where the slices of a sample that begins at the lens begin, as a part of its far end.
+_SLICES_MOST = 16  # slices of a sample
+# Start of the first slice if a sample begins at the lens, as a part of its far end.
 _NEAREST = 1 / 16
 
 
@@ -41,7 +41,7 @@ def without_volumes(samples: DeepSamples) -> tuple[Fragments, int]:
     transmission of the whole. Source: "Interpreting OpenEXR Deep Pixels".
     """
     with np.errstate(invalid="ignore"):
-        thickness = samples.back - samples.z  # not a number where nothing was hit
+        thickness = samples.back - samples.z  # NaN where nothing was hit
         is_thick = thickness > _SLICE * np.maximum(samples.z, 0)
         middle = np.where(thickness > 0, samples.z + thickness / 2, samples.z)
     if not is_thick.any():

@@ -1,4 +1,4 @@
-"""Widen plates with alpha to their display window: by EXR's meaning, what lies outside is empty."""
+"""Widen plates with alpha to their display window: in EXR, pixels outside the data are empty."""
 
 from dataclasses import replace
 
@@ -9,10 +9,10 @@ from heatlens.plate.deep.stacked import Stacked, lists_over
 from heatlens.plate.plate import DepthReport, FloatImage, Plate, ReadPixels
 from heatlens.plate.windows import moved_to_window
 
-# A header may claim any display window, which costs the file no bytes: a frame of 8K is enough for
-# one that holds little, and takes a gigabyte in memory.
+# A header may claim any display window without further bytes. For a file with few pixels, a frame
+# of 8K is enough, and takes a gigabyte of memory.
 _EMPTY_MOST = 8192 * 4320
-_OF_DATA_MOST = 4  # times the data window, for which the file must have bytes
+_OF_DATA_MOST = 4  # times the data window, whose pixels the file must contain
 
 
 def window_of_all(data: Box, display: Box) -> Box:
@@ -25,10 +25,10 @@ def window_of_all(data: Box, display: Box) -> Box:
 
 
 def with_empty_outside(plate: Plate) -> Plate:
-    """Return a plate with alpha over both of its windows; what it adds has no light or surfaces.
+    """Return a plate with alpha over both of its windows; added pixels have no light or surfaces.
 
     Renderers cut the data window to the box around an element, so that its edges could not blur
-    beyond that box. A plate without alpha stays as it is, for what it does not show is unknown.
+    beyond that box. A plate without alpha stays as it is, because its surroundings are unknown.
     """
     source, target = plate.data_window, window_of_all(plate.data_window, plate.display_window)
     if not plate.has_alpha or source == target:
@@ -61,7 +61,7 @@ def _color_over(color: FloatImage, source: Box, target: Box) -> FloatImage:
 
 
 def _coc_over(coc_px: FloatImage, source: Box, target: Box) -> FloatImage:
-    """Return circles of confusion over `target`; what is empty lies as far as the farthest pixel.
+    """Return circles of confusion over `target`; empty pixels are as far as the farthest pixel.
 
     Any nearer, it would hide the blur of surfaces behind it.
     """

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from heatlens.plate.fragments import OPAQUE
 
-FRAGMENTS_MOST = 16  # for each pixel; if there are more, those of the most similar blur are merged
+FRAGMENTS_MOST = 16  # in a pixel; if there are more, those of the most similar blur are merged
 _CUTS = (256, 128, 64, 32, FRAGMENTS_MOST)  # bins of dioptres tried for a pixel with too many
 
 

@@ -1,4 +1,4 @@
-"""Tell whether all pixels of an EXR file are there, by its tables of chunks, without reading them.
+"""Check that an EXR file has all of its pixels, by its tables of chunks, without reading them.
 
 A file that was cut short by a full disk, a broken copy or a power cut still has a valid header.
 Source: OpenEXR, "File Layout".
@@ -13,7 +13,7 @@ from typing import BinaryIO
 from heatlens.plate.exr.exr_scan import RawHeader, scanned_headers
 
 _LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
-_DEEP_SIZES = "<3Q"  # bytes of the packed table, of the packed samples, and unpacked
+_DEEP_SIZES = "<3Q"  # bytes of the packed table, the packed samples and the unpacked samples
 
 
 def is_whole_exr(path: Path) -> bool:
@@ -27,14 +27,14 @@ def is_whole_exr(path: Path) -> bool:
 
 
 def end_of_chunks(file: BinaryIO) -> int | None:
-    """Return where the last chunk of a file ends; 0 if one is not listed, None if nothing tells it.
+    """Return where the last chunk of a file ends; 0 if a chunk is missing, None if unknown.
 
     Raises struct.error, ValueError or LookupError if headers or tables are cut off.
     """
     headers = scanned_headers(file)
     counts = [count for header in headers if (count := _chunk_count(header)) is not None]
     if len(counts) < len(headers):
-        return None  # whoever reads the pixels will tell
+        return None  # reading the pixels reports the problem
     tables = [struct.unpack(f"<{count}Q", file.read(8 * count)) for count in counts]
     if min(min(offsets) for offsets in tables) < file.tell():
         return 0
@@ -47,7 +47,7 @@ def end_of_chunks(file: BinaryIO) -> int | None:
 def _chunk_count(header: RawHeader) -> int | None:
     """Return the number of chunks in a part.
 
-    None for what does not tell it: levels of detail, and compressions newer than this table.
+    None for levels of detail, and for compressions newer than this table.
     """
     if "chunkCount" in header:
         return int(struct.unpack("<i", header["chunkCount"])[0])
@@ -74,9 +74,9 @@ def _end_of(file: BinaryIO, offset: int, header: RawHeader, is_one_of_many: bool
 
 
 def cut_short(paths: Iterator[Path]) -> list[Path]:
-    """Return those of `paths` that are empty, or EXR files that lack pixels; others are not read.
+    """Return the `paths` of empty files, and of EXR files that lack pixels; others are not read.
 
-    A file that is not there is left out, because whoever reads it says so.
+    A missing file is left out, because it is reported when it is read.
     """
     return [path for path in dict.fromkeys(paths) if path.is_file() and _is_cut(path)]
 

@@ -24,9 +24,9 @@ _ATTRIBUTES = {
     "focal_length_mm": ("pinholeFocalLength", "nominalFocalLength", "effectiveFocalLength"),
     "t_stop": ("tStop",),
 }
-_FEW = 4  # numbers of an entry that are worth reading
+_FEW = 4  # most numbers of an entry that are read
 _SENSOR = "sensorOverallDimensions"
-_MODEL = "heatlens:lensModel"  # the standard has no attribute for it
+_MODEL = "heatlens:lensModel"  # our own attribute: the standard has none
 
 
 def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
@@ -54,7 +54,7 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
 
 
 def _refused(headers: Sequence[Header], values: Mapping[str, object]) -> dict[str, str]:
-    """Return what the headers say about fields without a value, as "aperture is 0"."""
+    """Return the unusable values in the headers of fields without a value, as "aperture is 0"."""
     told = {name: _first_entry(headers, names) for name, names in _ATTRIBUTES.items()}
     width = next((header[_SENSOR] for header in headers if _SENSOR in header), None)
     # A height of 0 says that it is not known.

@@ -27,16 +27,16 @@ _DATA_LAYERS = (
     *("n", "normal", "normals", "p", "position", "pworld", "pref", "uv", "st", "motion", "vector"),
     *("velocity", "motionvector", "crypto", "cryptomatte", "objectid", "mist", "fog"),
 )
-# What a depth channel is called once case and punctuation are gone, best first.
+# Names of depth channels without case and punctuation, best first.
 DEPTH_WORDS = (
     *("z", "depth", "zdepth", "lineardepth", "cameradepth", "pz", "vrayzdepth", "distance"),
     *("zfiltered", "disparity", "inversedepth", "inversez"),
-    "dd",  # as Mitsuba's manual calls its depth: dd.y, dd.T
+    "dd",  # the names of depth in Mitsuba's manual: dd.y, dd.T
 )
 # In Mitsuba the distance along the ray is called T, whatever the layer.
 _MITSUBA_WORDS = ("t",)
 _COC_WORDS = ("coc", "cocpx", "circleofconfusion")
-# Leaves a renderer gives to the only channel of a layer, or to grey written three times.
+# Leaf names that renderers give to the only channel of a layer, or to grey written three times.
 _VALUE_LEAVES = ("", "z", "v", "y", "r", "x", "red", "value", "t")
 _LETTERS = {"r": "r", "red": "r", "g": "g", "green": "g", "b": "b", "blue": "b"}
 _LETTERS |= {"a": "a", "alpha": "a"}
@@ -270,7 +270,7 @@ def _without_chroma(path: Path, headers: Sequence[Header], chosen: ColorChoice) 
 
 
 def _no_color_sentence(path: Path, headers: Sequence[Header]) -> str:
-    """Return what was looked for, what the file has, and why some of it cannot be used."""
+    """Return a sentence on the channels that were looked for, those found, and those of no use."""
     found = listed(ref.full_name for ref in list_channels(headers))
     return (
         f"{path} has no colour: looked for channels R, G, B or Y, alone or in a layer; it has: "
@@ -279,7 +279,7 @@ def _no_color_sentence(path: Path, headers: Sequence[Header]) -> str:
 
 
 def _no_depth_sentence(path: Path, headers: Sequence[Header], view: str) -> str:
-    """Return what was looked for, what the file has, and the option that names a channel."""
+    """Return a sentence on the channels looked for, those found, and the option to name one."""
     found = listed(ref.full_name for ref in list_channels(headers))
     of_view = f" of the view {view}" if view else ""
     return (

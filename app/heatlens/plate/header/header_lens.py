@@ -13,7 +13,7 @@ from heatlens.plate.header.start_lens import StartLens
 from heatlens.plate.plate import Plate
 
 FULL_FRAME_WIDTH_MM = 36.0
-# The values that blur depends on, and their names for people.
+# The values that blur depends on, with the names that users see.
 NEEDED = {
     "focal_length_mm": "focal length",
     "sensor_width_mm": "sensor width",

@@ -29,7 +29,7 @@ _UNDERSTOOD = "Focus Distance, Focal Length, F-Stop, T-Stop, Iris, Squeeze"
 _LIKE_A_LENS = re.compile(r"lens|foc|fok|iris|stop|apert|blend|zoom|brenn|dist", re.IGNORECASE)
 _NAMED = 8  # columns in a sentence
 _FAR = 1000.0
-_ALIKE = 0.05  # two columns may tell one value in roundings of their own
+_ALIKE = 0.05  # two columns may round the same value differently
 _DISTANCE_UNIT = ("lensdistanceunit", "distanceunit", "lensunit")
 _UNITS_M = {
     **dict.fromkeys(("m", "meter", "metre", "meters", "metres", "metric"), 1.0),
@@ -45,7 +45,7 @@ _NUMBER = r"[0-9]+(?:\.[0-9]+)?"
 _STOP_AND_TENTHS = re.compile(rf"[tf]?/?\s*({_NUMBER})\s*\+\s*([0-9])/10")  # 1.4 + 7/10
 _STOPS_FROM_ONE = re.compile(r"[tf]\s+([0-9]{1,2})(?:\s+([0-9])/10)?")  # T 2 3/10
 _MILLIMETRE_M = 1e-3
-_LEAST, _MOST = 1e-6, 1e6  # in whatever unit; no lens has a length or a focus beyond them
+_LEAST, _MOST = 1e-6, 1e6  # limits in any unit; no lens has a length or a focus beyond them
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class _Entries:
                     yield target, name, read(name)
 
     def unit_of(self, name: str) -> float | None:
-        """Return the metres in the unit of the distance `name`; None if nothing tells them."""
+        """Return the metres in the unit of the distance `name`; None if the unit is unknown."""
         told = distance(self._entries[name])
         own_m = None if told is None else told.unit_m
         return own_m or self._given_m or self._named_unit_of(name) or self._unit_m
@@ -149,7 +149,7 @@ class _Entries:
 
 
 def not_understood(columns: Iterable[str]) -> str:
-    """Return a sentence on columns that say nothing of a lens here; "" where all do."""
+    """Return a sentence on columns that contain no known lens value; "" if all do."""
     known = {*_FOCUS, *_LENGTH, *_F_STOP, *_T_STOP, *_LINEAR_IRIS, *_SQUEEZE, *_DISTANCE_UNIT}
     unknown = [name for name in columns if _plain(name) not in known]
     if not unknown:

@@ -102,7 +102,7 @@ def picture_header(path: Path) -> Header:
 
 
 def _for_the_eye(is_so: bool) -> Header:
-    """Return the header entry that marks a display-referred picture, if it `is_so`."""
+    """Return the header entry that marks a display-referred picture if `is_so`, else nothing."""
     return {FOR_THE_EYE: 1} if is_so else {}
 
 

@@ -178,7 +178,7 @@ def _array(path: Path) -> NDArray[np.generic]:
 
 
 def _check_avif(path: Path, head: bytes) -> None:
-    """Refuse an AVIF that is not read as it is: Pillow gives 8 bits of those that have more.
+    """Refuse an AVIF of more than 8 bits, because Pillow would reduce it to 8.
 
     Source: AOMedia, AV1 Codec ISO Media File Format Binding, section 2.3.
     """
@@ -202,7 +202,7 @@ def _with_heic(path: Path) -> None:
 
 
 def _info(image: Image.Image | None) -> dict[str, object]:
-    """Return the metadata of a picture; a depth image as its values and its metadata."""
+    """Return the metadata of a picture; a depth image becomes its values and its metadata."""
     if image is None:
         return {}
     info: dict[str, Any] = {str(name): value for name, value in image.info.items()}

@@ -111,7 +111,7 @@ def in_display_window(
 ) -> FloatImage:
     """Return `pixels`, (H, W, n) over the data window at `proxy` scale, over the display window.
 
-    Overscan is cut off, and what the renderer did not write is `outside`, (n,) values, else 0.
+    Overscan is cut off. Pixels that the renderer did not write become `outside`, (n,) values, or 0.
     """
     window = scaled_window(plate.data_window, proxy, pixels.shape[1::-1])
     seen = scaled_window(plate.display_window, proxy)

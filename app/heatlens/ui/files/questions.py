@@ -1,4 +1,4 @@
-"""Draw modal questions in the middle of the window: what to do with an export or unsaved work."""
+"""Draw modal questions in the middle of the window, about a running export or unsaved work."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -35,7 +35,7 @@ def question(title: str, width_em: float) -> Iterator[bool]:
 def quit_question(ui: UiState, words: str, stays: str) -> None:
     """Draw the question while it is open.
 
-    `words` tell the progress of the export, `stays` is a sentence on what stays of it.
+    `words` tell the progress of the export; `stays` says which of its files stay.
     """
     if not ui.asks_to_quit:
         return

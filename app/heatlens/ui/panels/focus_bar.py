@@ -100,8 +100,8 @@ def _draw_marks(
 def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:
     """Return the (BINS,) heights of the columns, 0 to 1; all but the first are scaled to reach 1.
 
-    The first one is infinity: in many pictures it is half of all pixels, and would make all other
-    columns too low to see.
+    The first column is infinity: in many pictures it has half of all pixels, and would make the
+    other columns invisibly low.
     """
     most = float(histogram.heights[1:].max(initial=0.0))
     heights = histogram.heights if most == 0 else histogram.heights / most

@@ -110,7 +110,7 @@ def _tried(parameter: LensParameter, facts: LensFacts) -> AbstractContextManager
 
 
 def _doubts(facts: LensFacts, about: About) -> None:
-    """Draw under a field what is implausible about it, and what would mend it."""
+    """Draw the doubts about a field under it, with their remedy."""
     for doubt in facts.doubts:
         if doubt.about == about:
             imgui.push_style_color(imgui.Col_.text, theme.colors.accent_text)

@@ -75,7 +75,7 @@ def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
 
 
 def _meaning(mark: Mark) -> str:
-    """Return to what the distance of a mark refers."""
+    """Return what the distance of a mark refers to."""
     if isinstance(mark, ObjectMark):
         return f"The middle of {mark.object_name}, at this frame"
     is_point = isinstance(mark, PointMark)

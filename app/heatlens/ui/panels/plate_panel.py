@@ -67,7 +67,7 @@ def plate_panel(
     return replace(options, behind=behind)
 
 
-# What was found
+# What was read
 
 
 def _depth(facts: PlateFacts) -> None:

@@ -8,9 +8,9 @@ from heatlens.model.view_geometry import Viewport
 from heatlens.session.marks.lessons import Lesson, Lessons
 from heatlens.ui import probe, theme
 
-_WIDTH_EM, _LEAST_EM = 28.0, 16.0  # of the card; it is left out where it would be narrower
-_MARGIN_EM = 0.8  # to the edges of the picture's window
-_PART_MOST = 0.25  # of the height of the picture's window
+_WIDTH_EM, _LEAST_EM = 28.0, 16.0  # usual and least width of the card; without room it is left out
+_MARGIN_EM = 0.8  # margin to the edges of the picture's window
+_PART_MOST = 0.25  # largest share of the height of the picture's window
 _HIDE = "Hide"
 
 

@@ -96,7 +96,7 @@ class SeenPictures:
         return self._screen.b(linear_b, self._desk.renderer.loaded, view_of_b, of_method)
 
     def _detail(self, shown: Shown, seen: Shown, view: ViewState) -> Detail | None:
-        """Return what a smaller picture lacks of the plate's detail; None if it lacks nothing."""
+        """Return the detail of the plate that a smaller picture lacks; None if it lacks none."""
         is_answering, version = self._desk.live.is_answering, self._facts.plate_version
         is_of_plate = not (is_answering and seen.plate != version)
         is_apart = view.compare is Compare.DIFFERENCE or isinstance(shown, KeptFrame)
@@ -107,7 +107,7 @@ class SeenPictures:
     def _lights(
         self, shown: Shown, view: ViewState, linear_b: moderngl.Texture, window: Box
     ) -> tuple[moderngl.Texture | None, moderngl.Texture | None]:
-        """Return the light of A and of B where they have the size of the plate."""
+        """Return the light of A and of B, each only if it has the size of the plate."""
         whole = window.width, window.height
         light = shown.texture if view.depth_of_field else self._desk.renderer.loaded.color
         is_whole = light.size == whole and not isinstance(shown, KeptFrame)

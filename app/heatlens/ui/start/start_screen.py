@@ -1,4 +1,4 @@
-"""Draw the start screen: a list of cards of what can be opened, in the place of the picture."""
+"""Draw the start screen in place of the picture: a list of cards, each of which opens something."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -29,7 +29,7 @@ from heatlens.ui.timeline.stretch_grips import stretch_grips
 from heatlens.ui.timeline.view import TimelineView
 
 _SAMPLE_PX, _ROOM = 4.0, 0.12
-_GRIP_EM = 1.4  # at the left edge, for the grip of the chosen keys
+_GRIP_EM = 1.4  # room at the left edge for the grip of the chosen keys
 _STILL_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
 Line = Sequence[tuple[float, float]]  # (frame, place on the axis)
 
@@ -50,7 +50,7 @@ def curve_editor(
     is_recording = desk.recording.state is RecordingState.RECORDING
     if (
         view.heights is None or is_recording or not imgui.is_any_item_active()
-    ):  # during a drag the range stays, or the key would move away from the pointer
+    ):  # during a drag the range stays, so that the key stays under the pointer
         view.heights = _ends(desk, axis, line, sharp)
     heights = Heights(*view.heights, corner.y, height)
     _draw_ground(unit, axis, scale, heights)

@@ -89,7 +89,7 @@ _CONTROLS = {
     LensParameter.FOCAL_LENGTH: "focal length",
     LensParameter.SQUEEZE: "squeeze",
 }
-_ROW_EM, _ROW_LEAST_EM = 1.45, 1.1  # height of a row, and where there is little room
+_ROW_EM, _ROW_LEAST_EM = 1.45, 1.1  # height of a row, and the least height
 _KEY_EM, _REACH_EM = 0.42, 0.55
 
 
