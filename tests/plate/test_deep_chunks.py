@@ -107,6 +107,8 @@ DAMAGE = {
     "counts that are too high": (24 + 4 * SIZE[1], "<i", (900,), "count 900 samples"),
     "huge counts": (24 + 4 * SIZE[1], "<i", (2_000_000_000,), "more than 100,000,000 samples"),
     "a row outside": (0, "<i", (77,), "outside the picture"),
+    "a row above": (0, "<i", (-1,), "outside the picture"),
+    "a row just below": (0, "<i", (SIZE[0],), "outside the picture"),
     "a row twice": (0, "<i", (1,), "stored twice"),
     "a huge table": (4, "<Q", (1 << 60,), "table of counts is longer than it can be"),
     "huge samples": (12, "<Q", (1 << 60,), "longer than unpacked ones"),

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
+from heatlens.model.breathing import breathing_note
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
@@ -22,9 +23,9 @@ from heatlens.plate.focus_pick import area_at, depth_at_m, middle_m
 from heatlens.plate.grain import noise_of
 from heatlens.plate.header.camera_header import _short
 from heatlens.plate.header.shoot_names import ShootLens
-from heatlens.plate.overscan_need import frame_centre_px, picture_point, plate_pixel
+from heatlens.plate.overscan_need import frame_centre_px, picture_point, plate_pixel, room_of
 from heatlens.plate.picture.picture_open import _HEAD_BYTES, MAX_SIDE_PX, _check_size
-from heatlens.plate.plate_notes import depth_note, lens_notes, shot_notes
+from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
 from heatlens.plate.windows import header_at_box
 from support.fragment_lists import packed_lists
 from support.plates import coc_plate_of, plate_of
@@ -290,3 +291,11 @@ def test_the_depth_is_told_with_its_reason_once():
     assert depth_note(plate) == "depth: Z taken as distance, planar. Its name says so."
     noted = replace(plate, notes=("Z is a distance. Its name says so.",))
     assert depth_note(noted) == "depth: Z taken as distance, planar."
+
+
+def test_the_note_on_breathing_knows_the_room_around_a_plate_and_that_a_scene_has_all():
+    lens, plate = replace(LENS, breathing=0.8, close_focus_m=0.5), breathing_plate(margin=1)
+    of_plate, of_scene = breathing_notes(lens, plate), breathing_notes(lens, None)
+    assert of_plate == (breathing_note(lens, room_of(plate)),)
+    assert of_scene == (breathing_note(lens, None),) != of_plate
+    assert breathing_notes(LENS, plate) == () == breathing_notes(LENS, None)

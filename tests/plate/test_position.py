@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.model.framing import looking_at
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.position import depth_of_positions
+from heatlens.plate.position import _is_seen_evenly, depth_of_positions
 from heatlens.plate.read import read_plate
 from support.exr_files import rgb, write_file
 from support.plates import room
@@ -107,3 +107,15 @@ def test_any_camera_gives_the_depth_that_it_sees(eye, aside, focal):
     header = {"worldToCamera": pose.world_to_camera.T}
     depth, _ = depth_of_positions("p.exr", points, "P", [header])
     np.testing.assert_allclose(depth, DEPTH, rtol=1e-3, atol=1e-3)
+
+
+def test_a_camera_is_told_from_32_hits_on_that_almost_all_lie_on_one_side():
+    points, hit = camera_points(np.full((4, 8), 3.0)), np.ones((4, 8), bool)
+    assert _is_seen_evenly(points, hit) and _is_seen_evenly(-points, hit)
+    hit[2, 3] = False
+    assert not _is_seen_evenly(points, hit)
+    points, hit = camera_points(np.full((10, 20), 3.0)), np.ones((10, 20), bool)
+    points[0, :2] *= -1  # behind the camera, and on the same ray
+    assert _is_seen_evenly(points, hit)  # 99 of a hundred
+    points[0, 2] *= -1
+    assert not _is_seen_evenly(points, hit) and not _is_seen_evenly(-points, hit)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.plate.header.camera_header import camera_at_header
-from heatlens.plate.header.shoot_names import is_of_shoot, shoot_lens
+from heatlens.plate.header.shoot_names import ShootLens, is_of_shoot, shoot_lens
 
 VALUES = st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=12)
 NAMES = st.sampled_from(
@@ -137,3 +137,9 @@ def test_a_distance_that_heatlens_formats_comes_back(distance_m, unit, of_column
     lens = shoot_lens({f"Focus Distance{of_column}": text})
     assert lens.has_unit and lens.focus_distance_m == parse_distance_m(text)
     assert lens.focus_distance_m == pytest.approx(distance_m, rel=6e-4, abs=0.0013)
+
+
+def test_no_entries_are_no_lens():
+    assert shoot_lens({}) == ShootLens()
+    assert (ShootLens().sources, ShootLens().unreadable, ShootLens().conflicts) == ({}, {}, {})
+    assert ShootLens().has_unit and ShootLens().focus_distance_m is None

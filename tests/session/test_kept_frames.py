@@ -1,5 +1,7 @@
 """Frames rendered ahead: in their order, kept under what they are made of, played, and dropped."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from heatlens.plate.read import read_plate
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import half_of
+from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing import pull_jobs, rendered_pull
 from heatlens.session.playing.kept_screen import KeptScreen
 from heatlens.session.session import Session
@@ -120,6 +123,17 @@ def test_another_file_makes_its_frame_anew(session, pull, tmp_path):
     jobs._look_at = 0.0  # so many seconds later
     until(session, lambda: jobs.of(FIRST + 1) and jobs.of(FIRST + 1).key != before, "the file")
     assert jobs.of(FIRST).key in pull.keys
+
+
+def test_nothing_is_rendered_while_a_plate_is_read_or_without_room(session, pull, monkeypatch):
+    wait_until(lambda: session.poll() or pull.has_work)
+    with monkeypatch.context() as patch:
+        patch.setattr(pull, "_filler", SimpleNamespace(is_reading=True))
+        assert not pull.has_work
+    with monkeypatch.context() as patch:
+        patch.setattr(type(pull.store), "has_room", False)
+        assert not pull.has_work
+    assert pull.has_work
 
 
 def test_input_makes_it_wait_for_a_moment(session, pull, monkeypatch):
@@ -274,3 +288,15 @@ def test_slow_machines_prepare_frames_for_the_screen_while_they_rest(session, pu
     until(session, lambda: not screen.has_work, "all frames again")
     screen.begin()
     assert screen.has_work
+
+
+def test_a_frame_that_is_seen_small_is_prepared_with_its_smaller_levels(
+    session, screen, monkeypatch
+):
+    monkeypatch.setattr(PictureView, "zoom", 0.25)
+    filled(session)
+    until(session, lambda: not screen.has_work, "all frames")
+    view = session.facts.view.exposed_through(session.editing.lens)
+    made = screen.texture(screen.shown(), view)
+    small, whole = (np.frombuffer(made.read(level=level), np.uint8) for level in (1, 0))
+    assert small.size == whole.size // 4 and small.mean() == pytest.approx(whole.mean(), rel=0.02)

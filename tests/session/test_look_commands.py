@@ -6,11 +6,15 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.look import Look, next_look_name
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.view import Against, Compare
+from heatlens.preview.levels import quickest
+from heatlens.preview.shown import PictureKey
 from heatlens.session.pictures.look_commands import LookCommands
+from heatlens.session.pictures.look_pictures import _Tile
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.shot.editing import Editing
 
@@ -78,3 +82,12 @@ def test_b_is_the_frame_through_a_look(looks):
     assert (state.against, state.b_look, state.compare) == (Against.LOOK, "A", Compare.WIPE)
     keyed = Shot(LENS).with_key(1, LensParameter.FOCUS_DISTANCE, 9.0)
     assert keyed.through(Look("A", LENS)).lens_at(1) == LENS
+
+
+def test_the_quick_picture_of_a_look_is_a_part_of_its_size_and_never_none():
+    for framing, size in ((Framing(96, 54), (24, 14)), (None, None), (Framing(1, 1), (1, 1))):
+        shot = Shot(LENS, framing=framing)
+        quick = _Tile(PictureKey(1, 7, shot, shot.defocus)).quick_key
+        whole = (framing or Framing()).size
+        assert quick.shot.framing.size == (size or tuple(round(side / 4) for side in whole))
+        assert quick.frame == 7 and quick.settings == quick.shot.defocus == quickest(shot.defocus)

@@ -22,6 +22,7 @@ from heatlens.source.opened_scene import opened_scene
 from heatlens.source.plate_on_gpu import PlateOnGpu
 from heatlens.source.scene_on_gpu import scene_on_gpu
 from heatlens.source.shot_camera import camera_of_shot
+from support.fragment_lists import packed_lists
 from support.plates import plate_of, room
 from support.session_files import write_scene
 
@@ -193,3 +194,19 @@ def test_the_camera_of_a_scene_is_that_of_its_file_and_that_of_plates_stands_sti
 )
 def test_a_name_alone_tells_a_plate_from_a_sequence(name, word):
     assert plates_word(name) == word
+
+
+def test_lists_of_fragments_go_to_the_gpu_as_they_are_and_with_their_plate(ctx):
+    color, depth = room(24, 16)
+    held, plain = PlateOnGpu(ctx), plate_of(color, depth)
+    rgba, ones = np.ones((24 * 16, 4), np.float32), np.ones(24 * 16, np.uint32)
+    try:
+        for is_measured in (True, False):
+            lists = packed_lists(ones, ones > 0, rgba, depth.ravel(), is_measured)
+            sent = drained(held.loading(replace(plain, fragments=lists))).fragments
+            assert sent.words.read() == lists.words.tobytes()
+            assert sent.starts.read() == lists.starts.tobytes()
+            assert (sent.size, sent.is_measured, sent.is_exact) == ((24, 16), *[is_measured] * 2)
+        assert drained(held.loading(plain)).fragments is None
+    finally:
+        held.release()

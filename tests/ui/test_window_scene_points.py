@@ -79,8 +79,8 @@ def test_a_point_is_measured_where_it_is_seen_however_small_it_is_drawn(moving):
         session.facts.shot, session.editing.frame, *MIDDLE
     )
     assert marks.distance_m(mark) == pytest.approx(expected, rel=0.02)
-    assert marks.distance_m(replace(mark, x_px=960.0)) is None
-    marks.set_point((960, 3))
+    assert marks.distance_m(replace(mark, x_px=float(LARGE[0]))) is None
+    marks.set_point((LARGE[0], 3))
     assert "outside the picture" in session.messages.text and len(session.facts.shot.marks) == 1
 
 
