@@ -21,3 +21,21 @@ def unrest(frames: Sequence[Image]) -> float:
 def _display(frame: Image) -> Image:
     light = np.clip(frame, 0.0, 1.0)
     return np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+def flash(frames: Sequence[Image], side: int = 4) -> float:
+    """Return by how many display code values a block of pixels is off for one frame, at most.
+
+    Blocks of `side` pixels count if their mean differs from that in the frame before and in the
+    frame after in the same direction, and then with the smaller difference.
+    """
+    shown = np.array([_display(frame) for frame in frames]).mean(axis=-1)
+    count, height, width = shown.shape
+    whole = shown[:, : height - height % side, : width - width % side]
+    cells = (count, height // side, side, width // side, side)
+    before, here, after = (
+        whole.reshape(cells).mean(axis=(2, 4))[i : count - 2 + i] for i in range(3)
+    )
+    up = np.minimum(here - before, here - after)
+    down = np.minimum(before - here, after - here)
+    return 255.0 * float(np.maximum(up, down).max())
