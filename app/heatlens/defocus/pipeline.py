@@ -165,19 +165,13 @@ class DefocusPipeline:
         lists: ListedFragments | None = None,
     ) -> Steps[moderngl.Texture]:
         """Blur layers far to near, and composite them in the texture called `name`."""
-        kernel = kernel_for(settings)
         listed = around = None
         if has_highlights:
-            split = None if lists is None else self._room_for_low(lists)
-            around = self.scratch.texture("around", Surroundings.half_size(color.size), 1, "f2")
-            without = WithoutHighlights(
-                self.scratch.texture("low", color.size, 4),
-                self.scratch.texture("high", color.size, 4),
-                around,
-                split,
-            )
+            without = self._room_without(color.size, lists)
+            kernel = kernel_for(settings)
             listed = yield from self._without_highlights(color, coc, kernel, optics, without)
-            color, lists = without.low, None if split is None else split.diffused
+            color, around = without.low, without.around
+            lists = None if without.lists is None else without.lists.diffused
         far = yield from self._far_field(color, coc, optics, settings, lists)
         picture = yield from self._fragmented(color, coc, optics, lists, around)
         cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
@@ -190,20 +184,7 @@ class DefocusPipeline:
             self._tell_progress(number, len(plans))
             where = self._passes.tiles.find(found, plans, number, optics, self.scratch)
             yield self.scratch.passed("tiles")
-            layer, layer_coc = yield from self._layer(picture, plan, where, optics)
-            rim = optics.disc.aperture.rim
-            what = Diffusion(
-                layer.color,
-                layer_coc,
-                kernel_for(settings, -rim if plan.cut.is_before_focus else rim),
-                optics.disc.half_extents,
-                resampled_px_2=plan.resampled_px_2,
-                shape=optics.disc.scaled(1 / plan.reduction),
-                is_in_front=plan.cut.is_before_focus,
-            )
-            targets = BlurTargets(self._poles("poles", picture.coc.size, kernel), layer.color)
-            yield from self._named("blur", self._passes.blur.steps(what, targets, layer.mask))
-            self._passes.composite.run(layer.color, plan, layer.listed, out)
+            yield from self._blurred_layer(picture, plan, where, optics, settings, out)
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
                 self._passes.far_parts.over(far, out)
             yield self.scratch.passed("composite")
@@ -213,6 +194,32 @@ class DefocusPipeline:
             yield from self._named("highlights drawn", drawn)
         self.scratch.passed("highlights drawn")
         return out
+
+    def _blurred_layer(
+        self,
+        picture: Fragments,
+        plan: LayerPlan,
+        where: tuple[TileMask, TileList],
+        optics: Optics,
+        settings: DefocusSettings,
+        out: moderngl.Texture,
+    ) -> Iterator[str]:
+        """Blur one layer, and composite it over what is in `out`."""
+        layer, layer_coc = yield from self._layer(picture, plan, where, optics)
+        is_in_front, rim = plan.cut.is_before_focus, optics.disc.aperture.rim
+        what = Diffusion(
+            layer.color,
+            layer_coc,
+            kernel_for(settings, -rim if is_in_front else rim),
+            optics.disc.half_extents,
+            resampled_px_2=plan.resampled_px_2,
+            shape=optics.disc.scaled(1 / plan.reduction),
+            is_in_front=is_in_front,
+        )
+        poles = self._poles("poles", picture.coc.size, kernel_for(settings))
+        blur = self._passes.blur.steps(what, BlurTargets(poles, layer.color), layer.mask)
+        yield from self._named("blur", blur)
+        self._passes.composite.run(layer.color, plan, layer.listed, out)
 
     def _far_field(
         self,
@@ -245,9 +252,17 @@ class DefocusPipeline:
         """Forget the reduced plate, because the plate's textures have new content."""
         self._reduced.forget()
 
-    def _room_for_low(self, lists: ListedFragments) -> ListsWithoutHighlights:
-        words = self.scratch.buffer("low fragments", lists.held.words.size)
-        return ListsWithoutHighlights(lists, words)
+    def _room_without(
+        self, size: tuple[int, int], lists: ListedFragments | None
+    ) -> WithoutHighlights:
+        scratch, low = self.scratch, None
+        if lists is not None:
+            words = scratch.buffer("low fragments", lists.held.words.size)
+            low = ListsWithoutHighlights(lists, words)
+        around = scratch.texture("around", Surroundings.half_size(size), 1, "f2")
+        return WithoutHighlights(
+            scratch.texture("low", size, 4), scratch.texture("high", size, 4), around, low
+        )
 
     def _without_highlights(
         self,
