@@ -10,7 +10,12 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.depth.depth import read_depth
-from heatlens.plate.depth.depth_guess import DepthOrigin, guess_convention, looked_at
+from heatlens.plate.depth.depth_guess import (
+    NORMALIZED_UP_TO,
+    DepthOrigin,
+    guess_convention,
+    looked_at,
+)
 
 INF = math.inf
 NAN = math.nan
@@ -211,3 +216,18 @@ def test_only_up_to_20_may_values_be_1_over_z(top):
     guess = guess_convention(raw, PlateOptions())
     assert guess.convention == ("inverse" if top == 20.0 else "distance")
     assert bool(guess.question) == (top == 20.0)
+
+
+def test_disparity_keeps_its_scale_up_to_the_limit_and_beyond_it_has_one_of_its_own():
+    options = {"depth_convention": "disparity", "near_m": 1.0, "far_m": 4.0}
+    for end in (0.5, 1.0, NORMALIZED_UP_TO):
+        result = read(0.0, 0.5, end, **options)
+        wanted = [1 / (0.25 + 0.75 * min(value, 1.0)) for value in (0.0, 0.5, end)]
+        assert result.values[0].tolist() == pytest.approx(wanted) and result.notes == ()
+    for values in ((0.0, 1.0, 2.0 * NORMALIZED_UP_TO), (-1.0, 0.0, 1.0)):
+        low, middle, high = (round(1 / metre, 4) for metre in read(*values, **options).values[0])
+        assert (low, high) == (0.25, 1.0) and 0.25 < middle < 1.0
+        (note,) = read(*values, **options).notes
+        assert f"{values[0]:g} to {values[2]:g}" in note and "--far and --near" in note
+    (note,) = read(-1.0, 1.0, **options | {"depth_convention": "disparity-inverted"}).notes
+    assert "--near and --far" in note

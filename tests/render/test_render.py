@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import GpuError, InputError
+from heatlens.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens
@@ -144,3 +145,16 @@ def test_a_plate_larger_than_a_texture_is_refused_before_it_is_sent(ctx, rendere
     plate = plate_of(np.ones((1, 1, 3), np.float32), np.ones((1, 1), np.float32))
     with pytest.raises(GpuError, match=f"{limit + 1}x1.*{limit} pixels a side"):
         renderer.load(replace(plate, data_window=Box(0, 0, limit + 1, 1)))
+
+
+def test_a_plate_is_reduced_once_for_all_lenses_of_one_proxy(ctx, renderer, monkeypatch):
+    run, sizes = ProxyPass.run, []
+    monkeypatch.setattr(
+        ProxyPass, "run", lambda made, *words: sizes.append(words[3].size) or run(made, *words)
+    )
+    for number, (proxy, count) in enumerate([(0.5, 1), (0.5, 1), (0.25, 2), (0.25, 2), (0.5, 3)]):
+        if not number:
+            renderer.load(plate_of(*room()))
+        settings = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, proxy=proxy)
+        renderer.pixels(Shot(replace(LENS, focus_distance_m=1.0 + number), settings))
+        assert len(sizes) == count and sizes[-1] == proxy_size(room()[1].shape[::-1], proxy)
