@@ -2,20 +2,20 @@
 // 1990. The sum is kept, so that the mean can be shown after each view.
 //
 // Inputs
-//   view_tx   rgba, what one point of the lens sees
+//   view_tx   rgba, the view from one point of the lens
 //   count     views in the sum, this one included
 //   is_first  nothing is in the sum yet
 //   is_new    view_tx is not in the sum yet
 //   depth_tx  with SHAPED: planar metres in that view
 //   lens_at   with SHAPED: its point of the lens, in radii before the squeeze
-//   colors    with SHAPED: 1 for each colour that the view is for
+//   colors    with SHAPED: 1 for each colour that the view counts for
 // In and out
 //   sum_img   rgba; with SHAPED instead the layers of lib/sides.lib.glsl
 // Output
 //   mean_img  rgba, half or float
 
 #ifdef SHAPED
-#define LEAST_WEIGHT 1e-6   // where the barrel hides a view: it only counts until another is seen
+#define LEAST_WEIGHT 1e-6   // weight of a view that the barrel hides: it counts only until another is visible
 #include "lib/aperture.lib.glsl"
 #include "lib/sides.lib.glsl"
 #endif

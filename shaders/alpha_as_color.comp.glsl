@@ -1,4 +1,4 @@
-// The plate's alpha as a picture of its own, so that it is defocused as colour is.
+// Copies the plate's alpha into a picture of its own, so that it is defocused like colour.
 //
 // Input
 //   color_tx        a alpha

@@ -1,4 +1,4 @@
-// Defocused alpha into the alpha of the defocused picture.
+// Copies the defocused alpha into the alpha of the defocused picture.
 //
 // Input
 //   alpha_tx        r alpha

@@ -10,16 +10,16 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D spread_tx;
 uniform float most;  // largest deviation to accept, as a share of the light
-uniform int reach;   // pixels around
+uniform int reach;   // pixels to look at on each side
 layout(r16f) uniform writeonly image2D out_done_img;
 
-#define STEP 2.0  // deviations: a larger step between neighbouring pixels means an edge there
+#define STEP 2.0  // in deviations: a larger step between neighbouring pixels is an edge
 
 vec2 spread_at(ivec2 at) {
     return texelFetch(spread_tx, clamp(at, ivec2(0), textureSize(spread_tx, 0) - 1), 0).rg;
 }
 
-// An edge between two pixels shows in neither of them.
+// An edge exactly between two pixels shows in the samples of neither.
 bool is_noisy(ivec2 at) {
     vec2 here = spread_at(at);
     float right = spread_at(at + ivec2(1, 0)).r, below = spread_at(at + ivec2(0, 1)).r;

@@ -1,5 +1,5 @@
 // The cheapest diffusion along lines: Thomas elimination with given conductances, one invocation a line.
-// The yardstick for the time of a frame: two of these, one for rows and one for columns.
+// Two of these, one for rows and one for columns, are the yardstick for the time of a frame.
 //
 // For each pixel i of a line, with b_i the conductance to the next one (0 at the line's end):
 //   -b_(i-1) y_(i-1) + (1 + b_(i-1) + b_i) y_i - b_i y_(i+1) = r_i

@@ -1,4 +1,4 @@
-// Depth to signed circle of confusion: one multiply-add on 1/z.
+// Converts depth to the signed circle of confusion, with one multiply-add on 1/z.
 //
 // Input
 //   depth_tx     planar depth in metres, infinity where nothing was hit
@@ -7,7 +7,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 uniform sampler2D depth_tx;
 uniform float at_infinity_px;   // diameter of a point infinitely far away
 uniform float per_dioptre_px;   // change of the diameter per dioptre (1/m)

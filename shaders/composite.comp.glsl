@@ -1,4 +1,4 @@
-// Puts a blurred layer over what is behind it. Coverage, like colour, ripples slightly beyond 0..1;
+// Composites a blurred layer over the layers behind it. Coverage, like colour, ripples slightly beyond 0..1;
 // it is not clamped, because the two ripples cancel and a uniform colour stays uniform.
 //
 // Inputs
@@ -14,7 +14,7 @@ uniform sampler2D layer_tx;
 uniform bool is_farthest;  // the layer covers everything, so dividing by its blurred coverage is safe
 layout(rgba32f) uniform image2D out_color_img;
 
-uniform int reduction;     // pixels of the picture along a side of one of the layer
+uniform int reduction;     // side of a pixel of the layer, in pixels of the picture
 
 #ifdef REDUCED
 vec4 layer_at(ivec2 at) {

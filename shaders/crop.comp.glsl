@@ -1,7 +1,7 @@
 // Crops a picture, and reduces the crop if asked to.
 //
 // Input
-//   from_tx   the whole
+//   from_tx   the whole picture
 // Output
 //   out_img   the part whose first pixel is `origin`, each pixel the mean of `fine` x `fine`, rgb times
 //             `light_scale`

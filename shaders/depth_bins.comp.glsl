@@ -4,7 +4,7 @@
 // Input
 //   depth_img    planar metres up to 1e37, +inf where nothing was hit
 // Output
-//   count_buf    has to hold zeros before
+//   count_buf    zeros before the pass
 
 #include "lib/reciprocal.lib.glsl"
 
@@ -12,7 +12,7 @@
 layout(local_size_x = WORKERS) in;
 
 layout(r32f) uniform readonly image2D depth_img;
-uniform float low;       // dioptres
+uniform float low;       // dioptres of the first bin's lower end
 uniform float per_step;  // bins a dioptre
 layout(std430) buffer count_block { uint count_buf[DEPTH_BINS]; };
 

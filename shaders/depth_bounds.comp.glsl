@@ -4,7 +4,7 @@
 // Input
 //   depth_img    planar metres, +inf where nothing was hit
 // Output
-//   bounds       has to hold ~0, 0, 0, 0 before
+//   bounds       ~0, 0, 0, 0 before the pass
 
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;
@@ -13,7 +13,7 @@ layout(r32f) uniform readonly image2D depth_img;
 layout(std430) buffer bounds_block {
     uint nearest;
     uint farthest;
-    uint farthest_hit;  // 0 where nothing was
+    uint farthest_hit;  // 0 if nothing was hit
     uint infinite;      // pixels
 } bounds;
 

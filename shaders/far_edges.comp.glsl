@@ -1,10 +1,11 @@
-// Finds where surfaces behind the focus end before others of another blur, and how far that is felt.
+// Finds where surfaces behind the focus end in front of others with another blur, and how far such an edge
+// reaches.
 //
 // Inputs
 //   lib/far_fragments.lib.glsl
 // Output
 //   out_zone_img   for each block of FAR_BLOCK x FAR_BLOCK pixels the square of the reach in pixels, -1 for
-//                  none: r of wide surfaces, g of those so thin that the layers are nearer to the truth
+//                  none: r of wide surfaces, g of surfaces so thin that layers are more accurate
 
 #include "lib/far_fragments.lib.glsl"
 
@@ -16,13 +17,13 @@ layout(rg32f) uniform writeonly image2D out_zone_img;
 #define LEAST_STEP_PART 0.1  // or by less than this share of it
 #define MARGIN_PX 4.0
 #define WIDE_PX 5
-#define THIN_COC_PX 6.0      // what is blurred more is no longer thin
+#define THIN_COC_PX 6.0      // a surface that is blurred more is not thin
 
 bool is_step(float one, float other, float least_step) {
     return abs(one - other) > max(least_step, LEAST_STEP_PART * max(one, other));
 }
 
-// Whether the surface goes on for WIDE_PX pixels.
+// True if the surface continues for WIDE_PX pixels.
 bool is_wide(ivec2 at, ivec2 along, float coc) {
     for (int k = 1; k < WIDE_PX; ++k)
         if (is_step(coc, far_coc_at(at + k * along), LEAST_STEP_PX / 2.0)) return false;

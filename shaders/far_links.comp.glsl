@@ -1,12 +1,12 @@
-// Moves every surface behind the focus to where one part of the lens sees it: each is linked into the
-// list of the pixel that it moves to.
+// Moves every surface behind the focus to where one part of the lens sees it: each is added to the list of
+// the pixel that it moves to.
 //
 // Inputs
 //   coc_tx    signed coc, pixels
 //   lib/far_fragments.lib.glsl
 //   shift     how far a point moves for each pixel of its coc
 // Outputs
-//   head_buf  last surface of each pixel's list, plus 1; 0 for none. A row and a column more than the
+//   head_buf  last surface of each pixel's list, plus 1; 0 for none. Has one row and one column more than the
 //             picture has: cell (x, y) holds what lies between the pixels x - 1, y - 1 and x, y
 //   link_buf  one for each surface: the one before it plus 1, and its place between the pixels
 
@@ -14,7 +14,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 uniform vec2 shift;
 layout(std430) buffer head_block { uint head_buf[]; };
 layout(std430) writeonly buffer link_block { uvec2 link_buf[]; };

@@ -1,7 +1,7 @@
-// Puts the mean of the parts' views in the place of the layers behind the focus, in zones, with soft ends.
+// Replaces the layers behind the focus, within soft-edged zones, by the mean of the views of the parts.
 //
 // Inputs
-//   sum_tx          rgb times how far it is known, and that
+//   sum_tx          rgb times the known share, and the known share
 //   zone_tx         see far_zone, one texel for FAR_BLOCK x FAR_BLOCK pixels
 // Output
 //   out_color_img   rgb (read and written)
@@ -12,7 +12,7 @@ uniform sampler2D sum_tx;
 uniform sampler2D zone_tx;
 layout(rgba32f) uniform image2D out_color_img;
 
-// Part of the zone in a tent three blocks wide.
+// Share of zone blocks under a tent filter three blocks wide.
 float zone_at(ivec2 at) {
     vec2 place = (vec2(at) + 0.5) / float(FAR_BLOCK) - 0.5;
     ivec2 low = ivec2(floor(place)) - 1, last = textureSize(zone_tx, 0) - 1;

@@ -1,15 +1,15 @@
 // Adds the blurred view of a part of the lens to the sum of all, and empties the lists of far_links.
 //
 // Inputs
-//   view_tx   rgb times how far it is known, and that
-//   weight    of the part; 0 to begin a sum
+//   view_tx   rgb times the known share, and the known share
+//   weight    weight of the part; 0 to begin a sum
 // Outputs
 //   sum_img   the sum (read and written)
 //   head_buf  0
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 uniform sampler2D view_tx;
 uniform float weight;
 layout(rgba32f) uniform image2D sum_img;

@@ -1,5 +1,5 @@
-// What one part of the lens sees behind the focus: the surfaces that have moved beside each pixel, put
-// over one another near to far. Those at about the same depth add up to one surface.
+// Draws the view of one part of the lens behind the focus: the surfaces that have moved to each pixel,
+// composited near to far. Those at about the same depth add up to one surface.
 //
 // Inputs
 //   lib/far_fragments.lib.glsl
@@ -13,16 +13,16 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 uniform float part_scale;
 layout(std430) readonly buffer head_block { uint head_buf[]; };
 layout(std430) readonly buffer link_block { uvec2 link_buf[]; };
 layout(rgba32f) uniform writeonly image2D out_view_img;
 layout(r32f) uniform writeonly image2D out_coc_img;
 
-#define HELD_MOST 24         // surfaces beside a pixel; of more, the nearest
+#define HELD_MOST 24         // surfaces kept for a pixel; of more, the nearest
 #define SAME_SURFACE 1.03    // relative distance within which they add up
-#define SAME_IF_WHOLE 1.003  // and where there is enough of the surface already
+#define SAME_IF_WHOLE 1.003  // the same, once the surface covers the pixel
 #define WHOLE 0.9
 #define GAIN 1.1             // shares of a stretched surface sum to a little less than 1
 #define LEAST_SHARE 1e-4
@@ -63,8 +63,8 @@ void hold_cell(ivec2 cell, bvec2 is_before) {
 float dioptres_of(float coc) { return max((coc - fragment_line.x) / fragment_line.y, 0.0); }
 
 struct View {
-    vec4 seen;    // rgb and how much is known
-    float coc;    // of what is seen most
+    vec4 seen;    // rgb and the known share
+    float coc;    // of the surface that is most visible
     float most;
 };
 

@@ -1,9 +1,10 @@
-// Spreads zones along rows or columns: the most of reach^2 - distance^2, which both together make exact.
+// Spreads zones along rows or columns: the largest reach^2 - distance^2. Rows and columns together give the
+// exact result.
 //
 // Input
-//   zone_tx        for each block the square of the reach in pixels, less that of what was passed already
+//   zone_tx        for each block the square of the reach in pixels, less the squared distance covered
 // Output
-//   out_zone_img   the same, spread: where r is at least 0, and g is not, is a zone
+//   out_zone_img   the same, spread; blocks with r >= 0 and g < 0 are in a zone
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

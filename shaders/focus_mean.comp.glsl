@@ -1,12 +1,12 @@
-// The plate at the size of a preview, where each pixel is the mean of those in focus under it. At the
-// silhouette of a blurred object the plain mean would hold its colour, which the preview spreads.
+// Reduces the plate to the size of a preview: each pixel is the mean of the plate's pixels in focus under it.
+// At the silhouette of a blurred object the plain mean would hold its colour, which the preview spreads.
 //
 // Inputs
 //   color_tx   the plate, scene-linear, premultiplied
 //   depth_tx   of the plate, see lib/focus_share.lib.glsl
 //   mean_tx    the plain mean of the plate, at the preview's size
 // Output
-//   out_img    the mean of what is in focus; the plain mean where all is, or nothing
+//   out_img    the mean of the pixels in focus; the plain mean where all or none are in focus
 
 #include "lib/footprint.lib.glsl"
 #include "lib/focus_share.lib.glsl"

@@ -3,7 +3,7 @@
 // Inputs
 //   coc_tx        signed circle of confusion, diameter in pixels
 // Outputs
-//   out_kind_img  what lib/kind.lib.glsl says
+//   out_kind_img  the kind, see lib/kind.lib.glsl
 //   pixel list    both rims, for fragments_far and fragments_near
 
 #ifdef LISTS
@@ -14,14 +14,14 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 
 #ifdef LISTS
 layout(rg16f) uniform writeonly image2D out_kind_img;
 uniform bool is_measured;  // the lists tell the coverage of every silhouette
 bool is_told(ivec2 at) { return is_measured || list_at(inside(at)).has_front; }
 
-#define HALF_STEP 0.001  // of a number: at least what is lost where it is stored in half
+#define HALF_STEP 0.001  // relative: at least the rounding error of a half float
 void store(ivec2 at, float kind) {
     List list = list_at(at);
     float coc = list.first < list.end ? fragment_of(list.first).coc : NO_LIST_PX;

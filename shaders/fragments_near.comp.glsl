@@ -1,10 +1,10 @@
-// Takes out of each near rim pixel what shines through it from behind.
+// Removes from each near rim pixel the light that shines through it from behind.
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx, pixel list    as fragments_find.comp.glsl leaves them
 // Read on the far rim, written on the near rim
 //   far_img       far rim: rgb far fragment; near rim: rgb own colour, a its coverage
-//   near_img      near rim: a signed coc of what shines through
+//   near_img      near rim: a signed coc of the light that shines through
 
 #include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"

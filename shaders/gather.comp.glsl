@@ -1,15 +1,15 @@
-// Each pixel becomes the mean of the pixels in the disc of its own circle of confusion. A sample
-// counts if it is behind (its light comes through the blur), or if its own disc reaches this pixel;
-// sharp foregrounds therefore do not smear. Riguer et al. 2003, Scheuermann and Tatarchuk 2004. Every
-// pixel of the disc is sampled: with fewer, a highlight's disc breaks up into dots. Each dispatch takes
-// some rows of the disc, in a band of the picture.
+// Each pixel becomes the mean of the pixels in the disc of its own circle of confusion. A sample counts if it
+// is behind this pixel (its light comes through the blur), or if its own disc reaches this pixel; so sharp
+// foregrounds do not smear. Riguer et al. 2003, Scheuermann and Tatarchuk 2004. Every pixel of the disc is
+// sampled: with fewer, a highlight's disc breaks up into dots. Each dispatch takes some rows of the disc, in
+// a band of the picture.
 //
 // Inputs
 //   color_tx     rgba
 //   coc_tx       signed diameter in pixels
 // In and out
-//   sum_img      rgba so far times its weight; after the last rows the picture
-//   weight_img   the weight so far; with SHAPED that of each colour
+//   sum_img      sum of rgba times weight so far; after the last rows the picture
+//   weight_img   sum of the weights so far; with SHAPED for each colour
 
 #include "lib/aperture.lib.glsl"
 
@@ -54,7 +54,7 @@ void main() {
             vec2 place = vec2(at + ivec2(x, y)) + 0.5;
 #ifdef SHAPED
             float there = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
-            bool is_own = there < coc + BEHIND_PX;  // its disc, upright behind the focus, not that of this pixel
+            bool is_own = there < coc + BEHIND_PX;  // the disc is its own, upright behind the focus
             float seen_radius = is_own ? (there < 0.0 ? -1.0 : 1.0) * abs(radius) : radius;
             Cover inside = aperture_coverage(offset, seen_radius, DISC_RAMP_PX, place);
 #else

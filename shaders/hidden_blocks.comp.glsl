@@ -3,7 +3,7 @@
 //
 // Inputs
 //   bits_buf     seen pixels (seen_bits_clear.comp.glsl)
-//   pixel list   what is hidden
+//   pixel list   the hidden pixels
 // Output
 //   block list   hidden pixels, marked as lib/hidden_block.lib.glsl says
 
@@ -18,7 +18,7 @@ uniform int slices;  // number of slices in which later passes work through the 
 layout(std430) buffer block_list_block {
     uint block_groups[3];
     uint block_count;
-    uint block_pixels[];  // as in lib/pixel_list.lib.glsl
+    uint block_pixels[];  // y << 16 | x, see lib/pixel_list.lib.glsl
 };
 
 #define DEEP_PX 3  // farther than this from all visible pixels, along rows and columns, the guess is smooth

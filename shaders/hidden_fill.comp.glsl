@@ -7,8 +7,8 @@
 // Inputs
 //   cost_tx           hidden_cost.comp.glsl, -1 for visible pixels
 //   around_tx         surroundings of highlights (highlight_split.comp.glsl), for has_highlights
-//   bits_buf          what is seen (seen_bits_clear.comp.glsl)
-//   pixel list        what is guessed (hidden_blocks.comp.glsl)
+//   bits_buf          visible pixels (seen_bits_clear.comp.glsl)
+//   pixel list        the pixels to guess (hidden_blocks.comp.glsl)
 //   listed_tx         with LISTS: listed fragments (layer_split.comp.glsl), preferred to a guess as deep
 //                     behind a silhouette as the lens can see
 //   match_tx          with MATCHED: the correction of their brightness (hidden_cost.comp.glsl)
@@ -26,7 +26,7 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform sampler2D cost_tx;
 uniform sampler2D around_tx;
-uniform bool has_highlights;  // the layer is in focus and may hold some, at the picture's size
+uniform bool has_highlights;  // the layer is in focus, at full size, and may contain highlights
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
@@ -115,7 +115,7 @@ vec3 match_at(ivec2 block) {
 float likeness_of(float cost) { return exp(-cost / (2.0 * ALIKE_VARIANCE)); }
 
 struct Guess {
-    float away_px;   // to the nearest pixel that is seen
+    float away_px;   // distance to the nearest visible pixel
     vec4 layer;      // rgb times coverage, a coverage
     float diameter;
 };
@@ -129,7 +129,7 @@ float nearest_of(ivec2 ends[HIDDEN_DIRECTIONS]) {
     return nearest;
 }
 
-// 0 where some direction has similar ends, 1 where none has.
+// 0 if some direction has similar ends, 1 if none has.
 float difference_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
     float most_alike = 0.0;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)

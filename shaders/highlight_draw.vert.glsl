@@ -1,4 +1,4 @@
-// A quad around each highlight's disc.
+// Draws a quad around each highlight's disc.
 
 #include "lib/aperture.lib.glsl"
 

@@ -1,14 +1,14 @@
-// Luminance for the surroundings of highlights: the mean of rgb, clipped so that a highlight does not
-// raise the level it is compared with. At half size, because the surroundings are wide. Bright surfaces
+// Computes the luminance of the surroundings of highlights: the mean of rgb, clipped so that a highlight does
+// not raise the level it is compared with. At half size, because the surroundings are wide. Bright surfaces
 // are measured separately: where most of the surroundings are bright, nothing is a highlight.
 //
 // Inputs
 //   color_tx          scene-linear rgb
 //   coc_tx            signed circle of confusion, pixels
 // Outputs (a pixel for 2 x 2 of the picture)
-//   out_luminance_img r mean, 0..1; g that of the brightest behind it with LISTS, else as r; b how much
-//                     is as bright as a surface may be, 0..1
-//   out_coc_img       least diameter, pixels of this picture, so that nothing spreads from sharp areas
+//   out_luminance_img r mean, 0..1; g the same for the brightest light behind with LISTS, else as r;
+//                     b share as bright as a surface can be, 0..1
+//   out_coc_img       least diameter, pixels of this picture, so that sharp areas do not spread
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
@@ -17,7 +17,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
 layout(rgba32f) uniform writeonly image2D out_luminance_img;

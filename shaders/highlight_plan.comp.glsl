@@ -17,8 +17,8 @@ layout(std430) writeonly buffer offset_block { uint offset_buf[]; };
 
 uniform int block_count;
 uniform uint sprites_max;
-uniform float area_max;         // pixels
-uniform uint restore_groups_x;  // of highlight_restore, if not all is drawn
+uniform float area_max;         // largest area to draw, pixels
+uniform uint restore_groups_x;  // workgroups of highlight_restore, unless all highlights are drawn
 uniform uint restore_groups_y;
 
 shared uvec4 sprites_sh[WORKERS];
@@ -50,7 +50,7 @@ void main() {
         bool drawn = level < LEVELS;
         plan.draw = uint[4](4u, drawn ? all_sprites[level] : 0u, 0u, 0u);
         plan.level = uint(level);
-        bool whole = level < LEVELS - 1;  // no block is given back
+        bool whole = level < LEVELS - 1;  // no block is returned to the diffusion
         plan.restore_groups = uint[3](whole ? 0u : restore_groups_x, whole ? 0u : restore_groups_y, 1u);
         level_sh = min(level, LEVELS - 1);
     }

@@ -2,11 +2,11 @@
 // surfaces; otherwise it has no pixels to process.
 //
 // Inputs
-//   high_tx    rgb what was taken out
-//   plan, tally_buf   highlight_plan.comp.glsl: what is drawn
+//   high_tx    rgb of the removed light
+//   plan, tally_buf   highlight_plan.comp.glsl: which highlights are drawn
 // Output
-//   low_img    what is diffused, read and written
-//   low_fragment_buf  with LISTS: the fragments as they were
+//   low_img    the light to diffuse, read and written
+//   low_fragment_buf  with LISTS: the fragments with their light restored
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"

@@ -7,12 +7,12 @@
 //   surroundings_tx   diffused highlight_luminance.comp.glsl, a pixel for 2 x 2
 //   coc_tx            signed circle of confusion, pixels
 // Outputs
-//   out_low_img       what is diffused
+//   out_low_img       the light to diffuse
 //   out_high_img      rgb removed light, a signed coc
 //   out_around_img    luminance of the surroundings, a pixel for 2 x 2, for hidden_fill.comp.glsl;
 //                     NO_HIGHLIGHT on bright surfaces
-//   low_fragment_buf  with LISTS: the fragments without their highlights. A highlight behind what is seen
-//                     takes the pixel's place in out_high_img if nothing in front has it
+//   low_fragment_buf  with LISTS: the fragments without their highlights. A highlight behind the visible
+//                     surface is put into out_high_img if nothing in front is one
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
@@ -21,7 +21,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 uniform sampler2D color_tx;
 uniform sampler2D surroundings_tx;
 uniform sampler2D coc_tx;
@@ -65,9 +65,9 @@ float highlight_coc(ivec2 at) {
 }
 
 #ifdef LISTS
-#define MARGIN_PX 2.0     // of coc: what is hidden by something this much nearer, and
-#define HIDDEN 0.02       // of the pixel: if less of a fragment is seen its light is drawn or lost
-#define MARGIN_PART 0.1   // by this part of its own coc, is drawn (as highlight_draw.frag.glsl looks)
+#define MARGIN_PX 2.0     // difference in coc: light hidden by something this much nearer, and
+#define HIDDEN 0.02       // share of the pixel: the light of a less visible fragment is drawn or lost
+#define MARGIN_PART 0.1   // this share of its own coc, is drawn (as in highlight_draw.frag.glsl)
 
 void store_fragment(uint number, vec3 color) {
     uint at = WORDS * number;
@@ -119,7 +119,7 @@ void main() {
     vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
     float around = surroundings.r, surface = surface_of(surroundings.b);
     float over = (1.0 - surface) * part_over(x.rgb, around), lamp_coc = coc;
-    for (int look = over > 0.0 ? 1 : 0; look > 0; --look) {  // cheaper than a branch, of which both sides run
+    for (int look = over > 0.0 ? 1 : 0; look > 0; --look) {  // cheaper than a branch on llvmpipe
         lamp_coc = highlight_coc(at);
         over *= drawn_part(max(abs(coc), abs(lamp_coc)));
     }

@@ -1,9 +1,9 @@
-// One invocation a block of 8 x 8 pixels: merges its highlights. Built twice: COUNT tallies every
+// Merges the highlights of a block of 8 x 8 pixels, one block an invocation. Built twice: COUNT tallies every
 // level's list, WRITE writes the chosen one where highlight_plan says, in the picture's order.
 //
 // Inputs
-//   high_tx      rgb what was taken out, a signed coc (highlight_split.comp.glsl)
-//   places_tx    if `has_places`: r, g where in its pixel the light stands, from the middle, b its variance
+//   high_tx      rgb of the removed light, a signed coc (highlight_split.comp.glsl)
+//   places_tx    if `has_places`: r, g position of the light in its pixel, from the middle, b its variance
 //                along an axis, pixels
 // COUNT output   tally_buf        a tally a block
 // WRITE inputs   plan, offset_buf  output  sprite_buf
@@ -14,7 +14,7 @@
 
 layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
 
-uniform int first_row;  // of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 uniform sampler2D high_tx;
 uniform sampler2D places_tx;
 uniform bool has_places;
@@ -35,8 +35,8 @@ layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #define TOLD_FROM_PX 1.0
 #define TOLD_PX 1.5
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
-// Discs between these are sized by their second moment, fully from SIZED_PX on up to LARGE_FROM_PX; those from
-// LARGE_PX on are within 1 % as they are.
+// Discs between these are sized by their second moment, fully from SIZED_PX on up to LARGE_FROM_PX; from
+// LARGE_PX on they are accurate to 1 % without that.
 #define SIZED_FROM_PX 2.0
 #define SIZED_PX 3.0
 #define LARGE_FROM_PX 4.4
@@ -201,7 +201,7 @@ bool is_given_back(int level) {
     return float(HIGHLIGHT_BLOCK) > MERGE_SHARE[LEVELS - 2] * widest;
 }
 
-// Merge at a level; returns how many sprites that makes. WRITE writes them from `offset` on.
+// Merges at a level; returns the number of sprites. WRITE writes them from `offset` on.
 uint make_sprites(int level, uint offset, out float area) {
     uint count = 0u;
     area = 0.0;

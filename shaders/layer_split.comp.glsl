@@ -33,8 +33,8 @@ uniform sampler2D color_tx;
 uniform sampler2D kind_tx;
 uniform sampler2D far_tx;
 uniform sampler2D near_tx;
-uniform bool is_farthest;  // it covers everything that is seen
-uniform int reduction;     // pixels of the picture along a side of one of the layer
+uniform bool is_farthest;  // it covers everything that is visible
+uniform int reduction;     // side of a pixel of the layer, in pixels of the picture
 layout(rgba32f) uniform writeonly image2D out_layer_img;
 layout(rg32f) uniform writeonly image2D out_state_img;
 #ifdef LISTS
@@ -84,7 +84,7 @@ struct Sum {
     float count;
 #ifdef LISTS
     float listed;    // known only from lists, behind the visible surface
-    float depth_px;  // times listed: how deep behind a silhouette that can be seen
+    float depth_px;  // times listed: visible depth behind the silhouette
 #endif
 };
 
@@ -122,7 +122,7 @@ void add_known(inout Sum sum, Content content, float cover, float known, float s
     sum.depth_px += listed * max(behind_coc, 0.0) / 2.0;
 }
 
-#define OPAQUE 0.9995  // a coverage from this on hides what is behind it
+#define OPAQUE 0.9995  // a surface of this coverage or more hides everything behind it
 
 // The remaining share of a fragment that the nearer layer has taken in part: together they cover what
 // the fragment covers. An opaque one is in both layers, and continues underneath itself.
@@ -162,7 +162,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
     float seen = visibility(coc), visible = max(seen, THIN), has_near = 0.0;
     Content content = whole_of(x, coc, visible);
     float kind = texelFetch(kind_tx, at, 0).r;
-    for (int rim = kind == WHOLE ? 0 : 1; rim > 0; --rim) {  // cheaper than a branch, of which both sides run
+    for (int rim = kind == WHOLE ? 0 : 1; rim > 0; --rim) {  // cheaper than a branch on llvmpipe
         vec4 far = texelFetch(far_tx, at, 0), near = texelFetch(near_tx, at, 0);
         if (kind == FAR_RIM) content = far_rim_of(x, coc, far, near, visible);
         if (kind == NEAR_RIM) content = near_rim_of(x, coc, far, near.a, visible);
@@ -186,7 +186,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
 
 void store(ivec2 at, Sum sum) {
 #ifdef LISTS
-    if (is_nearest) {  // nothing is guessed: where its fragments end it is empty
+    if (is_nearest) {  // nothing is guessed: the layer is empty where its fragments end
         sum.known = sum.count;
         sum.listed = 0.0;
     }

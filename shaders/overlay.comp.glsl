@@ -20,7 +20,7 @@ uniform sampler2D color_tx;
 uniform float peaking_contrast;    // least contrast of a coloured edge, in stops
 uniform float peaking_px;          // largest diameter that is coloured
 uniform vec3 peaking_rgb;
-uniform bool is_peaking_all;       // edges or none
+uniform bool is_peaking_all;       // the whole area in focus, not only its edges
 layout(rgba8) uniform writeonly image2D out_overlay_img;
 uniform bool is_coc;
 uniform float at_infinity_px;      // signed coc over dioptres: at_infinity + per_dioptre / depth

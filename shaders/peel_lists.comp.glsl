@@ -4,10 +4,10 @@
 // Inputs
 //   lib/surface_groups.lib.glsl
 //   depth_tx       metres of the picture
-//   first_row      of the band
-//   end_row        behind its last
+//   first_row      first row of the band
+//   end_row        the row after its last one
 // Output of COUNT
-//   start_buf      twice the length of each pixel's list, plus 1 where it begins with what is seen
+//   start_buf      twice the length of each pixel's list, plus 1 if it begins with the visible surface
 // Input of WRITE   start_buf    Outputs
 //   fragment_buf   three words a fragment
 //   out_place_img  r, g position of the light in its pixel, from the centre, b the variance, pixels

@@ -1,9 +1,9 @@
-// A picture on the screen, its first row on top.
+// Draws a picture on the screen, its first row on top.
 //
 // Input
 //   picture_tx   display values, straight alpha
 // Output
-//   out_color    the same where the pixel of the screen lies in it
+//   out_color    the same in screen pixels inside the picture
 
 uniform sampler2D picture_tx;
 uniform vec2 first_px;    // corners of the picture, in pixels of the screen, y down

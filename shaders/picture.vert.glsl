@@ -1,4 +1,4 @@
-// The rectangle of a picture on the screen.
+// Draws the rectangle of a picture on the screen.
 
 uniform vec2 first_px;   // its corners, in pixels of the screen, y down
 uniform vec2 last_px;

@@ -7,10 +7,10 @@
 // Inputs
 //   picture_tx   the preview, display values
 //   plate_tx     the plate, display values
-//   coarse_tx    what of the plate is in focus at the preview's size (focus_mean), display values
+//   coarse_tx    the parts of the plate in focus, at the preview's size (focus_mean), display values
 //   depth_tx     of the plate, see lib/focus_share.lib.glsl
 // Output
-//   out_color    the same where the pixel of the screen lies in the picture
+//   out_color    display values, in screen pixels inside the picture
 
 #include "lib/focus_share.lib.glsl"
 

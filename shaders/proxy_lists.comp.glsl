@@ -4,7 +4,7 @@
 // Compiled twice: COUNT writes the length of each list; WRITE, after peel_starts, the lists themselves.
 //
 // Without coverage for the visible surfaces, the smaller picture shows them by colour and depth like a
-// flat one, and its lists hold what is behind them, taken from pixels that show nothing farther.
+// flat one, and its lists hold what is behind them, taken from pixels that show no farther surface.
 //
 // Inputs
 //   color_tx, depth_tx   of the whole picture, premultiplied
@@ -23,7 +23,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D depth_tx;
-uniform ivec2 size;         // of the smaller picture
+uniform ivec2 size;         // size of the smaller picture
 layout(r32f) uniform image2D depth_img;
 uniform bool is_measured;   // the lists hold the coverage of all visible surfaces
 
@@ -193,7 +193,7 @@ void main() {
         if (cover <= LEAST_COVER || !is_seen && left > 0.0) continue;
         if (is_seen) left = max(left - group.cover, 0.0);
         if (left < LEAST_COVER) left = 0.0;
-        bool is_shown = is_first && cover == 1.0;  // by the picture itself
+        bool is_shown = is_first && cover == 1.0;  // the picture itself shows it
         has_front = has_front || is_first && !is_shown;
 #ifndef COUNT
         vec4 mean = is_seen ? group.seen / group.cover : group.behind / group.behind_cover;

@@ -10,7 +10,7 @@
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D source_tx;
-uniform ivec4 source_place;  // corner, size
+uniform ivec4 source_place;  // corner and size of the level below
 uniform ivec4 out_place;
 layout(rgba32f) uniform writeonly image2D out_img;
 

@@ -29,7 +29,7 @@ uniform float focal_px;
 uniform float focus_dioptres;   // 0 with focus at infinity
 uniform vec2 depths_m;          // near and far clipping distances
 uniform vec2 lens_middle_m;
-uniform vec2 pixel_middle_px;   // 0 for where it is
+uniform vec2 pixel_middle_px;   // 0 for its actual place
 uniform float pixel_side_px;    // size of the square that a pixel's rays go through
 uniform int top_root;           // root of the tree over the instances
 uniform int seed;
@@ -50,7 +50,7 @@ vec3 light_at(Hit hit, vec3 to_eye) {
     vec3 position_m = (there.to_world * vec4(position, 1.0)).xyz;
     Uv uv = uv_at(hit.triangle, hit.weights);
     vec3 tint = tint_at(hit.triangle, hit.weights).rgb;
-    normal = normal * mat3(there.to_object);  // by the inverse transposed
+    normal = normal * mat3(there.to_object);  // by the inverse transpose
     vec4 tangent = tangent_at(hit.triangle, hit.weights, mat3(there.to_world));
     uint material = there.numbers.x;
     return shaded(surface_of(material, position_m, normal, tangent, uv, tint, to_eye), to_eye);

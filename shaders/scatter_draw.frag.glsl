@@ -1,4 +1,4 @@
-// A pixel's disc: its share of the pixel's light and of its coverage, to be added up.
+// Draws a pixel's disc: its share of the pixel's light and coverage, to be added up.
 
 #include "lib/aperture.lib.glsl"
 

@@ -1,4 +1,4 @@
-// A quad around a pixel's disc.
+// Draws a quad around a pixel's disc.
 
 #include "lib/aperture.lib.glsl"
 

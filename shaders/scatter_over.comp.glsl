@@ -2,9 +2,9 @@
 //
 // In and out
 //   light_img       rgba of the bin times its cover
-//   cover_img       how much of each pixel the bin's discs cover: more than 1 where discs crowd
+//   cover_img       how much of each pixel the bin's discs cover: more than 1 where discs overlap
 //   out_color_img   rgba so far times its cover; after the nearest bin the picture
-//   out_cover_img   cover so far: less than 1 where what was hidden would have to show
+//   out_cover_img   cover so far: less than 1 where hidden surfaces should appear
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -1,4 +1,4 @@
-// Planar depth in metres: the distance along the camera's axis, which is what clip space divides by.
+// Writes planar depth in metres: the distance along the camera's axis, which is clip space's w.
 
 #ifdef HOLES
 #include "lib/scene.lib.glsl"

@@ -1,4 +1,4 @@
-// A triangle over the whole picture, in front of everything.
+// Draws a triangle over the whole picture, in front of everything.
 
 void main() {
     vec2 at = vec2(gl_VertexID % 2, gl_VertexID / 2) * 4.0 - 1.0;

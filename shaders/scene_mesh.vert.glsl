@@ -8,9 +8,9 @@ in vec3 in_position;
 in float in_u;
 in vec3 in_normal;
 in float in_v;
-in mat4 in_to_world;   // of the instance
+in mat4 in_to_world;   // matrix of the instance
 in mat4 in_to_object;
-in uvec4 in_numbers;   // material first
+in uvec4 in_numbers;   // the first one is the material
 #ifdef COLORS
 in vec4 in_color;
 #endif

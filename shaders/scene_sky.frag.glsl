@@ -1,4 +1,4 @@
-// The sky, where nothing stands in front of it. With PEEL, alpha is its dioptres: 0.
+// Draws the sky where nothing is in front of it. With PEEL, alpha is its dioptres: 0.
 
 #include "lib/scene.lib.glsl"
 #include "lib/shading.lib.glsl"

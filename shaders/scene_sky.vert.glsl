@@ -1,4 +1,4 @@
-// A triangle over the whole picture, at the far plane.
+// Draws a triangle over the whole picture, at the far plane.
 
 uniform mat3 world_from_screen;  // maps x, y in -1..1 and 1 to the viewing direction there
 

@@ -1,9 +1,9 @@
 // Clears a layer's hidden pixels in the masks of visible pixels.
 //
 // Input
-//   pixel list   what is hidden
+//   pixel list   the hidden pixels
 // Output
-//   bits_buf     as lib/hidden.lib.glsl counts them
+//   bits_buf     numbered as in lib/hidden.lib.glsl
 
 #include "lib/hidden.lib.glsl"
 #include "lib/pixel_list.lib.glsl"

@@ -1,4 +1,4 @@
-// A line solved by many invocations: each eliminates the inside of a run of RUN pixels, the run ends
+// Solves a line with many invocations: each eliminates the inside of a run of RUN pixels, the run ends
 // are solved together in shared memory by cyclic reduction, and each run is substituted back.
 // Zhang, Cohen, Owens 2010; Laszlo, Giles, Appleyard 2016. Made for GPUs: every pixel is read from
 // memory once, and intermediate results stay in registers and shared memory.
@@ -9,7 +9,7 @@
 //
 //      separator k-1      run k: RUN - 1 inner pixels      separator k
 //   ------[ S ]--------[ i ]--[ i ]--[ i ]--[ i ]------------[ S ]------
-//            `----------- c: what joins it to the pixel at hand
+//            `----------- c: conductance to the current pixel
 //
 // Several lines share a workgroup (LINES_PER_GROUP, fastest index), so columns load coalesced.
 // Pixels beyond the line's end, and those in inactive tiles, are connected to nothing, and are neither
@@ -39,7 +39,7 @@ int slot_of(int run) { return run * LINES_PER_GROUP + int(gl_LocalInvocationID.x
 
 Num inverse_sum_of(int slot) { return inverted(g_sh[slot] + left_sh[slot] + right_sh[slot]); }
 
-// Eliminate the separators `reach` before and after the one that stays.
+// Eliminates the separators `reach` before and after the one that stays.
 void reduce_onto(int run, int reach) {
     int me = slot_of(run), i = slot_of(run - reach);
     Num share = mul(right_sh[i], inverse_sum_of(i));
@@ -62,7 +62,7 @@ void substitute_between(int run, int reach) {
     r_sh[me] = mul(inverse_sum_of(me), sum);
 }
 
-// Solve the chain of separators; the solution replaces r_sh. The first invocations do the work, so that
+// Solves the chain of separators; the solution replaces r_sh. The first invocations do the work, so that
 // whole waves are idle when few separators are left.
 void solve_separators(int worker) {
     int reach = 1;
@@ -86,7 +86,7 @@ struct Run {
     int line, first, last;  // its first and last readable pixel, including connected neighbours
     int in_work[RUN];       // 0 or 1: some drivers take no bools in an array
     Link link[RUN];
-    float b[RUN + 1];       // conductances: from what comes before, between pixels, to what comes after
+    float b[RUN + 1];       // conductances: to the pixel before, between the pixels, to the pixel after
 };
 
 bool is_in_work(int line, int i) {
@@ -146,7 +146,7 @@ void read_sources(Run r, int start, int part, int pole, inout Source s[RUN]) {
     }
 }
 
-// The heat capacity of what lies beyond the line's ends, where pixel `i` is one of them.
+// The heat capacity beyond the line's ends, if pixel `i` is one of them.
 Num beyond(Run r, int j, int i, int pole) {
     int ends = r.in_work[j] == 0 ? 0 : int(i == 0) + int(i == line_length - 1);
     return ends == 0 ? ZERO_NUM : float(ends) * repeated_heat(pole, r.link[j]);
@@ -161,7 +161,7 @@ struct Shares {
     Num left[RUN], next[RUN];
 };
 
-// Eliminate all but the last pixel of a run, whose right-hand sides y holds, onto its two ends.
+// Eliminates all but the last pixel of a run, whose right-hand sides are in y, onto its two ends.
 void eliminate_run(Run r, int pole, int run, inout Value y[RUN], out Shares shares) {
     int me = slot_of(run), start = run * RUN;
     Num c = flow(pole, r.b[0]), g = heat_of(r, start, 0, pole), g_left = ZERO_NUM;
@@ -203,7 +203,7 @@ void substitute_run(int run, Shares shares, inout Value y[RUN]) {
     barrier();  // the next pole reuses shared memory
 }
 
-// Adds the heat of what lies beyond the line's ends, which has the colour of the end itself. `read` is
+// Adds the heat from beyond the line's ends, which has the colour of the end itself. `read` is
 // the pole for which the sources were read last.
 void repeat_ends(Run r, int start, int part, int pole, int read, inout Value y[RUN]) {
     for (int j = 0; j < RUN; ++j) {

@@ -1,4 +1,4 @@
-// A line solved by one invocation: forward elimination, backward substitution, all poles at once.
+// Solves a line with one invocation: forward elimination, backward substitution, all poles at once.
 // It needs the least arithmetic of all strategies, and suits CPUs, where a few wide cores run a line each.
 //
 // In network form: eliminating a pixel hands the share w_i of its heat capacity and of its source on to
@@ -41,7 +41,7 @@ struct Front {
     Num heat[POLES];
 };
 
-// A pixel as it was eliminated.
+// The state of an eliminated pixel.
 struct Eliminated {
     Value s[POLES];
     Num inverse[POLES], w[POLES];
@@ -107,7 +107,7 @@ void eliminate_pole(inout Front front, Input here, Value r, float b_out, int p, 
     front.heat[p] = mul(w, u);
 }
 
-// Eliminate pixel i, and go on to the next.
+// Eliminates pixel i, and goes on to the next.
 void eliminate(inout Front front, inout Place at, int line, Run run, int i, inout Eliminated gone) {
     Input after = input_in(line, run, i + 1);
     float b_out = i + 1 < run.joined_end ? conductance(at.here, after) : 0.0;
@@ -122,7 +122,7 @@ void forget(out Front front) {
     EACH_POLE(FORGET_POLE)
 }
 
-// What lies beyond both ends of the line.
+// The heat capacities beyond both ends of the line.
 void repeat_first(inout Front front, Input here) {
     Source r = source_of(here, here, here, 0.0, 0.0);
     EACH_POLE(REPEAT_FIRST_POLE)

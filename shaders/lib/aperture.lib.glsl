@@ -2,10 +2,10 @@
 // CPU; model/disc_shape.py and model/pupil.py set the uniforms below.
 // A circle or an ellipse is here; with SHAPED, every other shape is in lib/shaped_aperture.lib.glsl.
 //
-// A radius is half a signed circle of confusion, in pixels before squeeze and pixel aspect. An offset
-// runs from the centre of a disc, at `place` in the picture, to a pixel, x to the right and y down. In
-// front of the focus, where the radius is negative, the image of the opening stands on its head.
-// A Cover is how much light a pixel gets, of one colour or of three.
+// A radius is half a signed circle of confusion, in pixels before squeeze and pixel aspect. An offset runs
+// from the centre of a disc, at `place` in the picture, to a pixel, x to the right and y down. In front of
+// the focus, where the radius is negative, the image of the opening is upside down. A Cover is the share of
+// light that a pixel gets, in one colour or in three.
 
 #include "lib/pi.lib.glsl"
 

@@ -192,7 +192,7 @@ void add_pole(inout Output o, int part, int pole, Value y) {
 #endif
 }
 
-// What is exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
+// A pixel exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
 void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
     if (part < PARTS - 1 || !is_inside) return;
     if (here == 0.0) o.y = texelFetch(color_tx, at, 0);

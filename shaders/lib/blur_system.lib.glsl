@@ -53,7 +53,7 @@ layout(rgba32f) uniform writeonly image2D out_color_img;
 // and back of the focus and towards the corners of the picture.
 uniform vec2 side_variances;   // in front of the focus and behind it, relative to a round disc
 uniform vec2 field_middle_px;
-uniform vec2 field_per_px;     // 1 / distance from there to a corner, in pixels across and down
+uniform vec2 field_per_px;     // 1 / distance from the middle to a corner, in pixels across and down
 uniform vec2 field_variances[FIELD_STEPS];  // radially and tangentially, in even steps, relative to the centre
 
 float shape_variance(ivec2 at, float coc) {
@@ -97,8 +97,8 @@ vec4 floats_of(uvec2 v) { return vec4(unpackHalf2x16(v.x), unpackHalf2x16(v.y));
 
 Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
 
-// Beyond the frame the pixel at its border is repeated without end: the heat capacity of all these, as
-// the last pixel sees it. It solves Y = b (1 + Y) / (1 + b + Y), for one repeated pixel more is the same.
+// Beyond the frame the pixel at its border is repeated without end: the heat capacity of all these, as the
+// last pixel sees it. It solves Y = b (1 + Y) / (1 + b + Y), because one more repeated pixel changes nothing.
 #define IS_REPEATED true
 Num repeated_heat_of(int pole, float d_2) {
     Num b = flow(pole, d_2);
@@ -201,8 +201,8 @@ struct Output {
 void clear_output(out Output o) { o.y = vec4(0.0); }
 void add_pole(inout Output o, int pole, Value y) { o.y += real_of_product(sum_weights[pole], y); }
 
-// What is exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding. A loop,
-// because a software rasteriser runs both sides of a branch; a loop that no lane enters costs it less.
+// A pixel exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding. This is a
+// loop because a software rasteriser runs both sides of a branch; a loop that no lane enters costs less.
 void store(ivec2 at, Output o) {
     for (int n = diameter_2_at(at) == 0.0 ? 1 : 0; n > 0; --n) o.y = texelFetch(color_tx, at, 0);
     imageStore(out_color_img, at, o.y);

@@ -31,7 +31,7 @@ uvec3 ray_number;  // random state of the ray: alpha thresholds differ from ray 
 #define STACK (BVH_DEPTH_MOST + 2)  // more than a tree has levels
 #define SAME 1e-6  // the relative rounding error of a distance
 
-// What a ray met: an instance, -1 for nothing; a triangle, and the weights of its corners there.
+// The hit of a ray: an instance, -1 for none; a triangle, and the weights of its corners there.
 struct Hit { float distance; int instance; int triangle; vec3 weights; };
 
 vec3 position_of(uint vertex) { return vertices[VERTEX_PARTS * vertex].xyz; }
@@ -91,7 +91,7 @@ bool box_met(Node node, vec3 start, vec3 inverse, float nearest, float farthest)
     return entry <= min(leave, farthest * (1.0 + SAME));
 }
 
-// Return 1 / along, large instead of infinite, because infinity times 0 is NaN.
+// Returns 1 / along, large instead of infinite, because infinity times 0 is NaN.
 vec3 inverse_of(vec3 along) {
     vec3 least = mix(vec3(1e-20), vec3(-1e-20), lessThan(along, vec3(0.0)));
     return 1.0 / mix(along, least, lessThan(abs(along), vec3(1e-20)));

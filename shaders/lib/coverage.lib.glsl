@@ -9,9 +9,9 @@
 
 #define HALF 0.49999  // with a single sample, as for a depth, a surface covers if its alpha is above one half
 
-uniform int sample_number;  // of the draw; -1 for HALF
+uniform int sample_number;  // number of the sample that is drawn; -1 for HALF
 
-// Each bit depends on those below it alone.
+// Each bit depends only on the lower bits.
 uint scrambled(uint x, uint seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;

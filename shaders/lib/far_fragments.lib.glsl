@@ -1,11 +1,11 @@
-// The surfaces behind the focus: fragments of lists, and pixels of the picture whose list does not
-// begin with what they show. Both have numbers: those of fragments, and then one for each pixel.
+// The surfaces behind the focus: fragments of lists, and pixels of the picture whose list does not begin with
+// the visible surface. Both are numbered: first the fragments, then the pixels.
 
 #include "lib/fragment_list.lib.glsl"
 
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
-uniform float least_px;     // what has less coc is not behind the focus
+uniform float least_px;     // a surface with a smaller coc is not behind the focus
 uniform uint front_first;   // number of the first pixel of the picture
 
 uint front_number(ivec2 at) { return front_first + uint(at.y * textureSize(coc_tx, 0).x + at.x); }

@@ -1,5 +1,5 @@
-// How much of a pixel's detail a preview shows: all where the circle of confusion is smaller than half
-// a pixel of the preview, nothing from one and a half on.
+// Share of a pixel's detail that a preview shows: all of it if the circle of confusion is smaller than half a
+// pixel of the preview, none from one and a half pixels on.
 
 uniform bool is_coc;           // the depth is the signed coc in pixels; else metres
 uniform float at_infinity_px;  // signed coc over dioptres: at_infinity + per_dioptre / depth

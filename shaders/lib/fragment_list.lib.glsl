@@ -10,7 +10,7 @@ layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };
 uniform ivec2 lists_origin;   // index of the picture's first pixel, and pixels in a row, where the
 uniform int lists_stride;     // lists cover more than the picture
 uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
-uniform bool is_open;         // behind the last fragment of a list there is nothing: the plate has alpha
+uniform bool is_open;         // the space behind a list's last fragment is empty: the plate has alpha
 uniform bool is_alpha;        // the picture is the plate's alpha, which is 1 in every fragment
 
 #define WORDS 3u

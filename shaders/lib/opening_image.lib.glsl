@@ -1,4 +1,5 @@
-// A picture in the place of the diaphragm. model/opening_image.py is its twin and explains the table.
+// An opening given by a picture instead of a diaphragm. model/opening_image.py is its twin and explains the
+// table.
 
 uniform usampler2D aperture_image_tx;  // (IMAGE_SIDE + 1)^2: the light of all cells above and to the left
 uniform float aperture_image_scale;    // scale from a cell's number to light whose mean over the circle is 1
@@ -39,7 +40,7 @@ float image_light(vec2 p, vec2 half_sides) {
 
 // Share of the light that the barrel lets pass.
 float image_past_barrel(vec2 shift, bool is_behind) {
-    if (shift.x < 0.0) shift = -shift;  // the circles change places
+    if (shift.x < 0.0) shift = -shift;  // the circles swap places
     vec2 at = clamp(shift / aperture_shift_most, vec2(0.0, -1.0), vec2(1.0)) + vec2(0.0, 1.0);
     at *= float(BARREL_STEPS);
     ivec2 low = min(ivec2(at), ivec2(BARREL_STEPS - 1, 2 * BARREL_STEPS - 1));

@@ -3,8 +3,8 @@
 // Include lib/aperture.lib.glsl first.
 
 #ifdef FINE_RIMS
-#define FINE_ACROSS 3          // places, each way
-#define FINE_RADIUS_PX 4.0     // up to which discs are small
+#define FINE_ACROSS 3          // points across a pixel, each way
+#define FINE_RADIUS_PX 4.0     // largest radius of a small disc
 
 Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
     if (abs(radius) > FINE_RADIUS_PX) return aperture_coverage(offset, radius, ramp, place);

@@ -2,7 +2,7 @@
 // proportional to the list, even on a software rasteriser, which runs both sides of every branch.
 //
 // The first three words are the workgroups of the later pass (glDispatchComputeIndirect); the order
-// of pixels differs from run to run, so what is done to one must not depend on another.
+// of pixels differs from run to run, so the work on one pixel must not depend on another.
 
 #define PIXELS_PER_GROUP 64u
 #define GROUPS_MAX 65535u  // what OpenGL promises; longer lists are walked in strides

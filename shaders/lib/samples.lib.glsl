@@ -1,8 +1,8 @@
 // Maps samples, which are drawn as separate pixels, to positions in the picture.
 
-uniform int samples_across;  // of a pixel, each way
-uniform int first_row;       // of the picture that is drawn
-uniform int rows_above;      // in the texture, of other draws
+uniform int samples_across;  // samples of a pixel, each way
+uniform int first_row;       // first row of the picture that is drawn
+uniform int rows_above;      // rows of other draws above it in the texture
 
 ivec2 sample_place() { return ivec2(gl_FragCoord.xy) - ivec2(0, rows_above); }
 ivec2 pixel_of(ivec2 place) { return place / samples_across + ivec2(0, first_row); }

@@ -2,7 +2,7 @@
 //
 //   instances_block  144 bytes each; those of one mesh lie after each other
 //   materials_block  80 bytes each
-//   places_block     with PLACES, where the five maps of each material lie: two vec4 for each map,
+//   places_block     with PLACES, the placement of the five maps of each material: two vec4 for each map,
 //                    a matrix by rows, then the offset, the set, and how it is wrapped
 //   lights_block     their number in 16 bytes, then 48 bytes each
 //
@@ -12,20 +12,20 @@
 // are four half floats each in a buffer of their own. With PLACES the second set of texture coordinates
 // is another such buffer, two floats each.
 //
-// With HOLES some materials have holes, or cover only a share of what is behind them.
+// With HOLES some materials have holes, or cover only a share of the background.
 
 struct Instance {
     mat4 to_world;
-    mat4 to_object;  // zeros for what has no extent
+    mat4 to_object;  // zeros for an instance without extent
     uvec4 numbers;   // material, mesh, the scene's number of this instance
 };
 
 struct Material {
     vec4 base_color;       // scene-linear, and alpha
     vec4 emission_cutoff;  // scene-linear radiance, and the alpha below which there is a hole
-    vec4 rough_metal;      // roughness, metallic; how steep bumps are, how dark what is occluded
+    vec4 rough_metal;      // roughness, metallic, steepness of bumps, strength of occlusion
     ivec4 maps;            // layers: base colour, metallic and roughness, emission, normals; -1 for none
-    ivec4 more_maps;       // layers: occlusion; what it is, of the two below
+    ivec4 more_maps;       // layer of occlusion; flags, see below
 };
 
 #define UNLIT 1    // unlit: its base colour is shown as it is

@@ -1,9 +1,9 @@
 // Sums of views or rays through a shaped opening, kept separately for the two sides of the focus: with a
 // rim their weights differ, so that a single sum of weights would depend on the scene.
 //
-// A point in front of the focus gets its share of the whole light of the opening, whatever else is
-// there. Points behind share the rest by their own weights. A uniform picture therefore stays uniform,
-// and a lamp keeps its light.
+// A point in front of the focus gets its share of the whole light of the opening, regardless of other points.
+// Points behind share the rest by their own weights. A uniform picture therefore stays uniform, and a lamp
+// keeps its light.
 //
 // `sides_img` holds a layer for each of the sums below.
 

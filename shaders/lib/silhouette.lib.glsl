@@ -4,7 +4,7 @@
 #include "lib/kind.lib.glsl"
 
 uniform sampler2D coc_tx;
-uniform float at_infinity_px;  // signed coc of what is infinitely far away
+uniform float at_infinity_px;  // signed coc of a point infinitely far away
 
 #define JUMP_PX 3.0        // a smaller step in coc may be a slanted surface
 #define DEPTH_RATIO 0.95   // depths within this ratio are the same surface
