@@ -18,7 +18,7 @@ _PROPERTIES = {
     "sensor_width_mm": "sensor_width",
     "sensor_height_mm": "sensor_height",
     "f_stop": "dof.aperture_fstop",
-    "nominal_f_stop": '["nominal_f_stop"]',  # a property of our own, beside Blender's
+    "nominal_f_stop": '["nominal_f_stop"]',  # our own property, beside Blender's
     "squeeze": "dof.aperture_ratio",  # Cycles divides the width of the lens by it
     # Blender has no such properties; they are kept as custom properties.
     **{name: f'["{name}"]' for name in OPENING_TRACKS if name not in _DIAPHRAGM},
@@ -161,10 +161,10 @@ def blender_text(camera: CameraSamples) -> str:
 
 
 def _lens(camera: CameraSamples) -> dict[str, object]:
-    """Return the value of each property; None for one of our own that an earlier lens may have.
+    """Return the value of each property; None removes one of our own that an earlier lens left.
 
-    A camera with an f-stop defines its opening too: what is missing is as in a plain
-    lens, whatever the camera of Blender had before.
+    A camera with an f-stop defines its opening too: missing values are those of a plain lens,
+    whatever the camera in Blender had before.
     """
     tracks, image = camera.lens_tracks, camera.aperture_image
     told = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
@@ -177,8 +177,8 @@ def _lens(camera: CameraSamples) -> dict[str, object]:
 def _diaphragm(camera: CameraSamples) -> dict[str, object]:
     """Return Blender's blades and their rotation in radians.
 
-    Both have corners on the circle. At rotation 0 Blender has the middle of a blade at the right,
-    and ours a corner on top; both turn anticlockwise.
+    In both programs the corners lie on the circle. At rotation 0 Blender has the middle of a blade
+    at the right, heatlens a corner at the top; both turn anticlockwise.
     """
     still = (0.0,) * len(camera.frames)
     blades, rotation = (camera.opening.get(name, still) for name in _DIAPHRAGM)

@@ -21,8 +21,8 @@ from heatlens.files.atomic_file import write_whole
 
 WRITTEN = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
 
-# Read again by heatlens, with the path of an aperture image relative to the file; of the others it
-# is absolute, for they are pasted anywhere.
+# The formats that heatlens reads again. They have the path of an aperture image relative to the
+# file; others have it absolute, because they are pasted anywhere.
 _MOVED_WITH_FILES = (*USD_SUFFIXES, ".json", ".csv")
 _AT_FRAME = re.compile(r"(.+\.csv)@(-?[0-9]{1,9})", re.IGNORECASE)
 _WITH_UNIT = (".usda", ".usd", ".usdc", ".nk")
@@ -38,7 +38,7 @@ def write_camera(
     one is complete. `meters_per_unit` is the unit of the scene that the camera is for: USD's is
     0.01 where it is None, Nuke's is 1; the other formats are always in metres.
 
-    Raises InputError if the end of the name is not known or the file cannot be written.
+    Raises InputError if the extension is not known or the file cannot be written.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -71,9 +71,9 @@ def read_camera(
     or CSV as `write_camera` writes them, the CSV of a shoot, or a plate with its EXR headers.
     `take.csv@1001` puts the first row of a shoot at frame 1001.
 
-    Headers alone do not tell the unit of their world, which is `scene_unit_m` metres, and which
-    axis points up in it, which is `up_axis`. `focus_unit_m` is the unit of the focus in the table
-    of a shoot, if it was given.
+    Headers do not define the unit and the up axis of their world: `scene_unit_m` is the unit in
+    metres, `up_axis` the axis. `focus_unit_m` is the unit of the focus in the table of a shoot, if
+    it was given.
 
     Raises InputError if there is no camera, the file is damaged, or an aperture image that it
     names cannot be read.
@@ -117,7 +117,7 @@ def _shoot_table(text: str, path: Path) -> tuple[Path, int | None] | None:
         return None
     try:
         names = table_columns(path)
-    except InputError:  # what is wrong with it, `read_csv_camera` says as it says it of its own
+    except InputError:  # `read_csv_camera` reports the problem
         return None
     return (path, None) if is_shoot_table(names) else None
 

@@ -38,7 +38,7 @@ def csv_text(camera: CameraSamples) -> str:
 
 
 def read_csv_camera(path: Path) -> CameraSamples:
-    """Read a camera from a CSV file whose columns may stand in any order.
+    """Read a camera from a CSV file with its columns in any order.
 
     Raises InputError that names the damaged line.
     """

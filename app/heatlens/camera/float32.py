@@ -1,8 +1,8 @@
-"""Numbers that a file keeps in float32, read as the short decimals that were meant."""
+"""Read numbers that a file keeps in float32 as the short decimals that were meant."""
 
 import numpy as np
 
-_DIGITS_MOST = 9  # enough to tell any two float32 apart
+_DIGITS_MOST = 9  # enough digits to distinguish any two float32
 
 
 def shortest(stored: float, unit: float = 1.0) -> float:

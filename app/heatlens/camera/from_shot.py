@@ -43,7 +43,7 @@ class CameraWish:
     frames            the frames to sample; None means those that are played
     sensor_height_mm  None: as wide and high as the picture
     scene_unit_m      the unit of the world around plates, in metres; scenes are in metres
-    up_axis           of the world around plates; scenes have y up
+    up_axis           the up axis of the world around plates; scenes have y up
     """
 
     name: str
@@ -131,7 +131,7 @@ def _scene_placement(shot: Shot, scene: Scene, framing: Framing, frame: int) -> 
 def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
     """Return the lens of the shot at each frame, without placement and sensor height.
 
-    A lens that breathes has the length that it shows, and the f-stop that keeps its opening.
+    A lens that breathes gets its effective focal length, and the f-stop that keeps its opening.
 
     Raises LensError if the keys of a frame describe no possible lens.
     """
@@ -170,7 +170,7 @@ def _opening_notes(lens: Lens) -> tuple[str, ...]:
 
 
 def _plate(shot: Shot) -> tuple[Sequence | None, tuple[str, ...]]:
-    """Return the files of the plate, or None and a note that says why there are none."""
+    """Return the files of the plate, or None and a note on why there are none."""
     if shot.source is None:
         return None, ()
     try:
@@ -185,7 +185,7 @@ def _frames_of(sequence: Sequence | None) -> FrameRange | None:
 
 
 def _height_mm(shot: Shot, sequence: Sequence | None, given_mm: float | None) -> tuple[float, str]:
-    """Return the height of the sensor's visible part, and a note on where it is from."""
+    """Return the height of the sensor's visible part, and a note on its origin."""
     width_mm = shot.lens.sensor_width_mm
     if given_mm is not None:
         return given_mm, f"sensor height {given_mm:g} mm, as given."
@@ -212,7 +212,7 @@ def _other_height_words(headers: Items[Header], height_mm: float) -> str:
 
 
 def _placement(sequence: Sequence | None, frames: FrameRange, scene_unit_m: float) -> _Placement:
-    """Return where the camera stands at each frame; a still has one place for all frames."""
+    """Return the placement of the camera at each frame; a still has one for all frames."""
     if sequence is None:
         return None, ("without a plate the camera has no placement.",)
     if sequence.is_single:

@@ -43,7 +43,7 @@ def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> Values:
     values = {name: value for name, value in plain.items() if name not in kept}
     told: Values = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
     for name in told:
-        if type_of(Lens, name) is not float:  # cameras hold numbers, also of what is counted
+        if type_of(Lens, name) is not float:  # cameras hold floats, even for counts
             told[name] = type_of(Lens, name)(round(told[name]))
     if camera.lens_model is not None and "model" not in kept:
         told["model"] = camera.lens_model

@@ -12,8 +12,9 @@ renderer. A knob of our own holds it as a share of the sensor's width, and an ex
 it by the width of the picture.
 
 The names of the knobs are those of Foundry's reference guide and of Nuke 17.0v3. Foundry does not
-say whether a size is half a diameter, as Epic's example for Unreal has it, where the rotation of
-the blades begins and by which measure blades are curved. The note in the file asks to compare.
+say whether a size is half a diameter, as in Epic's example for Unreal, where the rotation of the
+blades begins, and how the curvature of blades is measured. The note in the file asks the user to
+compare.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,7 +29,7 @@ _KNOBS = {
     "sensor_height_mm": "vaperture",
     "f_stop": "fstop",
 }
-_NOMINAL = "nominal_f_stop"  # as those of the opening, a knob of our own on a tab called heatlens
+_NOMINAL = "nominal_f_stop"  # a knob of our own on the tab heatlens, like those of the opening
 _ROTATION_ORDER = "ZXY"  # Nuke's own
 _BOKEH_SHAPE = {"blades": "kNumSides", "blade_rotation_deg": "kRotation"}
 _ZDEFOCUS_SHAPE = {"blades": "blades", "blade_rotation_deg": "rotation"}
@@ -46,7 +47,7 @@ _SIZE = (
     "Its size is half the disc of a point at infinity, half_disc times the width of the "
     "picture, for depths that hold distances in the unit of this file"
 )
-_MAX_SIZE = "width/4"  # Nuke's own cuts what stands near the camera
+_MAX_SIZE = "width/4"  # Nuke's default would cut objects near the camera
 
 
 def nuke_text(camera: CameraSamples, meters_per_unit: float = 1.0) -> str:
@@ -139,7 +140,7 @@ def _bokeh(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
         yield f"focalPlane {_focus(camera, meters_per_unit)}"
     yield "realWorldLens true"
     yield from _told(camera, _BOKEH_LENS)
-    f_stops = tracks.get("nominal_f_stop", tracks.get("f_stop"))  # a real lens is what it asks for
+    f_stops = tracks.get("nominal_f_stop", tracks.get("f_stop"))  # it expects that of a real lens
     if f_stops is not None:
         yield f"fStop {knob_value(camera, f_stops)}"
     yield "worldScale m"
@@ -160,7 +161,7 @@ def _zdefocus(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
     yield from _told(camera, _ZDEFOCUS_SHAPE)
     yield f"roundness {_curvature(camera)}"
     yield f"aspect {_aspect(camera)}"
-    yield "inner_brightness 1.0"  # an even disc; Nuke's own has a darker middle
+    yield "inner_brightness 1.0"  # an even disc; Nuke's default has a darker middle
     if half_discs := _half_discs(camera):
         yield f"size {{{{width*{_HALF_DISC}}}}}"
         yield f"max_size {{{{{_MAX_SIZE}}}}}"
@@ -200,7 +201,7 @@ def _focus(camera: CameraSamples, meters_per_unit: float) -> str:
 
 
 def _curvature(camera: CameraSamples) -> str:
-    still = (0.0,) * len(camera.frames)  # Nuke's own blades are a little round
+    still = (0.0,) * len(camera.frames)  # Nuke's default blades are a little round
     return knob_value(camera, camera.lens_tracks.get("blade_curvature", still))
 
 

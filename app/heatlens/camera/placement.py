@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 _RIGID = 1e-3  # tolerance of lengths and right angles for matrices in float32 or short decimals
 _Z_BACKWARD = np.diag([1.0, 1.0, -1.0, 1.0])
-# Columns of a world in which y is up to one in which z is: a quarter turn about x.
+# From a world with y up to one with z up: a quarter turn about x, for columns.
 _Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
 _GIMBAL = 1e-7  # cosine below which two of the three angles rotate about the same axis
 

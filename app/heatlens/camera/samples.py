@@ -29,22 +29,22 @@ UpAxis = Literal["y", "z"]
 # precise enough for it even in millimetres.
 INFINITE_M = 1e9
 
-# What a camera keeps of the opening beside the squeeze, by its field of `Lens`, and its names for
-# people: every field that is a number.
+# The values of the opening in a camera, besides the squeeze: every field of `Lens` for it that is a
+# number, with its name for the user.
 OPENING_TRACKS = {
     name: options_of(Lens)[name].words
     for name in (*APERTURE_FIELDS, "widest_f_stop")
     if name != "squeeze" and type_of(Lens, name) in (float, int, bool)
 }
-# The opening of a plain lens, which a camera that tells of the opening has where it is silent.
+# The opening of a plain lens: the values that a camera with an opening does not state.
 PLAIN_OPENING = {
     name: getattr(Lens(50.0, 2.0, 2.0, 36.0), name) for name in (*APERTURE_FIELDS, "widest_f_stop")
 }
-# What no file of a camera has a place for; an aperture image has one of its own.
+# Values that no camera file can hold; an aperture image has an entry of its own.
 LOST_OF_OPENING = tuple(
     n for n in APERTURE_FIELDS if n not in (*OPENING_TRACKS, "squeeze", "aperture_image")
 )
-# The tracks of a lens and their names for people.
+# The tracks of a lens and their names for the user.
 LENS_TRACKS = {
     "focal_length_mm": "focal length",
     "f_stop": "f-stop",
@@ -74,7 +74,7 @@ class CameraSamples:
     notes              sentences for the user
     opening            the tracks of OPENING_TRACKS that are known, as in `Lens`
     aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
-    timecodes          of each frame, if they came with the table of a shoot
+    timecodes          timecode of each frame, if they came with the table of a shoot
     has_focus_unit     False for a shoot table without any unit of the focus, which is then taken as
     metres
 
@@ -119,7 +119,7 @@ class CameraSamples:
 
     @property
     def tells_opening(self) -> bool:
-        """Return whether it defines the opening; what it leaves out is then as in a plain lens."""
+        """Return whether it defines the opening; omitted values are then as in a plain lens."""
         return bool(self.opening) or self.aperture_image is not None
 
     @property

@@ -30,7 +30,7 @@ class ShootTable:
 
     columns      names in the order of the file
     rows         cells by the name of their column
-    row_numbers  of each row, the line of the file in which it ends; the columns stand in line 1
+    row_numbers  the line of the file in which each row ends; the columns are in line 1
     too_wide     a sentence on the first row with more cells than columns; "" without one
     """
 

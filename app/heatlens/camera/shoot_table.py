@@ -26,7 +26,7 @@ from heatlens.plate.header.shoot_names import ShootLens, not_understood, shoot_l
 _FRAMES = ("frame", "frameno", "frame number", "index")
 _TIMECODES = ("master tc", "timecode", "time code", "tc", "lens tc", "timecode in")
 _RATES = ("project fps", "fps", "sensor fps", "frames_per_second")
-_OF_RED = {"FrameNo", "Acceleration X"}  # RED tells distances in mm, and says it nowhere
+_OF_RED = {"FrameNo", "Acceleration X"}  # RED gives distances in mm, without stating the unit
 _OWN = {"focus_distance_m", "focal_length_mm", "nominal_f_stop", "f_stop", "up_axis"}
 _OF_A_LENS = {"focus_distance_m", "focal_length_mm", "t_stop", "f_stop"}
 _READ = ("focal_length_mm", "f_stop", "focus_distance_m", "squeeze")
@@ -121,7 +121,7 @@ def _track(name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
 def _notes(
     path: Path, table: ShootTable, lenses: Sequence[ShootLens], tracks: Values
 ) -> tuple[str, ...]:
-    """Return what is said of the values, and of columns that may hold missing ones."""
+    """Return notes on the values, and on columns that may hold missing ones."""
     is_t_stop = tracks["f_stop"] is not None and _track("f_stop", lenses) is None
     unknown = _unknown(table) if any(tracks[name] is None for name in _TOLD) else ""
     return (

@@ -15,10 +15,10 @@ def at_timecode(
 ) -> CameraSamples:
     """Return the camera of a table with each row at the frame that has its timecode.
 
-    `of_shot` is some frame of the shot with its timecode, `rate` the frames a second that both
-    count. Rows outside `frames`, the frames of the shot, are left out; None leaves out none. One
-    note says what was matched. A camera without timecodes, or a shot without one, is returned as
-    it is; if nothing matches, the rows keep the table's frames, and a note says so.
+    `of_shot` is any frame of the shot with its timecode, `rate` the frames per second of both. Rows
+    outside `frames`, the frames of the shot, are left out; None leaves out none. One note says what
+    was matched. A camera without timecodes, or a shot without one, is returned as it is; if nothing
+    matches, the rows keep the table's frames, and a note says so.
     """
     if camera.timecodes is None or of_shot is None:
         return camera
@@ -38,7 +38,7 @@ def _frames_of(
 ) -> tuple[int, ...] | None:
     """Return the frame of each row; None if a timecode does not fit this rate."""
     frame, start = of_shot
-    alike = [replace(timecode, drop=start.drop) for timecode in timecodes]  # tables rarely tell it
+    alike = [replace(timecode, drop=start.drop) for timecode in timecodes]  # rarely in the table
     if not all(timecode.fits(rate) for timecode in (*alike, start)):
         return None
     begin = start.count(rate)
@@ -71,7 +71,7 @@ def _matched(
     placed: Sequence[int],
     frames: FrameRange | None,
 ) -> str:
-    """Return a sentence on which rows were matched, and what is outside."""
+    """Return a sentence on the rows that were matched, and those outside the shot."""
     first, last = kept[0], kept[-1]
     where = f"{timecodes[first]} is frame {placed[first]}, {timecodes[last]} frame {placed[last]}"
     words = f"{len(kept)} of {len(timecodes)} rows matched by timecode: {where}"

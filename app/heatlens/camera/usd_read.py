@@ -194,7 +194,7 @@ def _track(opened: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0
     for frame, value in zip(frames, values, strict=True):
         if not isinstance(value, float | int):
             raise InputError(f"{name} should be a number at frame {frame}, got {value!r}.")
-    short = {value: shortest(value, unit) for value in dict.fromkeys(values)}  # most stay the same
+    short = {value: shortest(value, unit) for value in dict.fromkeys(values)}  # mostly few
     return tuple(short[value] for value in values)
 
 

@@ -1,4 +1,4 @@
-"""A camera as USD: UsdGeomCamera with a time sample at each frame of what moves.
+"""Write a camera as USD: a UsdGeomCamera with a time sample at each frame of moving values.
 
 UsdGeomCamera does not describe the opening, so our own attributes do. The draft "Physical Cameras
 for USD" of the OpenUSD proposals names two of its values, blades and squeeze; it names none of the
@@ -27,11 +27,11 @@ OPENING = {
     for name, words in OPENING_TRACKS.items()
 }
 
-# What nearer and farther cameras of common viewers leave out: 1 cm and 10 km, which USD's default
-# of 1 to 1e6 units is in centimetres. In metres that default would cut off what is nearer than 1 m.
+# Clipping range: 1 cm and 10 km, which is USD's default of 1 to 1e6 units in centimetres. In metres
+# that default would cut off everything nearer than 1 m.
 CLIPPING_M = (0.01, 1e4)
 
-# Class and name of the draft proposal for each value that it has.
+# Class and name in the draft proposal of each value that it defines.
 PROPOSED = {
     "blades": "PhysicalCameraLens:shutter_blades",
     "squeeze": "PhysicalCameraLensModelPinhole:squeeze",

@@ -41,14 +41,14 @@ def burn_in_text(
 ) -> str:
     """Return the template with its fields filled in, for example `F 1001   2.24 m   f/2.8`.
 
-    Parts of the template stand apart by two spaces or more; a part is left out if one of its fields
-    is empty. Plates that hold circles of confusion have no lens to tell.
+    Two or more spaces separate the parts of the template; a part is left out if one of its fields
+    is empty. Plates that hold circles of confusion have no lens values.
     """
     values = {"frame": str(frame), "timecode": str(timecode or ""), "shot": shot}
     has_lens = plate.coc_px is None
     values["focus"] = measured_text(lens, lens.focus_distance_m, unit) if has_lens else ""
     values["f_stop"] = f"{lens.f_stop:.3g}" if has_lens else ""
-    parts = re.split(r"(\s{2,})", template)  # and the gaps between them
+    parts = re.split(r"(\s{2,})", template)  # parts and the gaps between them
     told = ""
     for gap, part in zip(["", *parts[1::2]], parts[::2], strict=True):
         if all(values[name] for name in _FIELD.findall(part)):

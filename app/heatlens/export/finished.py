@@ -15,7 +15,7 @@ from heatlens.export.whole import is_whole
 from heatlens.plate.exr.exr_scan import CutError, scanned_headers
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 
-_UNREADABLE = (OSError, CutError, IndexError, ValueError, SyntaxError)  # what the readers raise
+_UNREADABLE = (OSError, CutError, IndexError, ValueError, SyntaxError)  # the errors of the readers
 _BEFORE_MARK = f"{JOB_ATTRIBUTE}="  # in formats whose only text entry is a comment
 
 
@@ -47,7 +47,7 @@ def fingerprint_in(path: Path) -> str | None:
 def is_of_others(path: Path) -> bool:
     """Return True if the file can be read and no export wrote it.
 
-    Of a file whose header cannot be read, nothing can be lost. Raises InputError for a movie
+    A file whose header cannot be read has nothing to lose. Raises InputError for a movie
     without PyAV.
     """
     try:

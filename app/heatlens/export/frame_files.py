@@ -35,7 +35,7 @@ class RenderedFrame:
     """A frame on its way to its file.
 
     pixels   EXR: light, (H, W, 4) premultiplied; else display values 0..1, (H, W, 3)
-    remarks  what is unusual about the plate, compared with those before
+    remarks  how the plate differs from those before
     """
 
     planned: PlannedFrame

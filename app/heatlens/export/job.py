@@ -28,8 +28,8 @@ class DisplayLook:
 
     transform: ViewTransform = field(default_factory=srgb_transform)
     exposure_stops: float = 0.0
-    gamma: float = 1.0  # display values to the power of one over it
-    guides: Guides = NO_GUIDES  # drawn into the picture
+    gamma: float = 1.0  # display values are raised to the power 1 / gamma
+    guides: Guides = NO_GUIDES  # guides drawn into the picture
 
     def __post_init__(self) -> None:
         if not abs(self.exposure_stops) <= _STOPS_MOST:
@@ -51,7 +51,7 @@ class ExportJob:
     pinhole  write the frames without a lens, as plates for other programs
     beside   overscan and depth format of these plates
 
-    Raises InputError for no frame, and a shot of no plate.
+    Raises InputError for no frames, and for a shot without a source.
     """
 
     shot: Shot

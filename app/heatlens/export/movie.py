@@ -31,7 +31,7 @@ _VIDEO_RANGE = 1  # FFmpeg's number for 16..235
 _OTHER_PRIMARIES = re.compile(r"P3|2020|2100|\bPQ\b|HLG|2084|XYZ|DCI|HDR|Adobe", re.IGNORECASE)
 
 
-_JUDGED_FRAMES = 24  # after this many frames, their size predicts that of the others
+_JUDGED_FRAMES = 24  # after this many frames, their size predicts the rest
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,9 @@ class Codec:
     least_bits_px: float
 
 
-# With several threads, and with the rate control "mbtree", x264 sometimes makes other bytes of the
-# same frames: with it three kinds of files in 60 runs of one noisy picture, without it one. One
-# thread is still much faster than the rendering.
+# With several threads or the rate control "mbtree", x264 sometimes makes different files from the
+# same frames: 60 runs with one noisy picture gave three files with it, one without. One thread is
+# still much faster than the rendering.
 _X264 = {"crf": "14", "preset": "medium", "threads": "1", "mbtree": "0"}
 _CODECS = {
     ".mov": Codec("prores_ks", "mov", "yuv422p10le", {"profile": "3"}, 2.0),  # 422 HQ

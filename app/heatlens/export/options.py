@@ -1,8 +1,8 @@
 """The options of an export: the one list that the command, the Export tab and its job share.
 
 The command line, the job that the window hands over, the rows of the Export tab and the palette
-derive from these fields by their metadata; those without a label are not in the tab. What belongs
-to one run of the command alone, such as --progress, is in `commands/export_options.py`.
+derive from these fields by their metadata; those without a label are not in the tab. Options of a
+single run of the command, such as --progress, are in `commands/export_options.py`.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from typing import Literal
 from heatlens.export.burn_in import USUAL
 from heatlens.model.option import option_field, options_of
 
-FRAMES, EXR, LOOK = "frames", "EXR", "look"  # groups: of all files, of EXR, of all but EXR
+FRAMES, EXR, LOOK = "frames", "EXR", "look"  # groups: options of all files, of EXR, of all others
 USUAL_COMPRESSION = "zip"
 _frames, _exr, _look = (
     partial(option_field, group=group, label="") for group in (FRAMES, EXR, LOOK)

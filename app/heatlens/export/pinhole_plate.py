@@ -50,7 +50,7 @@ def pinhole_plate(
     margin_px = options.overscan or 0
     if isinstance(margin_px, str):
         overscan = loaded.overscan
-        own = None if overscan is None else overscan.in_own_pixels  # as they are written
+        own = None if overscan is None else overscan.in_own_pixels  # in the pixels of the file
         margin_px = 0 if own is None else own.needed_px(renderer.optics(shot, frame))
     if not options.deep:
         return with_overscan(loaded, margin_px)
@@ -62,7 +62,7 @@ def pinhole_plate(
 def with_overscan(pinhole: Pinhole, margin_px: int, peeled: Peeled | None = None) -> Plate:
     """Return a scene's picture in memory, with a margin on every side.
 
-    `peeled` is what is known behind all that was drawn, pixel by pixel. Raises InputError for a
+    `peeled` has the known surfaces behind everything drawn, pixel by pixel. Raises InputError for a
     margin that is wider than what was drawn.
     """
     overscan, plate = pinhole.overscan, pinhole.plate
@@ -87,7 +87,7 @@ def with_overscan(pinhole: Pinhole, margin_px: int, peeled: Peeled | None = None
 
 
 def _cut(lists: FragmentLists, part: Box, stride: int) -> FragmentLists:
-    """Return the lists of a part of the picture, whose rows have `stride` pixels."""
+    """Return the lists for a part of the picture; rows of the picture have `stride` pixels."""
     begins = (lists.starts >> 1).astype(np.int64)
     pixels = np.arange(part.y0, part.y1)[:, None] * stride + np.arange(part.x0, part.x1)
     chosen = pixels.ravel()

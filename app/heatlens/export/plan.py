@@ -1,7 +1,7 @@
 """Plan an export: the inputs, the file and the fingerprint of each frame.
 
 The fingerprint is a digest of everything that decides the pixels. A frame is finished if its file
-holds the fingerprint of the same plate or scene, lens and options; that some file is there is not
+holds the fingerprint of the same plate or scene, lens and options; an existing file alone is not
 enough. Plates, depth files, scenes and the files that scenes name are identified by time and size,
 looked up before they are read, so that a file that is written meanwhile is rendered again. The
 scene that comes with the program is identified by its version.
@@ -30,8 +30,8 @@ from heatlens.source.origin import Origin
 from heatlens.source.source import Source
 from heatlens.version import __version__
 
-_NAMED_MOST = 5  # files in a sentence
-_MOVIE_ENCODING = 2  # raised when movies of the same frames become others; 1 had wrong pixels
+_NAMED_MOST = 5  # most files named in a sentence
+_MOVIE_ENCODING = 2  # increased when the same frames give another movie; version 1 had wrong pixels
 
 _TOLD = {"is_float", "compression", "with_depth", "with_coc", "keep_channels"} | {
     *("burn_in", "unit", "burn_in_text", "shot_name"),
@@ -98,7 +98,7 @@ def _planned(job: ExportJob, source: Source, frame: int) -> PlannedFrame:
 
 
 def _check_whole(plan: ExportPlan) -> None:
-    """Raise InputError for plates without all of their pixels, before hours are spent on others."""
+    """Raise InputError for incomplete plates, before hours are spent on others."""
     found = cut_short(file.path for frame in plan.frames for file in frame.origin.files)
     if found:
         what = "is empty" if found[0].stat().st_size == 0 else "is cut off before its last pixels"
@@ -159,7 +159,7 @@ def _output_facts(job: ExportJob) -> dict[str, object]:
     if job.output.is_exr:
         told = {name: getattr(options, name) for name in ("compression", "with_depth", "with_coc")}
         told |= {"keep": plain(job.keep)} if job.keep else {}
-        rate = {"frames_per_second": job.shot.frames_per_second}  # it stands in the header
+        rate = {"frames_per_second": job.shot.frames_per_second}  # it is in the header
         return {"kind": ".exr", "half": not options.is_float, **rate, **told, **_newer(job, EXR)}
     return {
         "kind": job.output.suffix,
@@ -177,7 +177,7 @@ def _burned_in(options: ExportOptions) -> list[str]:
 
 
 def _newer(job: ExportJob, group: str) -> dict[str, object]:
-    """Return the chosen options of a group that files of earlier versions do not tell."""
+    """Return the chosen options of a group that files of earlier versions do not contain."""
     usual, names = ExportOptions(), [name for name in of_group(group) if name not in _TOLD]
     told = {name: getattr(job.options, name) for name in names}
     return {name: plain(value) for name, value in told.items() if value != getattr(usual, name)}

@@ -78,8 +78,8 @@ class FrameRendering:
     def rendered(self, frame: PlannedFrame) -> RenderedFrame:
         """Render `frame`.
 
-        Raises InputError if its plate is damaged or missing, or does not go with the plates before
-        it and the options are strict.
+        Raises InputError if its plate is damaged or missing, or differs too much from the plates
+        before it and the options are strict.
         """
         self._loader.load(frame.origin)
         remarks = self._remarks(frame.origin)
@@ -89,17 +89,17 @@ class FrameRendering:
         return RenderedFrame(frame, self._plate(), self._pixels(frame), remarks)
 
     def _look_at(self, before: Origin | None) -> None:
-        """Let the plate before the first frame decide what is usual."""
+        """Take the plate before the first frame as the usual one."""
         if before is None:
             return
         try:
             self._loader.load(before)
-        except InputError:  # that frame is not exported now, so the first one that is decides
+        except InputError:  # that frame is not exported now: the first exported one decides
             return
         self._remarks(before, may_refuse=False)
 
     def _remarks(self, origin: Origin, may_refuse: bool = True) -> tuple[Remark, ...]:
-        """Return what is unusual about the loaded plate. Raises InputError if that is refused."""
+        """Return remarks on the loaded plate. Raises InputError if strict options refuse it."""
         if self._renderer.has_many_views or origin.is_black:
             return ()
         plate = self._renderer.loaded.plate
@@ -145,7 +145,7 @@ class FrameRendering:
 
 
 def _origin_before(plan: ExportPlan, first: PlannedFrame) -> Origin | None:
-    """Return the plate before the first frame to render, if it has to be compared with.
+    """Return the plate before the first frame to render, if the first is compared with it.
 
     It is read only if the options are strict: exporting part of a shot, or resuming an export, must
     refuse the same frames as a whole export.
@@ -156,7 +156,7 @@ def _origin_before(plan: ExportPlan, first: PlannedFrame) -> Origin | None:
     earlier = [frame for frame in source.frames_of(shot) if frame < first.frame]
     try:
         return source.origin(shot, earlier[-1], "hold") if earlier else None
-    except InputError:  # its depth or what lies behind it is missing, and it is not exported now
+    except InputError:  # its depth or a file behind it is missing, but it is not exported now
         return None
 
 

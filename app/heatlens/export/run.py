@@ -68,7 +68,7 @@ class FrameDone:
     path: Path
     was_there: bool  # finished by an earlier run
     surfaces_lost: str = ""  # a sentence, if surfaces behind its picture were merged or left out
-    remarks: tuple[Remark, ...] = ()  # what is unusual about its plate
+    remarks: tuple[Remark, ...] = ()  # remarks on its plate
 
 
 def export_frames(
@@ -108,7 +108,7 @@ def _with_room(plan: ExportPlan, steps: Generator[FrameDone], count: int) -> Gen
 
 
 def _are_there(plan: ExportPlan) -> Iterator[bool]:
-    """Return for each frame whether it is finished; all frames of a movie share one answer."""
+    """Return whether each frame is finished; all frames of a movie share one answer."""
     if plan.job.options.force:
         return repeat(False, len(plan.frames))
     if plan.job.output.is_movie:

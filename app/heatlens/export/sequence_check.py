@@ -1,7 +1,7 @@
-"""Find frames of a sequence whose plates do not go with those before: size, depth, new notes.
+"""Find frames of a sequence whose plates differ from those before: size, depth, new notes.
 
-All frames are read with the conventions of the first one, so that a frame in another unit would
-become a wrong picture without a word.
+All frames are read with the conventions of the first one, so a frame in another unit would silently
+become a wrong picture.
 """
 
 import re
@@ -13,32 +13,32 @@ from heatlens.model.boxes import Box
 from heatlens.model.plausibility import span_doubts
 from heatlens.plate.plate import Plate, depth_span
 
-# From one frame to the next a cut or somebody who crosses the picture may move the median by ten.
-# Centimetres or inches taken for metres are a factor of 100 or 39, and 1/z is mostly more than 20.
+# From one frame to the next, a cut or a person crossing the picture may change the median tenfold.
+# Centimetres or inches read as metres are a factor of 100 or 39, and 1/z is mostly more than 20.
 _JUMP = 20.0
-_SAMPLES_A_SIDE = 128  # the median of so many pixels across and down is within a few per cent
+_SAMPLES_A_SIDE = 128  # a grid of this many pixels a side gives the median to within a few per cent
 _NUMBER = re.compile(r"[0-9]+(?:[.,][0-9]+)*")
 
 
 @dataclass(frozen=True)
 class Remark:
-    """What is unusual about a frame: a sentence, and a key that is equal for similar frames."""
+    """A remark on an unusual frame: a sentence, and a key that is equal for similar frames."""
 
     key: str
     sentence: str
 
 
 class SequenceCheck:
-    """Compares each plate with those before it; the first one decides what is usual."""
+    """Compares each plate with those before it; the first one sets the standard."""
 
     def __init__(self, scene_unit_m: float) -> None:
         self._scene_unit_m = scene_unit_m
         self._display: Box | None = None
-        self._dioptres: float | None = None  # median of the latest frame that was no jump
+        self._dioptres: float | None = None  # median of the latest frame without a jump
         self._usual: set[str] = set()  # keys of the notes of the first plate
 
     def remarks(self, plate: Plate) -> tuple[Remark, ...]:
-        """Return what is unusual about the plate of the next frame; () for the first one."""
+        """Return remarks on the plate of the next frame; () for the first one."""
         noted = self._noted(plate)
         if self._display is None:
             self._display, self._dioptres = plate.display_window, median_dioptres(plate)
@@ -73,7 +73,7 @@ class SequenceCheck:
         return (Remark(f"depths {word}", sentence),)
 
     def _noted(self, plate: Plate) -> list[Remark]:
-        """Return the notes and doubts about a plate, but those that are reported in other ways."""
+        """Return the notes and doubts about a plate, except those reported in other ways."""
         reported = {report.sentence for report in plate.behind} | {plate.surfaces_lost}
         doubtful = [it.sentence for it in span_doubts(depth_span(plate, self._scene_unit_m))]
         notes = [note for note in (*plate.notes, *doubtful) if note not in reported]

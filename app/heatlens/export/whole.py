@@ -16,12 +16,12 @@ from typing import BinaryIO
 from heatlens.plate.exr.exr_whole import end_of_chunks
 
 _JPEG_END = b"\xff\xd9"
-_BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # by type number
+_BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # bytes of a value, by type number
 _STRIP_OFFSETS, _STRIP_LENGTHS = 273, 279
 
 
 def is_whole(path: Path, suffix: str = "") -> bool:
-    """Return whether a file ends where its own structure says that it ends.
+    """Return whether a file is as long as its own structure says.
 
     `suffix`, such as .exr, gives its kind if its name does not.
     """

@@ -96,7 +96,7 @@ def called_apart(read: Callable[[Argument], Result], argument: Argument, what: s
 
 @atexit.register
 def end_all() -> None:
-    """Kill the processes that still read, because the program closes."""
+    """Kill the processes that are still reading, because the program closes."""
     for process in tuple(_running):
         process.kill()
 

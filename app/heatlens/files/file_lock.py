@@ -1,4 +1,4 @@
-"""Let processes of this user take turns at a file that each of them reads, changes and writes."""
+"""Lock a file that several processes of this user read, change and write."""
 
 import os
 import time
@@ -8,15 +8,15 @@ from pathlib import Path
 
 try:
     import fcntl
-except ImportError:  # Windows; two windows at once may then lose a change
+except ImportError:  # no such module on Windows; two windows at once may then lose a change
     fcntl = None  # type: ignore[assignment]
 
-_PATIENCE_S = 2.0  # a process that was stopped in the middle must not hold up the others for ever
+_PATIENCE_S = 2.0  # a process that stopped in the middle must not block the others forever
 
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Wait, not for long, until no other process is inside such a block for the same `path`.
+    """Wait, but not for long, until no other process is in such a block for the same `path`.
 
     The file system of a server may have no locks; the block is then entered at once. Raises OSError
     if the file `path`, which stays empty, cannot be made.
@@ -29,7 +29,7 @@ def locked(path: Path) -> Iterator[None]:
             time.sleep(0.02)
         yield
     finally:
-        os.close(opened)  # which ends the lock
+        os.close(opened)  # this releases the lock
 
 
 def _is_taken(opened: int) -> bool:

@@ -135,7 +135,7 @@ class JsonEntry:
         if get_origin(hint) is Literal:
             return self.choice(get_args(hint))
         if hint is OpeningImage:
-            return OpeningImage(self.text())  # whoever knows the folder reads it
+            return OpeningImage(self.text())  # read later, once the folder is known
         if is_dataclass(hint):
             return self.record(hint)  # type: ignore[arg-type]
         if issubclass(hint, Enum):

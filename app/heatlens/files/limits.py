@@ -36,7 +36,7 @@ def gigabytes_most() -> float:
 
 
 def is_bounded() -> bool:
-    """Return True in a process that reads for another one, which it may not bring down."""
+    """Return True in a process that reads a file for another process."""
     return bool(_allowed)
 
 

@@ -109,7 +109,7 @@ def sheet_entries(
     wanted = sheet_frames(shot, frames)
     small = replace(shot.defocus, method=Method.DIFFUSION, proxy=min(_PROXY, shot.defocus.proxy))
     whole = tuple(sorted({round(frame) for frame in wanted}))
-    shown = parse_output("sheet.####.jpg")  # nothing is written there: it is a picture for the eye
+    shown = parse_output("sheet.####.jpg")  # no path to write: the picture is only shown
     job = ExportJob(replace(shot, defocus=small), whole, shown, ExportOptions(missing="hold"), look)
     plan = planned(job)
     renderer = make_renderer()

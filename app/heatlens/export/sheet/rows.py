@@ -11,9 +11,9 @@ from heatlens.model.measured_distance import measured_text
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode
 
-_BETWEEN = (0.0, 0.25, 0.5, 0.75, 1.0)  # places between two rows that tell whether focus is held
+_BETWEEN = (0.0, 0.25, 0.5, 0.75, 1.0)  # points between two rows at which a held focus is checked
 _STILL = 1e-6  # dioptres
-_NEAR_SHARE = 0.01  # a key within this part of a mark's distance belongs to the mark
+_NEAR_SHARE = 0.01  # a key within this share of a mark's distance belongs to the mark
 Distances = Sequence[tuple[str, float]]  # names and distances of marks
 
 
@@ -22,11 +22,11 @@ class SheetRow:
     """One key of the focus, in words.
 
     frame     its number
-    timecode  of the frame; "" where neither shot nor plate tells one
+    timecode  of the frame; "" if neither shot nor plate has one
     seconds   since the first frame
-    mark      what is in focus there; "" where no mark is
+    mark      the mark in focus; "" if there is none
     focus     distance, and `feet` the same in feet
-    near, far limits of what is sharp
+    near, far limits of the sharp range
     f_stop    as on the ring
     to_next   frames to the next row, and whether the focus is held; "" in the last row
     """
@@ -45,7 +45,7 @@ class SheetRow:
 
 @dataclass(frozen=True)
 class MarkRow:
-    """One mark, in words: its distance in metres and in feet, or from where to where it moves."""
+    """One mark, in words: its distance in metres and in feet, or the range if it moves."""
 
     name: str
     distance: str
@@ -69,8 +69,8 @@ def sheet_row(
 ) -> SheetRow:
     """Return the row of a frame of a shot whose first frame is `first`.
 
-    `marks` tells how far marks are at the frame, in metres, `timecode` is that of the frame, and
-    `after` the frame of the next row.
+    `marks` has the distances of marks at the frame in metres, `timecode` is that of the frame, and
+    `after` is the frame of the next row.
     """
     lens = shot.lens_at(frame)
     return SheetRow(

@@ -18,7 +18,7 @@ from heatlens.live.ring.otrk_packet import SEQUENCES, RingPacketError, Segment, 
 from heatlens.live.ring.sources import SILENT_AFTER_S, RingSources
 
 MAX_SENDERS = 64
-MAX_SEGMENTS = 256  # of a sample; 64 kB in datagrams of usual size are 45
+MAX_SEGMENTS = 256  # most segments of a sample; 64 kB in datagrams of usual size are 45
 Sender = tuple[object, ...]  # the address of a sender, as a socket reports it
 
 
@@ -67,7 +67,7 @@ class Hearing:
             samples = self._decoder.samples(datagram, sender)
             for sample in samples:
                 self.sources.keep(sample)
-        except Exception as error:  # the thread has to go on, whatever a library makes of it
+        except Exception as error:  # the thread must go on, whatever error a library raises
             self.refused += 1
             is_known = isinstance(error, RingPacketError)
             self.fault = str(error) if is_known else "a datagram cannot be read"
@@ -82,7 +82,7 @@ class _Unfinished:
     segments: list[Segment] = field(default_factory=list)
 
     def take(self, segment: Segment) -> bool:
-        """Add a segment, or return False if it cannot be of the same sample as the others."""
+        """Add a segment, or return False if it cannot belong to the same sample as the others."""
         held = self.segments
         if segment in held:  # the network has sent it twice
             return True
@@ -146,7 +146,7 @@ class OpenTrackIODecoder(Assembly):
 
 
 def _can_follow(before: Segment, after: Segment) -> bool:
-    """Return whether a segment can lie behind another one in the text of a sample."""
+    """Return whether a segment can follow another one in the text of a sample."""
     is_behind = before.offset < after.offset and before.end <= after.offset and not before.is_last
     steps = (after.sequence - before.sequence) % SEQUENCES
     return is_behind and before.encoding is after.encoding and steps < MAX_SEGMENTS

@@ -1,4 +1,4 @@
-"""Choose the image that is the picture from those a renderer has sent, and the one with its depth.
+"""From the images that a renderer has sent, choose the picture and the one with its depth.
 
 Renderers send colour and depth in one image, or as two images of one size. Some name the depth by
 the channel (`Z`), others by the image (`depth`, with any single channel or the same grey thrice).
@@ -133,13 +133,13 @@ def _depth_of(image: TevImage, name: str | None, is_coc: bool) -> _DepthBeside |
     word = next(filter(DEPTH_WORDS.__contains__, _words(image.name)), "")
     if ref is not None:
         if not word and _has_color(image):
-            return None  # a separate picture, whose depth may belong to another moment
+            return None  # a complete picture of its own, whose depth may be of another moment
         return _DepthBeside(image, ref.key, f"{word or 'depth'}.{ref.leaf}")
     return _called_depth(image, word) if name is None and word else None
 
 
 def _called_depth(image: TevImage, word: str) -> _DepthBeside | None:
-    """Return the red or only channel of an image whose name has the `word` for a depth."""
+    """Return the red or only channel of an image whose name contains a word for depth."""
     by_letter = {key.lower(): key for key in reversed(image.planes)}
     if {"r", "g", "b"} <= by_letter.keys():
         return _DepthBeside(image, by_letter["r"], f"{word}.R")

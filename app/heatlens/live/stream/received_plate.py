@@ -1,4 +1,4 @@
-"""Make a plate of an image that a renderer is still sending, like one of a file with its channels.
+"""Make a plate of an image that a renderer is still sending, as if it were a file.
 
 A pixel that has not arrived yet is black, transparent and infinitely far.
 

@@ -14,8 +14,8 @@ _LETTERS_SAID = 200
 def requested_file(name: str, is_of_this_machine: bool) -> Path:
     """Return the path of a picture file that a client asks to open.
 
-    Raises InputError if the client is on another machine, which could not read the file by
-    itself, and where `name` is not the full path of an EXR or a picture that is there.
+    Raises InputError if the client is on another machine, and so could not read the file itself, or
+    if `name` is not the full path of an existing EXR or picture.
     """
     said, path = f"A client asked for the file {printable(name)[:_LETTERS_SAID]!r}", Path(name)
     if not is_of_this_machine:
@@ -25,8 +25,8 @@ def requested_file(name: str, is_of_this_machine: bool) -> Path:
     if not path.is_absolute():
         raise InputError(f"{said}: a file is opened only by its full path.")
     try:
-        is_there = path.is_file()  # a pipe or a device is none
-    except (OSError, ValueError):  # no name of a file
+        is_there = path.is_file()  # a pipe or a device is no picture
+    except (OSError, ValueError):  # not a valid file name
         is_there = False
     if not is_there:
         raise InputError(f"{said}: there is no such file.")
@@ -34,9 +34,9 @@ def requested_file(name: str, is_of_this_machine: bool) -> Path:
 
 
 def is_of_this_machine(connection: socket.socket) -> bool:
-    """Return True if the other end of a connection is this very machine."""
+    """Return True if the other end of a connection is on this machine."""
     try:
         host = connection.getpeername()[0]
         return ipaddress.ip_address(host.partition("%")[0]).is_loopback
-    except (OSError, ValueError, IndexError):  # it has left, or is no address of the internet
+    except (OSError, ValueError, IndexError):  # it has disconnected, or has no internet address
         return False

@@ -42,7 +42,7 @@ from heatlens.plate.read import read_plate
 
 MAX_CLIENTS = 16
 MAX_HELD_BYTES = 1 << 29  # for the unfinished packets of all clients together
-NEWS_A_SECOND = 20  # at most; a renderer may send thousands of tiles
+NEWS_A_SECOND = 20  # most notifications; a renderer may send thousands of tiles
 
 _READ_BYTES = 1 << 18
 
@@ -121,7 +121,7 @@ class TevServer(Closing):
         self._snapshot_problem = None
         options = options or PlateOptions()
         try:
-            with self._lock:  # the next packet may take the file back
+            with self._lock:  # the next packet may withdraw the file
                 file = self._file
             if file is not None and name is None:
                 return self._of_file(file, options)
