@@ -21,34 +21,40 @@ uniform float area_max;         // largest area to draw, pixels
 uniform uint restore_groups_x;  // workgroups of highlight_restore, unless all highlights are drawn
 uniform uint restore_groups_y;
 
-shared uvec4 sprites_sh[WORKERS];
-shared vec4 area_sh[WORKERS];
+shared uint sprites_sh[WORKERS][LEVELS];
+shared float area_sh[WORKERS][LEVELS];
 shared int level_sh;
 
 void main() {
     int worker = int(gl_LocalInvocationID.x);
     int each = (block_count + WORKERS - 1) / WORKERS;
     int first = min(worker * each, block_count), last = min(first + each, block_count);
-    uvec4 sprites = uvec4(0u);
-    vec4 area = vec4(0.0);
-    for (int i = first; i < last; ++i) {
-        sprites += tally_buf[i].sprites;
-        area += tally_buf[i].area;
+    for (int level = 0; level < LEVELS; ++level) {
+        uint sprites = 0u;
+        float area = 0.0;
+        for (int i = first; i < last; ++i) {
+            sprites += tally_buf[i].sprites[level];
+            area += tally_buf[i].area[level];
+        }
+        sprites_sh[worker][level] = sprites;
+        area_sh[worker][level] = area;
     }
-    sprites_sh[worker] = sprites;
-    area_sh[worker] = area;
     barrier();
     if (worker == 0) {
-        uvec4 all_sprites = uvec4(0u);
-        vec4 all_area = vec4(0.0);
-        for (int i = 0; i < WORKERS; ++i) {
-            all_sprites += sprites_sh[i];
-            all_area += area_sh[i];
-        }
         int level = 0;
-        while (level < LEVELS && (all_sprites[level] > sprites_max || all_area[level] > area_max)) ++level;
-        bool drawn = level < LEVELS;
-        plan.draw = uint[4](4u, drawn ? all_sprites[level] : 0u, 0u, 0u);
+        uint drawn_sprites = 0u;
+        for (; level < LEVELS; ++level) {
+            uint sprites = 0u;
+            float area = 0.0;
+            for (int i = 0; i < WORKERS; ++i) {
+                sprites += sprites_sh[i][level];
+                area += area_sh[i][level];
+            }
+            if (sprites > sprites_max || area > area_max) continue;
+            drawn_sprites = sprites;
+            break;
+        }
+        plan.draw = uint[4](4u, drawn_sprites, 0u, 0u);
         plan.level = uint(level);
         bool whole = level < LEVELS - 1;  // no block is returned to the diffusion
         plan.restore_groups = uint[3](whole ? 0u : restore_groups_x, whole ? 0u : restore_groups_y, 1u);

@@ -191,14 +191,16 @@ float area_inside(Sprite sprite) {
     return (high.x - low.x) * (high.y - low.y);
 }
 
-// True if the block is part of a bright surface and its single disc at the last level would be smaller
-// than the block: such discs would show as a grid of spots. The light of such a block is diffused
+bool is_surface() { return lit_count > HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / 2; }
+
+// True if the block is part of a bright surface and its single disc at the last level would be too small
+// for the block: such discs would show as a grid of spots. The light of such a block is diffused
 // instead (highlight_restore.comp.glsl).
 bool is_given_back(int level) {
-    if (level < LEVELS - 1 || lit_count <= HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / 2) return false;
+    if (level < LEVELS - 1 || !is_surface()) return false;
     taken[0] = taken[1] = 0u;
     float widest = abs(coc[brightest(ivec2(0), HIGHLIGHT_BLOCK)]);
-    return float(HIGHLIGHT_BLOCK) > MERGE_SHARE[LEVELS - 2] * widest;
+    return float(HIGHLIGHT_BLOCK) > SURFACE_SHARE * widest;
 }
 
 // Merges at a level; returns the number of sprites. WRITE writes them from `offset` on.
@@ -206,12 +208,13 @@ uint make_sprites(int level, uint offset, out float area) {
     uint count = 0u;
     area = 0.0;
     if (is_given_back(level)) return 0u;
+    float share = is_surface() ? min(MERGE_SHARE[level], SURFACE_SHARE) : MERGE_SHARE[level];
     taken[0] = taken[1] = 0u;
     for (int side = HIGHLIGHT_BLOCK; side >= 1; side /= 2)
         for (int k = 0; k < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / (side * side); ++k) {
             ivec2 from = side * ivec2(k % (HIGHLIGHT_BLOCK / side), k / (HIGHLIGHT_BLOCK / side));
             int best = brightest(from, side);
-            if (best < 0 || (side > 1 && float(side) > MERGE_SHARE[level] * abs(coc[best]))) continue;
+            if (best < 0 || (side > 1 && float(side) > share * abs(coc[best]))) continue;
             Sprite sprite = merged(from, side, best);
             area += area_inside(sprite);
 #ifndef COUNT
@@ -231,14 +234,11 @@ void main() {
     int index = block.y * blocks.x + block.x;
     bool any_light = load_block();
 #ifdef COUNT
-    BlockTally tally = BlockTally(uvec4(0u), vec4(0.0));
-    if (any_light)
-        for (int level = 0; level < LEVELS; ++level) {
-            float area;
-            tally.sprites[level] = make_sprites(level, 0u, area);
-            tally.area[level] = area;
-        }
-    tally_buf[index] = tally;
+    for (int level = 0; level < LEVELS; ++level) {
+        float area = 0.0;
+        tally_buf[index].sprites[level] = any_light ? make_sprites(level, 0u, area) : 0u;
+        tally_buf[index].area[level] = area;
+    }
 #else
     float area;
     if (any_light && plan.level < LEVELS) make_sprites(int(plan.level), offset_buf[index], area);

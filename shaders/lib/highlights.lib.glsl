@@ -1,9 +1,11 @@
 // The list of highlights. Pixels of similar coc are merged in blocks of up to 8 x 8, larger discs more
-// than small ones, at several levels; the first level whose list is short enough is drawn. The last
-// level merges whole blocks, except on bright surfaces, which it leaves to the diffusion.
+// than small ones, at several levels; the first level whose list is short enough is drawn. The last two
+// levels merge whole blocks, except on bright surfaces: the first of them merges these as the level
+// before it, and the last one leaves them to the diffusion.
 
-#define LEVELS 4
-const float MERGE_SHARE[LEVELS] = float[](0.0625, 0.125, 0.25, 1.0e9);  // block side / disc diameter
+#define LEVELS 5
+const float MERGE_SHARE[LEVELS] = float[](0.0625, 0.125, 0.25, 1.0e9, 1.0e9);  // block side / disc diameter
+const float SURFACE_SHARE = 0.25;  // the same on bright surfaces, where wider discs would show as spots
 
 struct Sprite {
     vec4 place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp, pixels
@@ -11,8 +13,8 @@ struct Sprite {
 };
 
 struct BlockTally {
-    uvec4 sprites;  // a level each
-    vec4 area;      // pixels to draw, a level each
+    uint sprites[LEVELS];
+    float area[LEVELS];  // pixels to draw
 };
 
 struct Plan {

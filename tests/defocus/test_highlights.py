@@ -274,3 +274,19 @@ def test_a_bright_surface_of_many_pixels_stays_even(ctx: moderngl.Context) -> No
     assert 0 < lamps.count < 80
     total = picture.sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
+
+
+def test_a_large_lamp_among_many_sparks_is_drawn(
+    ctx: moderngl.Context, rng: np.random.Generator
+) -> None:
+    """Diffused, the ripple of its light would be a dark ring on the wall around it."""
+    color = night((512, 512), {})
+    color[8:-8, 8:-8][rng.random((496, 496)) < 0.02] = 40.0  # no disc crosses the border
+    coc = np.full((512, 512), 4.0, np.float32)
+    color[200:224, 200:224], coc[192:232, 192:232] = 32.0, -26.0
+    lamps = Lamps(ctx, color, coc)
+    assert 0 < lamps.count <= SPRITES_MAX
+    low = download(lamps.low)[..., :3]
+    assert low[200:224, 200:224].max() < 4.0
+    total = (low + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)

@@ -28,7 +28,7 @@ SPRITES_MAX = 4096
 _AREA_MAX = 24.0  # pixels drawn for each of the picture: hundreds of discs a third of it wide
 _SURROUNDINGS_PX = 16.0  # least diameter over which a pixel's surroundings are taken
 _PIXELS_A_BAND = 1 << 17  # drawn in a step: hundreds of discs may lie over each other there
-_TALLY_BYTES, _SPRITE_BYTES = 32, 32
+_TALLY_BYTES, _SPRITE_BYTES = 40, 32
 PLAN_BYTES = 32
 
 

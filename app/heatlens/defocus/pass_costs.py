@@ -23,7 +23,7 @@ from heatlens.defocus.layer_passes import HiddenFillPass
 from heatlens.defocus.line_solver import LineSystem, PartitionSolver, SolverName, SweepSolver
 
 _COLOR, _COC, _STATE, _KIND, _FRAGMENT, _POLE_LAYER = 16, 4, 8, 2, 8, 16
-_TALLY, _OFFSET = 32, 4  # a block of 8 x 8 pixels
+_TALLY, _OFFSET = 40, 4  # a block of 8 x 8 pixels
 
 
 @dataclass(frozen=True, slots=True)
