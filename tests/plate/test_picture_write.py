@@ -61,5 +61,5 @@ def test_one_missing_folder_is_made_and_two_are_refused(tmp_path, suffix):
     write_picture(path, WHITE, plate, LENS, 1.0)
     assert path.is_file()
     far = tmp_path / "newer" / "still" / path.name
-    with pytest.raises(InputError, match="one missing folder, but not two"):
+    with pytest.raises(InputError, match="one missing folder, not several"):
         check_output(far, plate.path)

@@ -51,7 +51,7 @@ def test_numbers_that_no_blur_has(capsys, tmp_path, words, expected):
 )
 def test_a_limit_that_no_score_can_reach_or_miss(capsys, words):
     said = refused(capsys, "compare", "a.exr", "b.exr", f"{words[0]}={words[1]}")
-    assert words[0] in said and f"'{words[1]}' is not within" in said
+    assert words[0] in said and f"'{words[1]}' is not between" in said
 
 
 def test_a_picture_is_no_shot(capsys, tmp_path):
@@ -63,7 +63,7 @@ def test_a_picture_is_no_shot(capsys, tmp_path):
 def test_a_plate_has_nothing_of_a_scene(capsys, tmp_path):
     plate = write_file(tmp_path / "p.exr", channels(), **CAMERA)
     said = refused(capsys, "export", plate, "-o", tmp_path / "o.exr", "--size", "8x8")
-    assert said.endswith("p.exr is a plate, and that is for 3D scenes: leave --size out.\n")
+    assert said.endswith("p.exr is a plate, but this option is for 3D scenes: leave --size out.\n")
 
 
 def test_what_is_damaged_is_counted_as_people_count(capsys, tmp_path):

@@ -194,7 +194,7 @@ def test_what_it_cannot_do_is_refused_in_words(capsys, tmp_path, monkeypatch, wo
 def test_options_of_other_kinds_are_refused_by_its_name(capsys, tmp_path):
     for option in (("--scene-camera", "left"), ("--depth-channel", "Z")):
         said = stderr_of_run(capsys, 2, "export", FORMULA, "-o", tmp_path / "o.####.exr", *option)
-        assert f"{FORMULA} is a formula, and that is for" in said and option[0] in said
+        assert f"{FORMULA} is a formula, but this option is for" in said and option[0] in said
 
 
 def test_python_and_files_alone_are_refused_in_words():

@@ -51,7 +51,7 @@ def add_scene_options(parser: argparse.ArgumentParser, group: "argparse._Argumen
         metavar="SCENE",
         help="with --methods: measure the mean FLIP of every method over frames of this scene, or "
         "of the scene of a shot file, and print it as a row of the table in README; --truth-views "
-        f"and --size (default {_SIZE[0]}x{_SIZE[1]}) are then those of its pictures",
+        f"and --size (default {_SIZE[0]}x{_SIZE[1]}) then apply to its pictures",
     )
     group.add_argument(
         "--frames",

@@ -32,18 +32,18 @@ from heatlens.source.kinds import kind_of
 from heatlens.source.shot_camera import camera_of_shot
 
 _DESCRIPTION = """\
-Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor. If the plate's
-headers have it (worldToCamera) or the source is a 3D scene, also the position of the camera. The
-extension of the output decides the format:
+Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor. It also writes the
+position of the camera, if the plate's headers have it (worldToCamera) or the source is a 3D scene.
+The extension of the output decides the format:
 
   .usda .usd .usdc   UsdGeomCamera, with time samples for values that change
   .nk                a Camera2 node for Nuke
   .py                a script that sets the lens of Blender's active camera, or makes a camera
   .json .csv         for other programs, with units in the names
 
-A camera in USD, in such JSON or CSV, or in the headers of EXR files can stand in the place of the
-shot; so can a glTF, OBJ, PLY or STL scene, or demo, whose first camera it is then. Focus at
-infinity is written as 1e9 m where a format knows none.
+Instead of a shot you can give a camera in USD, in such JSON or CSV, or in the headers of EXR files,
+or a scene (glTF, OBJ, PLY, STL, demo), whose first camera is used. Focus at infinity is written as
+1e9 m in formats that have no infinity.
 
 The discs of a real lens are larger than those of a CG renderer at the same f-stop, by S/(S - f) for
 the focus S and the focal length f. The camera of a photographic shot therefore carries the f-stop
@@ -102,7 +102,9 @@ def _add_send_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--repeat", action="store_true", help="repeat until Ctrl-C")
     group.add_argument(
-        "--encoding", choices=[it.name.lower() for it in Encoding], help="of --send (default: json)"
+        "--encoding",
+        choices=[it.name.lower() for it in Encoding],
+        help="for --send (default: json)",
     )
 
 

@@ -137,7 +137,7 @@ def _within(low: float, high: float) -> Callable[[str], float]:
     def limit(text: str) -> float:
         value = finite(text)
         if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text!r} is not within {low:g} and {high:g}")
+            raise argparse.ArgumentTypeError(f"{text!r} is not between {low:g} and {high:g}")
         return value
 
     return limit

@@ -93,7 +93,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     add_pinhole_options(parser)
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
     parser.add_argument(
-        "--compression", choices=COMPRESSIONS, help="of an EXR (default: that of the plate, or zip)"
+        "--compression", choices=COMPRESSIONS, help="for EXR (default: as in the plate, or zip)"
     )
     add_keep_option(parser)
     parser.add_argument("--stats", action="store_true", help="print the time of each step")

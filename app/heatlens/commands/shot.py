@@ -9,7 +9,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     """Add `shot new`, `shot show` and `shot sheet` to the command line."""
     parser = commands.add_parser(
         "shot",
-        help="make a shot file, with keys and marks, say what is in one, or print its pull sheet",
+        help="make a shot file with keys and marks, show its contents, or write its pull sheet",
         description="A shot is a plate seen through a lens that moves over frames.",
     )
     actions = parser.add_subparsers(dest="action", required=True, metavar="new|show|sheet")

@@ -33,16 +33,16 @@ from heatlens.render import FrameRenderer
 from heatlens.source.kinds import SourceKind, kind_of
 
 _TRUTH_VIEWS = 1024
-_FINER = 4  # what is judged must not be as fine as what it is held against
+_FINER = 4  # the truth has this many times the views of the judged methods
 
 _DESCRIPTION = """\
-Blurs one frame by every method that heatlens has and writes a folder with a page, index.html: each
+Blurs one frame with every method of heatlens and writes a folder with a page, index.html: each
 method's picture, how far it is from the truth (PSNR, SSIM, FLIP) and where, its time on this
 machine, and the places at which the methods differ most, side by side.
 
-The truth is --truth, a finished picture of the same view. Without it, a scene is looked at from
---views points of the lens; of a plate nobody knows the truth, and the methods are held against
-diffusion at film quality, which the page says. A report that stands in the folder is replaced.
+The truth is --truth, a finished picture of the same view. Without it, the truth of a
+scene is the mean of --views views through the lens. The truth of a plate is unknown: its methods
+are compared with diffusion at film quality, and the page says so. An earlier report is replaced.
 Needs: pip install 'heatlens[study]'
 """
 _EPILOG = """\
@@ -70,7 +70,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 def _add_study_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FOLDER", help="for the report"
+        "-o", "--output", type=Path, required=True, metavar="FOLDER", help="folder of the report"
     )
     group = parser.add_argument_group("what is compared")
     group.add_argument(
@@ -88,7 +88,7 @@ def _add_study_options(parser: argparse.ArgumentParser) -> None:
         "--methods",
         type=_methods,
         metavar="A,B",
-        help="these alone, of "
+        help="only these methods, of "
         + ", ".join(Method)
         + " (default: all that are possible for the source)",
     )

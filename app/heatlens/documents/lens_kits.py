@@ -52,8 +52,8 @@ class KitShelf:
             damaged = f" {self.problems[0]}" if self.problems else ""
             damaged += or_meant(name.strip(), self.kits)
             raise InputError(
-                f"There is no lens kit {name.strip()!r}, only {', '.join(self.kits)}; put your own "
-                f"kits into {self.folder}.{damaged}"
+                f"There is no lens kit {name.strip()!r}; there are {', '.join(self.kits)}. "
+                f"Put your own kits into {self.folder}.{damaged}"
             )
         return kit, None if not length else _length(kit, length)
 

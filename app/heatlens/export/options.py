@@ -44,12 +44,15 @@ class ExportOptions:
         label="overwrite files of other programs",
     )
     fps: float | None = _frames(
-        None, "fps", "of a movie, and for playing a glTF (default: the shot's)", metavar="N"
+        None,
+        "fps",
+        "frame rate of a movie, and of a glTF (default: the shot's)",
+        metavar="N",
     )
     start_timecode: str | None = _frames(
         None,
         "start timecode",
-        "of the first frame of the shot, plates or scene, in EXR headers, movies and the "
+        "timecode of the first frame of the shot, plates or scene, in EXR headers, movies and the "
         "burn-in; HH:MM:SS;FF means drop-frame, for 29.97 and 59.94 (default: the shot's, else "
         "from the plates' headers)",
         metavar="HH:MM:SS:FF",

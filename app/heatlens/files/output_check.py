@@ -19,8 +19,8 @@ def check_folder(path: Path) -> None:
         raise InputError(f"{path}: there is no folder {folder}; that is a file.")
     if not folder.is_dir() and not folder.absolute().parent.is_dir():
         raise InputError(
-            f"{path}: there is no folder {folder.parent}. heatlens makes one missing folder, but "
-            "not two."
+            f"{path}: there is no folder {folder.parent}. heatlens makes one missing folder, "
+            "not several."
         )
 
 

@@ -44,7 +44,7 @@ class Lens(OpeningFields):
     """
 
     focal_length_mm: float = field(
-        metadata=option("focal length", "in millimetres", metavar="MM", unit="mm", **_HARDWARE)
+        metadata=option("focal length", "focal length in mm", metavar="MM", unit="mm", **_HARDWARE)
     )
     f_stop: float = field(
         metadata=option(
@@ -62,7 +62,7 @@ class Lens(OpeningFields):
     )
     sensor_width_mm: float = field(
         metadata=option(
-            "sensor width", "of the film back, in millimetres", metavar="MM", unit="mm", **_HARDWARE
+            "sensor width", "width of the film back in mm", metavar="MM", unit="mm", **_HARDWARE
         )
     )
     _: KW_ONLY

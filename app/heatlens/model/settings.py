@@ -169,8 +169,8 @@ class DefocusSettings:
         default=1,
         metadata=option(
             "parts",
-            "parts of the lens, 1 (default), 7, 19 or 37, for which what lies behind the focus is "
-            "blurred by itself: known surfaces overlap rightly there, and it takes longer",
+            "parts of the lens, 1 (default), 7, 19 or 37, that blur the surfaces behind the focus "
+            "separately: known surfaces then overlap correctly, but it takes longer",
             metavar="N",
             least=PARTS[0],
             most=PARTS[-1],

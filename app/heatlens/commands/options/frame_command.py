@@ -48,7 +48,7 @@ def add_frame_command(
     blur(parser)
     add_plate_options(parser)
     group = add_framing_options(parser)
-    group.add_argument("--frame", type=whole, metavar="N", help="of the animation (default: first)")
+    group.add_argument("--frame", type=whole, metavar="N", help="frame to show (default: first)")
     parser.set_defaults(run=run)
 
 

@@ -46,7 +46,7 @@ def refuse_unused(
             refuse_given(args, names, f"The method {method} {why_not}")
     if source:
         kind = kind_of(source)
-        what = f"{source} is {kind.article_word}, and that is for"
+        what = f"{source} is {kind.article_word}, but this option is for"
         if not kind.reads_plates:
             refuse_given(args, _OF_PLATES, f"{what} plates")
         if not kind.has_camera:

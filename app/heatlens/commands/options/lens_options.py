@@ -43,7 +43,7 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
     add_fields(group, Lens, ["focal_length_mm"])
     back = group.add_mutually_exclusive_group()
     add_fields(back, Lens, ["sensor_width_mm"])
-    back.add_argument("--filmback", metavar="NAME", help='a film back by name, as "Super 35"')
+    back.add_argument("--filmback", metavar="NAME", help='a film back by name, such as "Super 35"')
     add_fields(group, Lens, ["f_stop"])
     focus = group.add_mutually_exclusive_group()
     add_fields(focus, Lens, ["focus_distance_m"])

@@ -22,8 +22,8 @@ def add_pinhole_options(parser: argparse.ArgumentParser) -> None:
         "--overscan",
         type=_overscan,
         metavar="N|auto",
-        help="with --pinhole: extra pixels around the frame, so that what lies outside can blur "
-        "in (the data window is larger than the display window); auto: as many as the lens "
+        help="with --pinhole: extra pixels around the frame, so that surroundings can blur "
+        "into it (the data window is larger than the display window); auto: as many as the lens "
         "needs at each frame",
     )
     parser.add_argument(

@@ -38,7 +38,7 @@ def add_framing_options(
     """
     group = parser.add_argument_group("3D scene", "How the scene is viewed; not for plates.")
     group.add_argument(
-        "--size", type=size_of, metavar="WxH", help="of the picture (default 1280x720)"
+        "--size", type=size_of, metavar="WxH", help="size of the picture (default 1280x720)"
     )
     group.add_argument(
         "--scene-camera",

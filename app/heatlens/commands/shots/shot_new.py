@@ -284,8 +284,9 @@ def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
 
 def _no_key(text: str, hint: str = "") -> InputError:
     return InputError(
-        f"--key takes PARAMETER@FRAME=VALUE, as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
-        f"parameters are {', '.join(KEYED)}, paths {', '.join(Interpolation)}; got {text!r}.{hint}"
+        f"--key takes PARAMETER@FRAME=VALUE, such as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
+        f"parameters are {', '.join(KEYED)}; paths are {', '.join(Interpolation)}; "
+        f"got {text!r}.{hint}"
     )
 
 

@@ -61,7 +61,7 @@ class SceneCommands(SourceCommands):
         """Return its cameras, frames, objects, triangles, lights and size."""
         refuse_unused(args, text)
         lens = ("focal_length", "sensor_width")
-        refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
+        refuse_given(args, lens, f"{text} is a 3D scene, but this option is for depth along rays")
         facts = scene_facts(first_shot(text, placing=placing_of(args)))
         return facts, scene_lines(facts)
 
