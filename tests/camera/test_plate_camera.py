@@ -68,7 +68,8 @@ def test_the_lens_and_the_place_of_every_frame(plate):
     assert (set(found.sensor_width_mm), set(found.sensor_height_mm)) == ({36.0}, {20.25})
     expected = np.array([world_to_camera(eye, TARGET) for eye in dolly()])
     assert np.array(found.world_to_camera) == pytest.approx(expected, abs=1e-6)
-    assert found.notes == ("placement from worldToCamera in the plate's headers.",)
+    (note,) = found.notes
+    assert "worldToCamera" in note and "no placement" not in note
 
 
 def test_a_world_in_feet_comes_out_in_metres(plate):
@@ -90,7 +91,8 @@ def test_a_still_is_a_camera_at_one_frame(tmp_path):
     found = read_plate_camera(str(tmp_path / "still.exr"))
     assert (found.name, found.frames, found.focal_length_mm) == ("still", (1,), (35.0,))
     assert (found.f_stop, found.focus_distance_m, found.sensor_height_mm) == (None,) * 3
-    assert found.notes == ("no worldToCamera in the plate's headers: the camera has no placement.",)
+    (note,) = found.notes
+    assert "no worldToCamera" in note and "no placement" in note
 
 
 def test_what_only_some_frames_tell_is_refused(plate, tmp_path):
@@ -185,7 +187,8 @@ def test_a_place_that_is_none_is_left_out(tmp_path, broken):
     path = write_file(tmp_path / "a.exr", rgb(), worldToCamera=broken)
     found = read_plate_camera(str(path))
     assert found.world_to_camera is None
-    assert found.notes == ("worldToCamera scales or shears: the camera has no placement.",)
+    (note,) = found.notes
+    assert "shears" in note and "no placement" in note
 
 
 def test_a_left_handed_world_is_said_aloud(tmp_path):
@@ -221,7 +224,7 @@ def test_without_a_plate_the_height_is_assumed_aloud(width_mm, given_mm, height_
     assert camera.sensor_height_mm == pytest.approx((height_mm or width_mm * 9 / 16,) * 2)
     assert camera.notes[0].startswith("the plate has no files:")
     assert note in camera.notes[1]
-    assert camera.notes[2] == "without a plate the camera has no placement."
+    assert "without a plate" in camera.notes[2] and "no placement" in camera.notes[2]
 
 
 def test_a_damaged_first_frame_is_told(plate, tmp_path):

@@ -36,7 +36,7 @@ def test_the_commands_to_go_on_with_can_be_typed(capsys, monkeypatch, tmp_path, 
     monkeypatch.setattr(first_pictures, "_shown_frames", lambda _: [Image.new("RGB", (4, 4))] * 3)
     assert first_pictures.make_first_pictures(NoWindowError("No window: none. Help.")) == 0
     said = capsys.readouterr()
-    assert said.err == "heatlens: No window: none, so here are pictures instead.\n"
+    assert said.err.startswith("heatlens: ") and "No window: none" in said.err
     lines = [line for line in said.out.splitlines() if line.startswith("  heatlens ")]
     assert len(lines) >= 3
     for line in lines[:-1]:

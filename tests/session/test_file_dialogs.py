@@ -12,7 +12,7 @@ from heatlens.sequence.folder_list import Entry
 from heatlens.session.files.file_commands import PURPOSES
 from heatlens.session.files.folder_walk import Chosen, FolderWalk
 from heatlens.session.files.plate_reading import _lacks_ends
-from support.evening import FIRST, LAST, begun, settled, until, write_plates
+from support.evening import FIRST, LAST, begun, settled, turn, until, write_plates
 from support.exr_files import write_file
 from support.session_files import room_file
 from support.tev_peers import wait_until
@@ -249,6 +249,14 @@ def test_options_that_cannot_be_read_are_told_and_leave_the_plate(walls, files):
     assert _lacks_ends(replace(ends, far_m=1.0)) and not _lacks_ends(PlateOptions())
     reading.change(replace(ends, near_m=1.0, far_m=9.0))
     until(walls, lambda: walls.source.opened.options.far_m == 9.0, "the plate")
+
+
+def test_a_shot_of_another_plate_leaves_this_one_as_it_is(walls):
+    options = PlateOptions(scene_unit_m=0.01)
+    other = replace(walls.editing.shot, source="/gone.exr", plate_options=options)
+    walls.editing.begin(other)
+    turn(walls)
+    assert not walls.source.opener.opening and walls.source.opened.options == PlateOptions()
 
 
 def test_a_file_is_read_again_at_the_same_frame(walls, files, tmp_path):
