@@ -273,7 +273,7 @@ class FrameRenderer:
             peeled = self.loaded.peeled
         seen = overscan if peeled is None else peeled
         bins = seen.bins
-        optics = optics_of(plate, bins, shot.lens_at(frame))
+        optics = optics_of(plate, bins, shot.lens_at(frame), self.loaded.bins)
         margin, fine = overscan.used_px(optics), overscan.fine
         part, scratch, crop = overscan.part(margin), pipeline.scratch, self._passes.crop
         size = part.width, part.height
@@ -340,13 +340,18 @@ def drained(steps: Steps[Result], tell: Callable[[str], None] = lambda _: None) 
             return end.value  # type: ignore[no-any-return]
 
 
-def optics_of(plate: Plate, bins: ValueBins, lens: Lens) -> Optics:
-    """Return the optics of a lens in front of a plate, in pixels of its display window."""
+def optics_of(plate: Plate, bins: ValueBins, lens: Lens, seen: ValueBins | None = None) -> Optics:
+    """Return the optics of a lens in front of a plate, in pixels of its display window.
+
+    `bins` are of all surfaces, `seen` of those in the frame, where these are not the plate's own.
+    """
     shown, aspect = plate.display_window, plate.pixel_aspect_ratio
     aside = (shown.x0 - plate.data_window.x0, shown.y0 - plate.data_window.y0)
     field = PictureField.of((shown.width, shown.height), aspect).moved(aside)
     disc = DiscShape(lens.aperture, aspect, field, axial_px(lens, shown.width))
-    occupied, gaps = bins.occupied, gaps_of(bins)
+    if seen is None:
+        seen = bins if plate.fragments is None else plate.seen_bins
+    occupied, gaps = bins.occupied, gaps_of(seen)
     if plate.coc_px is not None:
         return Optics(None, occupied, disc, gaps_px=gaps)
     line = coc_line(lens, shown.width)

@@ -13,6 +13,9 @@ from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.model.coc import coc_line
 from heatlens.model.lens import Lens
 from heatlens.model.value_bins import ValueBins, bins_of
+from heatlens.plate.behind import with_behind
+from heatlens.render import optics_of
+from support.plates import plate_of
 
 Things = list[tuple[float, float, float]]  # share of the picture, farthest and nearest value
 WALL = (0.5, 0.1, 0.12)
@@ -96,3 +99,14 @@ def test_no_other_cuts_are_cheaper(content: np.ndarray, others: list[int]) -> No
         return float(shared + gaps._CROSSING * sum(crossed) + gaps._LAYER * len(cuts))
 
     assert cost(gaps._cheapest_cuts(content)) <= cost(sorted(others)) + 1e-9
+
+
+def test_only_what_is_seen_has_gaps() -> None:
+    """The backs of things, which a file tells, join what they are behind."""
+    depth_m = np.where(np.arange(64) < 32, 1.0, 8.0)[None].repeat(16, axis=0)
+    plate = plate_of(np.full((16, 64, 3), 0.5), depth_m)
+    known = with_behind(plate, [plate_of(np.full((16, 64, 3), 0.2), np.full((16, 64), 20.0))])
+    assert known.bins.occupied.size > plate.bins.occupied.size
+    lens = Lens(50.0, 1.4, 3.0, 36.0)
+    one, other = (optics_of(it, it.bins, lens).gaps_px for it in (plate, known))
+    np.testing.assert_array_equal(one, other)

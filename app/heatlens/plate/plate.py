@@ -191,9 +191,19 @@ class Plate:
             dioptres = np.concatenate([dioptres.ravel(), self.fragments.dioptres])
         return bins_of(dioptres)
 
+    @cached_property
+    def seen_bins(self) -> ValueBins:
+        """The distribution of what is visible in the frame alone, if there are fragments."""
+        if self.fragments is None or self.depth_m is None:
+            return self.bins
+        shown, x, y = self.display_window, self.data_window.x0, self.data_window.y0
+        part = np.s_[max(shown.y0 - y, 0) : shown.y1 - y, max(shown.x0 - x, 0) : shown.x1 - x]
+        framed = self.depth_m[part]
+        return bins_of(np.float32(1.0) / (framed if framed.size else self.depth_m))
+
     def counted(self) -> "Plate":
         """Return the plate with its bins counted, so that a later thread need not count them."""
-        assert self.bins is not None
+        assert self.bins is not None and self.seen_bins is not None
         return self
 
     @property
