@@ -52,23 +52,25 @@ def test_a_bezier_runs_through_its_control_polygons_cubic(out, into, fast, slow,
 
 
 @pytest.mark.parametrize("influences", [(0, 100), (100, 0), (100, 100), (99.999, 100)])
-@pytest.mark.parametrize("t", np.linspace(0, 1, 21))
-def test_handles_over_the_whole_segment_can_be_followed(influences, t):
+def test_handles_over_the_whole_segment_can_be_followed(influences):
     out, into = (Ease(influence) for influence in influences)
     curve = Curve((Key(0, 0.0, BEZIER, ease_out=out), Key(10, 1.0, ease_in=into)))
     inner = np.array([0, influences[0] / 10, 10 - influences[1] / 10, 10])
-    frame = float(np.array([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3]) @ inner)
-    assert curve.value_at(frame) == pytest.approx(3 * t**2 - 2 * t**3, abs=1e-4)
+    for t in np.linspace(0, 1, 21):
+        weights = np.array([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
+        wanted = pytest.approx(3 * t**2 - 2 * t**3, abs=1e-4)
+        assert curve.value_at(float(weights @ inner)) == wanted, t
 
 
-@pytest.mark.parametrize("digits", range(17))
 @pytest.mark.parametrize("side", [-1, 1])
-def test_where_a_curve_stands_upright_it_still_has_a_value(digits, side):
+def test_where_a_curve_stands_upright_it_still_has_a_value(side):
     steep = Ease(100.0)
     curve = Curve((Key(-12, -1.0, BEZIER, steep, steep), Key(12, 1.0, BEZIER, steep, steep)))
-    value = curve.value_at(side * 10.0**-digits) * side
-    # Near the middle the time is 96 (t - 1/2)^3 frames, and the value 3 (t - 1/2).
-    assert value == pytest.approx(3 * (10.0**-digits / 96) ** (1 / 3), rel=0.2, abs=1e-4)
+    for digits in range(17):
+        value = curve.value_at(side * 10.0**-digits) * side
+        # Near the middle the time is 96 (t - 1/2)^3 frames, and the value 3 (t - 1/2).
+        wanted = pytest.approx(3 * (10.0**-digits / 96) ** (1 / 3), rel=0.2, abs=1e-4)
+        assert value == wanted, digits
 
 
 @given(st.floats(0.1, 100), st.floats(-50, 50), st.floats(1, 500))
