@@ -58,7 +58,7 @@ class FrameRenderer:
         self._pipelines: dict[int, DefocusPipeline] = {}  # by slot, made when first used
         self._on_layer: Callable[[int, int], None] | None = None
         self._plates = PlateOnGpu(ctx)
-        self._source: SourceOnGpu = self._plates  # which holds no plate yet
+        self._source: SourceOnGpu = self._plates  # holds no plate yet
         self._loaded: Pinhole | None = None
         self._checked_size = (0, 0)
         self._is_software = is_software(ctx)

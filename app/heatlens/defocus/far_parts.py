@@ -1,4 +1,4 @@
-"""Blur what lies behind the focus for each part of the lens, where surfaces of other blur overlap.
+"""Blur surfaces behind the focus for each part of the lens, where different blurs overlap.
 
 The lens is cut into parts of equal area. What each of them sees behind the focus is put together
 from the known surfaces, so that it is hidden and uncovered rightly, and diffused by the part's own
@@ -75,9 +75,9 @@ def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
 
 @dataclass(frozen=True)
 class FarField:
-    """What the parts of the lens see behind the focus.
+    """The view of the parts of the lens behind the focus.
 
-    total  rgb times how far it is known, and that: the mean of all parts
+    total  rgb times the known share, and that share: the mean of all parts
     zone   where it is used (far_zone.comp.glsl)
     """
 
@@ -154,7 +154,7 @@ class FarPartsPass:
         poles: moderngl.TextureArray,
         scratch: Scratch,
     ) -> Steps[FarField]:
-        """Diffuse what each part sees, and return the mean and where it is used."""
+        """Diffuse the view of each part, and return their mean and where it is used."""
         room = _Room.of(what, scratch)
         total = scratch.texture("far sum", what.coc.size, 4)
         yield from self._added(room, 0.0, total)

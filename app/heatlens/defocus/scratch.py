@@ -69,7 +69,7 @@ class Scratch:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._pool = TexturePool(ctx)
-        self._alive: dict[str, tuple[str, _Held]] = {}  # the owner of each memory
+        self._alive: dict[str, tuple[str, _Held]] = {}  # memory by name, with its owner
         self._lifetimes = lifetimes()
         self._poisons = bool(os.environ.get(POISON_VARIABLE))
 

@@ -18,7 +18,7 @@ from heatlens.model.settings import LAYERS_MAX
 
 @dataclass(frozen=True)
 class TileContent:
-    """The content of each tile: bit l of its word is set if layer l has content; nearest coc."""
+    """The content of each tile: bit l of a word is set if layer l has content; nearest coc."""
 
     content: moderngl.Buffer
     nearest: moderngl.Buffer

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from heatlens.model.lens import Lens
 
-USUAL_CLOSE_M = 0.5  # where nothing tells how near a lens focuses
+USUAL_CLOSE_M = 0.5  # if the close focus of a lens is unknown
 
 
 def view_ratio(lens: Lens) -> float:

@@ -1,4 +1,4 @@
-"""How a scene is looked at: where the camera stands at each frame, and the size of the picture.
+"""How a scene is viewed: the place of the camera at each frame, and the size of the picture.
 
 The world is right-handed with y up, in metres; the camera has x to the right, y up, and looks
 along -z, as in glTF and USD.
@@ -250,7 +250,7 @@ def _slope(frames: list[float], values: Array, i: int) -> Array:
 
 
 class WorldAxis(StrEnum):
-    """An axis of a file."""
+    """An axis that can point up in a file."""
 
     X = "x"
     Y = "y"

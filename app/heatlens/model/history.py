@@ -58,7 +58,7 @@ class History:
         return self if shot == self.now else replace(self, now=shot)
 
     def at_rest(self) -> "History":
-        """End the gesture: what it changed becomes one step."""
+        """End the gesture: its changes become one step."""
         if self.now == self.settled:
             return self
         past = (*self.past, self.settled)[-_STEPS_MAX:]

@@ -27,7 +27,7 @@ BARREL_STEPS = 8
 _WHITE = 2**15 - 1  # of the brightest cell: the sum of all cells stays below 2^31
 _FINER = 3  # samples of a cell, each way, where the picture is turned
 _BELOW_ONE = 1.0 - 1e-6
-_COARSE = 8  # cells of the grid for one of the table of the barrel, each way
+_COARSE = 8  # cells of the grid, each way, for one cell of the barrel's table
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]

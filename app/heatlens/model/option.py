@@ -20,7 +20,7 @@ _KEY = "option"
 
 @dataclass(frozen=True)
 class Option:
-    """How a person sets a field.
+    """How a user sets a field.
 
     words     the name of the field in a sentence, such as "focal length"
     help      what it does, for `--help`

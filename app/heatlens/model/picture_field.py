@@ -78,9 +78,9 @@ class PictureField:
 
 @lru_cache(maxsize=64)
 def field_variances(shift: float, radius: float) -> tuple[Pair, ...]:
-    """Return variances towards the corner and across that, over a round disc's, in even steps.
+    """Return variances along and across the way to the corner, relative to a round disc's.
 
-    `shift` is that of the barrel's circles at the corner, `radius` theirs.
+    The steps are even. `shift` and `radius` are those of the barrel's circles at the corner.
     """
     found = []
     for step in range(FIELD_STEPS):

@@ -90,7 +90,7 @@ class DepthSpan:
 
 
 def doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
-    """Return what is implausible about a lens in front of these depths, if anything."""
+    """Return doubts about a lens in front of these depths, if any."""
     hardware = tuple(_hardware_doubts(lens))
     if hardware or not span.has_surfaces:  # with impossible hardware every other number is wrong
         return hardware
@@ -116,7 +116,7 @@ def focus_unit_doubts(focus_m: Sequence[float], span: DepthSpan) -> tuple[Doubt,
 
 
 def span_doubts(span: DepthSpan) -> tuple[Doubt, ...]:
-    """Return what is implausible about the depths alone, if no lens is known."""
+    """Return doubts about the depths alone, if no lens is known."""
     if not span.has_surfaces or span.near_m < _NEAREST_USUAL_M:
         return ()
     units = [unit for unit in ("cm", "mm") if _is_room(span.in_unit(_SCENE_UNITS[unit]))]

@@ -1,4 +1,4 @@
-"""How the blur is computed: never how much of it there is."""
+"""How the blur is computed, never how much blur there is."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -189,6 +189,6 @@ class DefocusSettings:
 
 
 def barred_methods(has_many_views: bool) -> dict[str, str]:
-    """Return the methods that are unavailable for what is open, with the reason."""
+    """Return the methods that are unavailable for the open source, with the reason."""
     why = "This needs a 3D scene, seen from many points of the lens; a plate is seen from one."
     return {} if has_many_views else {str(method): why for method in Method if method.needs_scene}

@@ -1,4 +1,4 @@
-"""Timecode: counted on and written as SMPTE ST 12-1 shows it."""
+"""Count and write timecode as in SMPTE ST 12-1."""
 
 import re
 from dataclasses import dataclass, replace

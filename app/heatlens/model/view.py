@@ -1,4 +1,4 @@
-"""How a picture is viewed, as opposed to what is rendered."""
+"""The view of a picture, as opposed to its content."""
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -36,7 +36,7 @@ class Against(StrEnum):
     PINHOLE = "pinhole"
     REFERENCE = "reference"  # any EXR that was loaded for it
     METHOD = "method"  # the same shot, its blur computed in another way
-    LOOK = "look"  # the same frame through a lens that was kept
+    LOOK = "look"  # the same frame through the lens of a look
 
 
 GRID_MOST = 4  # looks beside each other

@@ -47,11 +47,11 @@ class OnUse:
 
 @dataclass(frozen=True)
 class SourceKind:
-    """Everything in which one kind of source differs from the others.
+    """One kind of source: everything that differs between kinds.
 
-    word            what lists of files call the source of a name
+    word            returns the word for a source in lists of files, by its name
     article_word    what a sentence calls one of them: "a plate"
-    takes           whether a name means a source of this kind
+    takes           returns whether a name means a source of this kind
     has_camera      it has a camera that can move, with the options and panels for that
     reads_plates    its pictures are read from files, with the options for that
     refusal         the sentence on what it cannot do; "" if it can do everything

@@ -20,7 +20,7 @@ _BETWEEN_EM = 1.3  # gap between keys and description
 _MOUSE: Rows = (
     ("click, drag", "focus on what is under the pointer"),
     ("", "(the sky is infinity)"),
-    ("Ctrl+Shift+click", "a mark on what is there"),
+    ("Ctrl+Shift+click", "set a mark at that point"),
     ("wheel", "zoom at the pointer"),
     ("wheel over the focus bar", "focus"),
     ("Shift+wheel", "focus, over the picture"),

@@ -122,7 +122,7 @@ class PictureWindow:
             self._draw_over(pictures)
 
     def _draw_over(self, pictures: Pictures) -> None:
-        """Draw what lies over the picture: guides (one set a cell), marks, legend and lessons."""
+        """Draw everything over the picture: guides (one set a cell), marks, legend and lessons."""
         view, place = self._facts.view, self.viewport.place
         for cell in self.viewport.cells:
             here = geometry(view, cell, pictures.shape)

@@ -123,7 +123,7 @@ class StatusBar:
         read = probe_at(pixel, plate, facts.lens, shown, version, self._reader, frame_px)
         if read is None:
             return ""
-        if facts.has_camera:  # whose preview may be smaller than the whole picture
+        if facts.has_camera:  # a scene's preview may be smaller
             _, whole = facts.windows()
             coc_px = read.coc_px * whole.width / plate.display_window.width
             read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)

@@ -34,7 +34,7 @@ _SIZES = (
     *("popup_border_size", "scrollbar_padding", "separator_text_border_size", "tree_lines_size"),
     *("tab_bar_border_size", "tab_min_width_base", "tab_min_width_shrink", "window_border_size"),
     "color_marker_size",
-    "_main_scale",  # all scales so far, by which ImGui thickens the crosses of tabs
+    "_main_scale",  # product of all scales; sets the line width of tab crosses
 )
 
 

@@ -178,7 +178,7 @@ class Loop:
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
-            # Also between frames: a moving pointer must not keep it off.
+            # Also between frames, so that a moving pointer cannot prevent rendering.
             if session.time.scheduler.is_working and not self._input.waits:
                 session.work()
                 self._frames_due += session.time.scheduler.seen_key != self._seen_key

@@ -86,12 +86,12 @@ class RawDepth:
 
     @property
     def top(self) -> float:
-        """Greatest magnitude of the values that are no mark of infinity."""
+        """Greatest magnitude of the values, without marks of infinity."""
         return max(abs(self.low), abs(self.high))
 
     @property
     def bottom(self) -> float:
-        """Least magnitude of the values that are no mark of infinity, if all have one sign."""
+        """Least magnitude of the values, without marks of infinity, if all have one sign."""
         return min(abs(self.low), abs(self.high))
 
 

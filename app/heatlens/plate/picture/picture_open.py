@@ -28,7 +28,7 @@ from heatlens.plate.exr.exr_limits import MAX_SIDE_PX
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
-_HEAD_BYTES = 4096  # of an AVIF, which holds its description
+_HEAD_BYTES = 4096  # start of an AVIF that holds its description
 
 
 @dataclass(frozen=True, eq=False)

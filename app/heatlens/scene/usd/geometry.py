@@ -24,7 +24,7 @@ _TOLD_MOST = 8
 _HIDDEN = ("guide", "proxy")
 SHAPE_KINDS = (
     *("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane"),
-    *("Cylinder_1", "Capsule_1"),  # with two radii, of newer versions
+    *("Cylinder_1", "Capsule_1"),  # newer schemas with two radii
 )
 _DRAWN = ("Mesh", "BasisCurves", "Points", *SHAPE_KINDS)
 _LENGTHS = ("size", "radius", "height", "width", "length", "radiusTop", "radiusBottom")

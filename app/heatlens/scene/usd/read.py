@@ -145,7 +145,7 @@ def _joined(parts: list[Array]) -> Array:
 
 
 def _sampled(stage: UsdStage, prims: list[object], frames: FrameRange | None) -> Array:
-    """Return places (F, P, 4, 4), of one frame where nothing moves."""
+    """Return places (F, P, 4, 4); F is 1 if nothing moves."""
     if frames is None:
         return stage.places(prims, STILL_FRAME)[None]
     if frames.count * len(prims) > _MATRICES_MOST:

@@ -21,7 +21,7 @@ from heatlens.session.time.timeline import Timeline
 from heatlens.source.origin import StampedFile
 
 _SIZES = 16  # scales are multiples of 1/16, so that a slightly larger window changes nothing
-_EVERY_S = 2.0  # between two checks of the files
+_EVERY_S = 2.0  # time between two checks of the files
 
 
 class PullJobs:

@@ -112,7 +112,7 @@ def _found(path: Path, is_asked: bool) -> Found:
     except InputError:
         if saved is None:
             raise
-        unsaved = None  # the crash interrupted the writing of it
+        unsaved = None  # the crash interrupted its writing
     return Found(path, saved, unsaved)
 
 

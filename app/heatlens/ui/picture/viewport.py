@@ -260,7 +260,7 @@ class ViewportPanel:
         )
 
     def _place_overlay(self, overlay: moderngl.Texture, pictures: Pictures, clip: Box) -> None:
-        """Place an overlay, which is of the whole plate, cropped as the lens shows the plate."""
+        """Place an overlay of the whole plate, cropped as the lens shows the plate."""
         self._place(overlay, pictures, True, clip, is_opaque=False)
         self._show_as_the_lens(pictures, clip)
 

@@ -26,7 +26,7 @@ def stretch_grips(stretch: KeyStretch, scale: TimeScale, y: float, height: float
     width = imgui.calc_text_size(words).x
     if x1 - x0 > width + em and scale.x < x0 and x1 < scale.x + scale.width:
         at, draw = ImVec2((x0 + x1 - width) / 2, top + 0.15 * em), imgui.get_window_draw_list()
-        low = ImVec2(at.x - 0.3 * em, at.y)  # on a ground of their own, over a curve
+        low = ImVec2(at.x - 0.3 * em, at.y)  # own background, to be legible over a curve
         draw.add_rect_filled(low, ImVec2(at.x + width + 0.3 * em, at.y + em), theme.colors.groove)
         draw.add_text(at, theme.colors.text_dim, words)
 
