@@ -55,7 +55,7 @@ class FrameRenderer:
         self.stopwatch = Stopwatch(ctx)
         self.solver = solver or fastest_solver(ctx)
         self._passes = DefocusPasses(ctx, self.solver)
-        self._pipelines: dict[int, DefocusPipeline] = {}  # by slot, made when first used
+        self._pipelines: dict[int, DefocusPipeline] = {}  # one for each slot, made when first used
         self._on_layer: Callable[[int, int], None] | None = None
         self._plates = PlateOnGpu(ctx)
         self._source: SourceOnGpu = self._plates  # holds no plate yet

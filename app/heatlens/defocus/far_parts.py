@@ -29,7 +29,7 @@ FAR_FROM_PX = 1.5  # coc of the whole picture from which a surface is behind the
 _SOFTNESS = 0.2
 _MARGIN_PX = 4.0  # as in far_edges.comp.glsl
 _LINK_BYTES, _FRAGMENT_BYTES, _WORD = 8, 12, 4
-_NAME = "far parts"  # of the step
+_NAME = "far parts"  # name of the step
 
 
 def part_centres(parts: int) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ from heatlens.model.value_bins import ValueBins, bin_step
 Array = npt.NDArray[np.float64]
 
 GAPS_MAX = 6
-_CELLS = 256  # in which values are counted; a cut is between two of them
+_CELLS = 256  # cells in which values are counted; a cut is between two cells
 _STRAY = 0.0005  # share of the values at either end that does not widen the cells
 _POWER = 0.65  # of the difference of two values, as a share of all: how ill they share a layer
 _CROSSING = 0.12  # cost of a cut through all values ...

@@ -30,7 +30,7 @@ _TALLY, _OFFSET = 40, 4  # a block of 8 x 8 pixels
 class Work:
     """Everything besides the pixels of the plate on which the cost of a frame depends."""
 
-    size: tuple[int, int]  # of the picture that is worked on
+    size: tuple[int, int]  # size of the working picture
     kernel: Kernel
     solver: SolverName
     proxy: float = 1.0

@@ -33,7 +33,7 @@ RIM_MOST = 0.98  # some light is left at every point, so that every pixel gets s
 FIELD_STEPS = 9  # from the middle of a picture to its corner, at which variances are tabulated
 _TINY = 1e-12
 _TABLE = 257  # angles of a blade in a table
-_ANGLES = 720  # of the quadrature; corners make its error second order
+_ANGLES = 720  # angles of the quadrature; corners make its error second order
 
 
 class Blades(NamedTuple):

@@ -24,7 +24,7 @@ from heatlens.model.opening import Barrel, past_barrel, profile
 IMAGE_SIDE = 256  # cells of the grid, each way
 # How finely the shift of the barrel is tabulated: steps from 0 to the most on one side.
 BARREL_STEPS = 8
-_WHITE = 2**15 - 1  # of the brightest cell: the sum of all cells stays below 2^31
+_WHITE = 2**15 - 1  # value of the brightest cell: the sum of all cells stays below 2^31
 _FINER = 3  # samples of a cell, each way, where the picture is turned
 _BELOW_ONE = 1.0 - 1e-6
 _COARSE = 8  # cells of the grid, each way, for one cell of the barrel's table

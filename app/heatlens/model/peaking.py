@@ -20,7 +20,7 @@ PEAKING_COLORS: dict[str, Rgb] = {
 
 
 STOPS_RANGE = 0.05, 3.0  # contrast of an edge, in stops
-BLUR_RANGE = 0.1, 4.0  # in acceptable circles of confusion
+BLUR_RANGE = 0.1, 4.0  # unit: acceptable circles of confusion
 
 
 class PeakingOn(StrEnum):

@@ -19,7 +19,7 @@ from heatlens.plate.plate import FloatImage
 
 REFERENCE, SHARP = "reference", "sharp"
 CROPS = 3
-_SHARE = 0.22  # of the shorter side of the picture
+_SHARE = 0.22  # share of the shorter side of the picture
 _SIDE_MIN_PX, _SIDE_MAX_PX = 16, 160
 
 

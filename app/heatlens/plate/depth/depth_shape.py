@@ -17,7 +17,7 @@ from heatlens.plate.plate import FloatImage
 
 # Distances in pixels between compared pixels: near surfaces are steep, far ones need more.
 _STRIDES = (4, 16, 48)
-_SAMPLES_MOST = 200_000  # for each stride and direction
+_SAMPLES_MOST = 200_000  # triples for each stride and direction
 # Beyond this ratio two pixels lie on different surfaces more often than on one.
 _RATIO_MOST = 3.0
 # A vote counts within this part of the way from the harmonic to the arithmetic mean.

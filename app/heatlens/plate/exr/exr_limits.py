@@ -11,8 +11,8 @@ from heatlens.plate.exr.exr_scan import MAGIC, CutError, RawHeader, channels_of,
 
 # No GPU takes a larger texture; a damaged header can claim any size.
 MAX_SIDE_PX = 16384
-MAX_CHANNELS = 4096  # in all parts; the library takes minutes for many more
-MAX_BYTES = 16_000_000_000  # for all pixels in memory
+MAX_CHANNELS = 4096  # channels in all parts; the library takes minutes for many more
+MAX_BYTES = 16_000_000_000  # memory of all pixels
 _TILE_LEAST_PX = 4096  # even small pictures may be stored in tiles of the usual sizes
 _DEEP_PIXEL_BYTES = 32  # for a pixel without samples: its count, colour and depth
 # The greatest ratio of each compression, by its number in the file: measured on black pictures,

@@ -12,7 +12,7 @@ MAGIC = b"\x76\x2f\x31\x01"
 _MANY_PARTS = 0x1000
 _PARTS_MOST = 1000
 _NAME_MOST = 256  # the format allows 255
-_BYTES_MOST = 1 << 26  # in all headers; Cryptomatte manifests are the largest entries
+_BYTES_MOST = 1 << 26  # bytes in all headers; Cryptomatte manifests are the largest entries
 _TYPES = {0: "<u4", 1: "<f2", 2: "<f4"}  # pixel type number -> NumPy type
 
 RawHeader = dict[str, bytes]

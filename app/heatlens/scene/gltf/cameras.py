@@ -15,7 +15,7 @@ from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.scene import Array, SceneCamera
 
 SENSOR_WIDTH_MM = 36.0  # full frame: glTF has an angle of view but no sensor
-_ASPECT = 16 / 9  # for a camera without an aspect ratio
+_ASPECT = 16 / 9  # aspect ratio of a camera without one
 _CUT_OFF = "The clipping planes of cameras are ignored: everything is drawn"
 _FOCAL_LEAST_MM, _FOCAL_MOST_MM = 0.1, 1e5
 

@@ -24,7 +24,7 @@ from heatlens.scene.usd.material import UsdMaterials
 from heatlens.scene.usd.stage import STILL_FRAME, UsdStage, open_stage
 from heatlens.scene.usd.unread import unread_notes
 
-_MATRICES_MOST = 20_000_000  # of all instances over all frames
+_MATRICES_MOST = 20_000_000  # matrices of all instances over all frames
 
 
 @dataclass(frozen=True, eq=False)
