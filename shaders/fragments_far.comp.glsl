@@ -3,10 +3,14 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx, pixel list    as fragments_find.comp.glsl leaves them
+//   with LISTS: fragment lists, which know the far surface also behind its nearer neighbours
 // Outputs (far rim only)
 //   out_far_img   rgb of the far fragment, a coverage of the near one
 //   out_near_img  rgb of the near fragment, a its signed coc
 
+#ifdef LISTS
+#include "lib/fragment_list.lib.glsl"
+#endif
 #include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"
 #include "lib/tone.lib.glsl"
@@ -17,20 +21,46 @@ layout(rgba16f) uniform writeonly image2D out_far_img;
 layout(rgba16f) uniform writeonly image2D out_near_img;
 
 #define FAR_RIM_WEIGHT 0.1  // weight of a near neighbour that is itself beside something nearer
+#define MOST_COVERAGE 0.5   // depth was sampled at the pixel's centre and missed the near surface
+#define KNOWN_FROM_PX 1.5   // of less blur, what is seen beside it shows as sharply, and is nearer
 #define FAR_REACH 2         // pixels: across a wire's far rim to the next unmixed pixel
 
-// Mean of the whole pixels around on the far surface, compressed; a = their weight. Weights fall so
-// steeply that the next ones in the row and column decide: detail of the far side is kept.
-vec4 far_side(ivec2 at, float coc) {
+// Compressed colour of the far surface where a nearer pixel hides it; a = its weight.
+vec4 known_behind(ivec2 at, float coc) {
+#ifdef LISTS
+    List list = list_at(at);
+    if (abs(coc) < KNOWN_FROM_PX || list.has_front) return vec4(0.0);
+    for (uint i = list.first; i < list.end; ++i) {
+        Fragment f = fragment_of(i);
+        if (is_same_surface(coc, f.coc)) return vec4(toned(f.color), f.cover);
+    }
+#endif
+    return vec4(0.0);
+}
+
+struct FarSide {
+    vec3 mean;       // compressed
+    float variance;
+    float weight;    // 0 if nothing was found
+};
+
+// Mean of the whole pixels around on the far surface. Weights fall so steeply that the next ones in the
+// row and column decide: detail of the far side is kept.
+FarSide far_side(ivec2 at, float coc) {
     vec4 sum = vec4(0.0);
+    vec3 squares = vec3(0.0);
     for (int y = -FAR_REACH; y <= FAR_REACH; ++y)
         for (int x = -FAR_REACH; x <= FAR_REACH; ++x) {
             ivec2 p = inside(at + ivec2(x, y));
             float other = coc_at(p), distance_2 = float(x * x + y * y);
-            if (is_in_front(other, coc) || is_in_front(coc, other) || kind_at(p) == FAR_RIM) continue;
-            sum += vec4(toned(color_at(p)), 1.0) / (distance_2 * distance_2 * distance_2);
+            if (kind_at(p) == FAR_RIM || is_in_front(coc, other)) continue;
+            vec4 found = is_in_front(other, coc) ? known_behind(p, coc) : vec4(toned(color_at(p)), 1.0);
+            found.a /= distance_2 * distance_2 * distance_2;
+            sum += found.a * vec4(found.rgb, 1.0);
+            squares += found.a * found.rgb * found.rgb;
         }
-    return sum;
+    float whole = max(sum.a, 1e-9);
+    return FarSide(sum.rgb / whole, variance_of(sum.rgb / whole, squares / whole), sum.a);
 }
 
 float nearest_around(ivec2 at, float coc) {
@@ -73,9 +103,11 @@ void split_far(ivec2 at) {
     if (kind_at(at) != FAR_RIM) return;
     float coc = coc_at(at);
     vec3 x = color_at(at), far = x;
-    vec4 unmixed = far_side(at, coc), near = near_side(at, coc);
-    if (unmixed.a > 0.0) far = untoned(unmixed.rgb / unmixed.a);
-    float coverage = clamp(coverage_of(x, near.rgb, far, outline_coverage(at, coc)), 0.0, 1.0);
+    FarSide unmixed = far_side(at, coc);
+    vec4 near = near_side(at, coc);
+    if (unmixed.weight > 0.0) far = untoned(unmixed.mean);
+    float coverage = coverage_of(x, near.rgb, far, unmixed.variance, outline_coverage(at, coc));
+    coverage = clamp(coverage, 0.0, MOST_COVERAGE);
     // The residual of the mix is detail of the far side, weighted by how much of it is visible.
     float seen = 1.0 - coverage;
     vec3 rest = (x - far - coverage * (near.rgb - far)) / max(seen, 0.2);

@@ -14,7 +14,7 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform writeonly image2D near_img;
 
-#define LEAST_COVERAGE 0.4  // depth was sampled at the pixel's centre and hit the near surface
+#define LEAST_COVERAGE 0.5  // depth was sampled at the pixel's centre and hit the near surface
 #define SPLIT_FROM_PX 2.0   // a surface in focus keeps its pixels: their mixed colour is already right
 #define SPLIT_FULL_PX 6.0
 
@@ -32,17 +32,22 @@ void split_near(ivec2 at) {
         return;
     }
     vec4 through = vec4(0.0);  // a coc
+    vec3 squares = vec3(0.0);
     float count = 0.0, farther = 0.0;
     for (int k = 0; k < 9; ++k) {
         ivec2 p = neighbour(at, k);
         float other = coc_at(p);
         if (!is_in_front(coc, other)) continue;
-        through += vec4(far_color(p), other);
+        vec3 color = far_color(p);
+        through += vec4(color, other);
+        squares += color * color;
         farther += 0.5 * OUTLINE_WEIGHT[k];
         count += 1.0;
     }
     through /= count;
-    float coverage = clamp(coverage_of(x, near, through.rgb, 1.0 - farther), LEAST_COVERAGE, 1.0);
+    float variance = variance_of(through.rgb, squares / count);
+    float coverage = coverage_of(x, near, through.rgb, variance, 1.0 - farther);
+    coverage = clamp(coverage, LEAST_COVERAGE, 1.0);
     coverage = 1.0 - smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)) * (1.0 - coverage);
     vec3 own = max((x - (1.0 - coverage) * through.rgb) / coverage, 0.0);
     imageStore(far_img, at, vec4(min(own, HALF_MAX), coverage));

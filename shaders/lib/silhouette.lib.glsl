@@ -8,7 +8,8 @@ uniform float at_infinity_px;  // signed coc of a point infinitely far away
 
 #define JUMP_PX 3.0        // a smaller step in coc may be a slanted surface
 #define DEPTH_RATIO 0.95   // depths within this ratio are the same surface
-#define PRIOR_WEIGHT 0.01  // colour contrast^2 below which coverage comes from the depth's outline
+#define PRIOR_WEIGHT 0.01  // colour contrast^2 below which coverage comes from the depth's outline,
+#define PRIOR_GAIN 32.0    // plus this for each variance of the far colours: one of them is a guess then
 
 // Weights of a box-filtered edge as seen from 3 x 3 depth samples; they sum to 1.
 const float OUTLINE_WEIGHT[9] =
@@ -28,9 +29,12 @@ bool is_same_surface(float coc, float other) {
     return min(a, b) >= DEPTH_RATIO * max(a, b);
 }
 
-// Least-squares coverage a of `near` in x = a near + (1 - a) far; without contrast, the prior.
-float coverage_of(vec3 x, vec3 near, vec3 far, float prior) {
+float variance_of(vec3 mean, vec3 mean_square) { return dot(max(mean_square - mean * mean, 0.0), vec3(1.0)); }
+
+// Least-squares coverage a of `near` in x = a near + (1 - a) far; the prior, where there is little
+// contrast for the variance of the far colours around.
+float coverage_of(vec3 x, vec3 near, vec3 far, float variance, float prior) {
     vec3 across = near - far;
-    float fitted = dot(x - far, across) + PRIOR_WEIGHT * prior;
-    return fitted / (dot(across, across) + PRIOR_WEIGHT);
+    float weight = PRIOR_WEIGHT + PRIOR_GAIN * variance;
+    return (dot(x - far, across) + weight * prior) / (dot(across, across) + weight);
 }

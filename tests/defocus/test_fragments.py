@@ -69,3 +69,19 @@ def test_rims_are_one_pixel_on_each_side(ctx: moderngl.Context) -> None:
     assert np.all(kind[:, 5] == FAR_RIM)
     assert np.all(kind[:, 4] == NEAR_RIM)
     assert np.all(np.delete(kind, (4, 5), axis=1) == WHOLE)
+
+
+def test_coverage_before_a_far_side_full_of_detail_follows_the_outline(
+    ctx: moderngl.Context, rng: np.random.Generator
+) -> None:
+    """A far colour that varies from pixel to pixel is a guess, which must not decide coverage."""
+    near, shape = np.array((0.8, 0.5, 0.5), np.float32), (64, 40)
+    cover = np.clip(0.25 * np.arange(shape[0])[:, None] + 2.5 - np.arange(shape[1]), 0, 1)
+    far = rng.random((*shape, 3))
+    color = (cover[..., None] * near + (1 - cover[..., None]) * far).astype(np.float32)
+    parts = split(ctx, color, np.where(cover > 0.5, -20.0, 20.0).astype(np.float32))
+    rim = parts["kind"] == FAR_RIM
+    error = parts["far"][..., 3][rim] - cover[rim]
+    assert rim.sum() > 60
+    assert np.sqrt(np.mean(error**2)) < 0.3  # 0.6 where the guess alone decides
+    assert parts["far"][..., 3][rim].max() <= 0.5  # the pixel's middle shows the far side

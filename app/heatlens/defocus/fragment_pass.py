@@ -55,7 +55,7 @@ class FragmentPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._find = ListProgram(ctx, "fragments_find.comp.glsl")
-        self._far = ComputeProgram(ctx, "fragments_far.comp.glsl")
+        self._far = ListProgram(ctx, "fragments_far.comp.glsl")
         self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
@@ -81,12 +81,12 @@ class FragmentPass:
             buffers=buffers | list_buffers(lists),
         )
         for part in self._slices.of(picture.color.size):
-            self._far.dispatch_indirect(
+            self._far.version(lists is not None).dispatch_indirect(
                 pixels,
                 textures=textures,
                 images={"out_far_img": picture.far, "out_near_img": picture.near},
-                buffers=buffers,
-                uniforms=uniforms | part,
+                buffers=buffers | list_buffers(lists),
+                uniforms=uniforms | part | list_uniforms(lists),
             )
             yield
         for part in self._slices.of(picture.color.size):

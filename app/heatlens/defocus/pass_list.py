@@ -106,7 +106,7 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "fragments",  # the picture taken apart at its silhouettes
-        _comp("fragments_find", variants=_LISTS) | _comp("fragments_far", "fragments_near"),
+        _comp("fragments_find", "fragments_far", variants=_LISTS) | _comp("fragments_near"),
         pass_costs.fragments_bytes,
         _own("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
         alone={"rim list": "pixel list"},
