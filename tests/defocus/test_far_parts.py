@@ -1,5 +1,6 @@
 """Parts of the lens behind the focus: their centres, one plane, and what hides what."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.far_parts import FAR_FROM_PX, part_centres, with_far_cut
+from heatlens.defocus.quality import unused_behind_notes
 from heatlens.model.settings import LAYERS_MAX, PARTS, DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.behind import with_behind
@@ -131,3 +133,14 @@ def test_light_is_kept_where_a_card_ends_before_an_equal_wall(ctx, renderer):
     """A card as bright as the wall behind it cannot be seen, whatever hides what."""
     plate = card_before(np.full(WIDTH, 0.4, np.float32))
     np.testing.assert_allclose(through(renderer, plate, parts=7), 0.4, rtol=4 * HALF_ROUNDING)
+
+
+def test_parts_that_change_nothing_are_told():
+    color, depth = np.ones((4, 4, 3), np.float32), np.ones((4, 4), np.float32)
+    alone = plate_of(color, depth)
+    known = with_behind(alone, [plate_of(color, 2 * depth)])
+    assert known.fragments is not None
+    for plate, parts, count in ((alone, 1, 0), (alone, 7, 1), (known, 7, 0)):
+        assert len(unused_behind_notes(plate, DefocusSettings(parts=parts))) == count
+    (told,) = unused_behind_notes(replace(known, has_alpha=True), DefocusSettings(parts=19))
+    assert told.startswith("19 parts") and "alpha" in told

@@ -12,7 +12,13 @@ from hypothesis import strategies as st
 from pythonosc.osc_bundle_builder import IMMEDIATELY, OscBundleBuilder
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from heatlens.live.ring.address import Protocol, RingAddress, parse_ring_address
+from heatlens.base.errors import InputError
+from heatlens.live.ring.address import (
+    Protocol,
+    RingAddress,
+    opentrackio_address,
+    parse_ring_address,
+)
 from heatlens.live.ring.hearing import Hearing
 from heatlens.live.ring.lens_sample import CHANNELS_MOST, LensSample
 from heatlens.live.ring.osc import OscDecoder
@@ -118,3 +124,9 @@ def test_osc_prints_no_control_characters_in_a_process_of_its_own():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
     assert (done.stdout, done.stderr.strip()) == (b"", b"heard")
+
+
+def test_a_controller_is_no_place_to_send_a_lens_to():
+    with pytest.raises(InputError) as refused:
+        opentrackio_address("udp://x")
+    assert "opentrackio" in str(refused.value) and "osc" not in str(refused.value)

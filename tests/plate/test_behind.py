@@ -86,7 +86,7 @@ def test_a_smaller_data_window_is_behind_where_it_is(tmp_path, plate):
 
 def test_another_display_window_is_refused(tmp_path, plate):
     other = write_file(tmp_path / "other.exr", layer(4, 0.25), displayWindow=window(0, 0, 16, 12))
-    said = r"other\.exr shows another picture than .*plate\.exr.*16x12"
+    said = r"other\.exr does not show the same view as .*plate\.exr.*16x12"
     with pytest.raises(InputError, match=said):
         read_plate(plate, PlateOptions(behind=(str(other),)))
 

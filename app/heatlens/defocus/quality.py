@@ -56,12 +56,14 @@ def layers_for(settings: DefocusSettings) -> int:
 
 
 def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, ...]:
-    """Return a sentence if a plate has surfaces behind it that the method cannot use."""
-    if plate.fragments is None or layers_for(settings) > 1:
-        return ()
-    return (
-        (
+    """Return sentences if the method cannot use what a plate has behind it, or lacks it."""
+    notes = []
+    if plate.fragments is not None and layers_for(settings) == 1:
+        notes.append(
             f"The method {settings.method} blurs in one layer and guesses what lies behind; only "
             "diffusion can take that from files."
-        ),
-    )
+        )
+    if settings.parts > 1 and (plate.fragments is None or plate.has_alpha):
+        lack = "known surfaces behind it" if plate.fragments is None else "no alpha"
+        notes.append(f"{settings.parts} parts of the lens change nothing: a plate needs {lack}.")
+    return tuple(notes)

@@ -203,7 +203,7 @@ def _surface(plate: Plate, window: Box) -> Surface:
 def _check_same_view(plate: Plate, other: Plate) -> None:
     if plate.display_window != other.display_window:
         raise InputError(
-            f"{other.path} shows another picture than {plate.path}: its display window is "
+            f"{other.path} does not show the same view as {plate.path}: its display window is "
             f"{_size_words(other.display_window)}, that of the plate "
             f"{_size_words(plate.display_window)}. Render both with the same camera and size."
         )

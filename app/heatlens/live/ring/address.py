@@ -72,17 +72,21 @@ def parse_ring_address(text: str) -> RingAddress:
     return RingAddress(protocol, host, number)
 
 
-def _not_an_address(text: str) -> InputError:
+def _not_an_address(text: str, is_sent: bool = False) -> InputError:
+    others = "" if is_sent else f", or osc://:{OSC_PORT} for a controller"
     return InputError(
         f"{text!r} is not an address for a lens: give opentrackio for this machine, or "
         f"opentrackio://HOST:PORT, such as opentrackio://239.135.1.1:{OPENTRACKIO_PORT} for source "
-        f"1 of a network, or osc://:{OSC_PORT} for a controller."
+        f"1 of a network{others}."
     )
 
 
 def opentrackio_address(text: str) -> RingAddress:
     """Parse an address to send a lens to. Raise InputError for another protocol."""
-    address = parse_ring_address(text)
+    try:
+        address = parse_ring_address(text)
+    except InputError as error:
+        raise _not_an_address(text, is_sent=True) from error
     if address.protocol is not Protocol.OPENTRACKIO:
         raise InputError(f"{text}: a camera can only be sent as OpenTrackIO: give opentrackio.")
     return address

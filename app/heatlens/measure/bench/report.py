@@ -157,7 +157,7 @@ def _pass_table(frame: FrameReport) -> str:
         )
         lines.append(f"{row.name:14}{row.ms:9.2f}{row.runs:7d}{''.join(cells)}")
     lines.append(
-        "+ and what listed pixels add; - less what masks and smaller layers spare; "
+        "+ listed pixels come on top; - masks and smaller layers save some of it; "
         f"a copy reaches {frame.copy_gb_per_s:.2f} GB/s, more comes from caches"
     )
     return "\n".join(lines)
