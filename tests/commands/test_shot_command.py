@@ -168,7 +168,7 @@ def test_a_shot_that_is_there_is_only_replaced_when_asked(capsys, folder):
         ((*LENS, "--key", "focus@1001"), "--key takes PARAMETER@FRAME=VALUE"),
         ((*LENS, "--key", "zoom@1001=3"), "got 'zoom@1001=3'"),
         ((*LENS, "--key", "focus@x=3"), "got 'focus@x=3'"),
-        ((*LENS, "--key", "focus@1=3:smoth"), "paths hold, linear, smooth, bezier"),
+        ((*LENS, "--key", "focus@1=3:smoth"), "paths are hold, linear, smooth, bezier"),
         ((*LENS, "--key", "focus@1=near"), "'near' is not a distance"),
         ((*LENS, "--key", "focus@1=0.02"), "beyond the focal length of 50 mm, got 0.02 m"),
         ((*LENS, *PULL, "--key", "focus@1001=2"), "There are two keys at frame 1001."),
