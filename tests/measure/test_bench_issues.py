@@ -68,6 +68,15 @@ def test_the_longer_one_of_python_and_the_gpu_is_predicted(bytes_per_pixel, pyth
         assert report.predicted_ms[card.name] == pytest.approx(max(gpu_ms, python_ms))
 
 
+@pytest.mark.parametrize(
+    "option", ["--bare", "--sweep-coc", "--methods", "--methods demo", "--solver=sweep"]
+)
+def test_options_of_other_measurements_are_refused(capsys, option):
+    assert main(["bench", "--issues", *option.split()]) == 2
+    named = "--issues" if "demo" in option else option.partition("=")[0]
+    assert f"leave {named} out" in capsys.readouterr().err
+
+
 def test_the_command_prints_counts_or_json(capsys):
     words = ["bench", "--issues", "--size", "160x90", "--runs", "1"]
     assert main(words) == 0

@@ -18,12 +18,12 @@ from heatlens.commands.bench_scene import (
     run_scene,
 )
 from heatlens.commands.options.field_options import add_blur_options, settings_of
-from heatlens.commands.options.given_options import refuse_unused
+from heatlens.commands.options.given_options import refuse_given, refuse_unused
 from heatlens.commands.options.scene_options import size_of
 from heatlens.commands.options.value_types import whole
 from heatlens.commands.output.paced_progress import paced_progress
 from heatlens.commands.output.say import say
-from heatlens.defocus.line_solver import SOLVERS
+from heatlens.defocus.line_solver import SOLVERS, SolverName
 from heatlens.gpu.context import check_plate_fits, headless_context
 from heatlens.measure.bench.drag import measure_drag
 from heatlens.measure.bench.frames import BenchFrames
@@ -195,7 +195,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _count_issues(args: argparse.Namespace, settings: DefocusSettings) -> int:
-    """Print what a frame asks of a GPU."""
+    """Print what a frame asks of a GPU. Raises InputError for options of other measurements."""
+    others = ["sweep_coc", "bare", "drag", "methods", "plate", "plot"]
+    others += [] if args.solver in ("auto", SolverName.PARTITION) else ["solver"]
+    refuse_given(args, others, "--issues only counts a frame of a GPU")
     ctx, size = headless_context(), args.size or _SIZE
     check_plate_fits(ctx, *size)
     report = measure_issues(ctx, size, settings, args.runs, say)

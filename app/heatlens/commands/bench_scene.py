@@ -86,7 +86,7 @@ def _check(args: argparse.Namespace) -> None:
     """Refuse options that have no meaning for a scene before measuring."""
     if not args.methods:
         raise InputError(f"{args.shown}: only --methods measures a scene: give it too.")
-    others = ("sweep_coc", "bare", "drag", "plate", "plot")
+    others = ("sweep_coc", "bare", "drag", "issues", "plate", "plot")
     refuse_given(args, others, f"The methods are compared on {args.shown}, not on a plate")
 
 

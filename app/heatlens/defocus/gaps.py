@@ -21,11 +21,11 @@ Array = npt.NDArray[np.float64]
 GAPS_MAX = 6
 _CELLS = 256  # cells in which values are counted; a cut is between two cells
 _STRAY = 0.0005  # share of the values at either end that does not widen the cells
-_POWER = 0.65  # of the difference of two values, as a share of all: how ill they share a layer
-_CROSSING = 0.12  # cost of a cut through all values ...
-_NEARBY = 0.02  # ... of which those at this distance, as a share of all, count 1/e
+_POWER = 0.65  # exponent of the distance of two values in the cost of sharing a layer
+_CROSSING = 0.12  # cost of a cut, if all values were at it
+_NEARBY = 0.02  # distance from a cut, as a share of the range, at which a value counts 1/e of that
 _LAYER = 0.0005  # cost of one more layer
-_SOFTNESS = 0.01  # half width of a cut's transition, as a share of all
+_SOFTNESS = 0.01  # half width of a cut's transition, as a share of the range
 
 
 @lru_cache(maxsize=16)
@@ -44,7 +44,7 @@ def gaps_of(bins: ValueBins) -> Array:
 def _cheapest_cuts(cells: Array) -> list[int]:
     """Return the cells before which to cut, ascending."""
     layers, crossing = _layer_costs(cells), _LAYER + _CROSSING * (_weights()[1] @ cells)
-    costs, before = [layers[0]], []  # of all cells up to an end, by the number of cuts
+    costs, before = [layers[0]], []  # least cost of the cells up to each end, by number of cuts
     for _ in range(GAPS_MAX):
         ways = (costs[-1] + crossing)[:, None] + layers
         before.append(ways.argmin(axis=0))
@@ -66,7 +66,7 @@ def _layer_costs(cells: Array) -> Array:
 
 @cache
 def _weights() -> tuple[Array, Array]:
-    """Return how ill each pair of cells shares a layer, and how near each place is to each cell."""
+    """Return the cost of each pair of cells in a layer, and how near each place is to each cell."""
     cells = np.arange(_CELLS)
     apart = np.abs(cells[:, None] - cells) / _CELLS
     away = np.abs(np.arange(_CELLS + 1)[:, None] - cells - 0.5) / _CELLS

@@ -27,7 +27,9 @@ class Slices:
     A GPU, which is done with a whole list in less than a frame, gets it at once.
     """
 
-    _PIXELS = 1 << 19  # of the picture, for each slice: some ten milliseconds without a GPU
+    _PIXELS = (
+        1 << 19
+    )  # pixels of the picture that a slice stands for: some ten milliseconds without a GPU
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._is_cut = is_software(ctx)

@@ -64,6 +64,6 @@ def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, .
             "diffusion can take that from files."
         )
     if settings.parts > 1 and (plate.fragments is None or plate.has_alpha):
-        lack = "known surfaces behind it" if plate.fragments is None else "no alpha"
-        notes.append(f"{settings.parts} parts of the lens change nothing: a plate needs {lack}.")
+        lack = "known surfaces behind it" if plate.fragments is None else "a picture without alpha"
+        notes.append(f"{settings.parts} parts of the lens change nothing: they need {lack}.")
     return tuple(notes)
