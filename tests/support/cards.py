@@ -1,0 +1,58 @@
+"""Cards before a wall, seen by a pinhole camera that moves: what they hide is known."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from heatlens.plate.neighbours.view import View
+from heatlens.plate.of_arrays import plate_of_arrays
+
+SIZE = (48, 72)  # height, width
+FOCAL_PX = 80.0
+WALL_M = 10.0
+
+
+@dataclass(frozen=True)
+class Card:
+    """A rectangle that faces the camera: its distance, its ends in metres, its light."""
+
+    z: float
+    x: tuple[float, float]
+    y: tuple[float, float] = (-9.0, 9.0)
+    light: float = 0.9
+
+
+POST = Card(2.0, (-0.2, 0.2))
+
+
+def wall_light(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the light (..., 3) of the wall, linear in metres, so that means are exact."""
+    return np.stack([0.5 + 0.03 * x, 0.5 + 0.05 * y, 0.4 - 0.02 * x + 0.01 * y], -1)
+
+
+def wall_seen(camera_x: float, size: tuple[int, int] = SIZE) -> np.ndarray:
+    """Return the picture (H, W, 3) of the wall alone."""
+    x, y = _rays(size)
+    return wall_light(camera_x + WALL_M * x, WALL_M * y)
+
+
+def seen(camera_x: float, cards: Sequence[Card] = (POST,), frame: int = 0, size=SIZE) -> View:
+    """Return the frame of a camera at (camera_x, 0, 0) that looks along -z."""
+    x, y = _rays(size)
+    color, depth = wall_seen(camera_x, size), np.full(size, WALL_M)
+    for card in sorted(cards, key=lambda it: -it.z):
+        across, up = camera_x + card.z * x, card.z * y
+        is_hit = (card.x[0] <= across) & (across < card.x[1])
+        is_hit &= (card.y[0] <= up) & (up < card.y[1])
+        color[is_hit], depth[is_hit] = card.light, card.z
+    plate = plate_of_arrays(color.astype(np.float32), depth.astype(np.float32))
+    move = np.eye(4)
+    move[0, 3] = -camera_x
+    return View(frame, plate, move, (FOCAL_PX, FOCAL_PX), (size[1] / 2, size[0] / 2))
+
+
+def _rays(size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and y (up) of the ray of each pixel, 1 m before the camera."""
+    rows, columns = np.mgrid[: size[0], : size[1]] + 0.5
+    return (columns - size[1] / 2) / FOCAL_PX, -(rows - size[0] / 2) / FOCAL_PX
