@@ -6,7 +6,6 @@ from fractions import Fraction
 import OpenEXR
 import pytest
 
-from heatlens.base.errors import InputError
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.export.plan import fingerprint_of, planned
 from heatlens.model.plate_options import PlateOptions
@@ -71,13 +70,6 @@ def test_a_shot_counts_from_its_first_frame_and_drops_numbers_at_its_rate(shot_f
     assert timecodes(made)[:3] == ["00:00:59;28", "00:00:59;29", "00:01:00;02"]
     part = job(shot_file, tmp_path / "o.mov", *words, "--frames", "1003-1004")
     assert timecodes(part) == timecodes(made)[2:4]
-
-
-def test_a_still_for_a_farm_is_refused(tmp_path):
-    still = write_plate(tmp_path / "hero.exr")
-    words = ("--frames", "1-48", "--start-timecode", "10:00:00:00", "--submit", "openjd")
-    with pytest.raises(InputError, match="shot new"):
-        job(still, tmp_path / "o.####.exr", *words, *LENS)
 
 
 @pytest.mark.parametrize(("rate", "exact"), [("24", (24, 1)), ("23.976", (24000, 1001))])

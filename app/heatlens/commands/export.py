@@ -10,7 +10,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.camera.ring_samples import sample_of_shot
-from heatlens.commands.export_options import add_export_options, job_of
+from heatlens.commands.export_options import add_export_options, job_of, part_of
 from heatlens.commands.options.display_options import say_seen_through
 from heatlens.commands.options.field_options import fill_fields
 from heatlens.commands.options.given_options import given
@@ -101,7 +101,8 @@ def _export(args: argparse.Namespace) -> None:
         raise InputError("--chunk needs --submit, which writes a job for a farm.")
     if args.send is not None and args.submit is not None:
         raise InputError("--send is for frames that are rendered here; --submit renders none.")
-    plan = planned(job_of(args))
+    job = job_of(args)
+    plan = planned(job, part_of(args, job))
     if args.submit is None and is_shot_file(args.shot):
         _say_of_shot(plan)
     if args.submit is not None:

@@ -44,6 +44,7 @@ from heatlens.model.guides import Guides
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.header.channels import Header
+from heatlens.sequence.names import frames_text, parse_frames
 from heatlens.source.named import source_of
 
 
@@ -89,6 +90,12 @@ def _add_farm_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--chunk", type=whole, metavar="N", help="frames rendered by each task (default 10)"
     )
+    group.add_argument(
+        "--part",
+        metavar="RANGE",
+        help="make only these of the frames, as the tasks of a farm do; those of a movie are kept "
+        "in a folder beside it, until an export without --part joins them",
+    )
 
 
 def _add_exr_options(parser: argparse.ArgumentParser) -> None:
@@ -124,6 +131,17 @@ def job_of(args: argparse.Namespace) -> ExportJob:
     look, keep = _look(args, shot), _kept_names(args, shot)
     beside = pinhole_options(args)
     return ExportJob(shot, frames, output, options, look, keep, args.pinhole, beside)
+
+
+def part_of(args: argparse.Namespace, job: ExportJob) -> tuple[int, ...] | None:
+    """Return the frames of --part; None for all. Raises InputError for frames not in the job."""
+    if args.part is None:
+        return None
+    part = parse_frames(args.part)
+    others = set(part).difference(job.frames)
+    if others:
+        raise InputError(f"--part: frames {frames_text(sorted(others))} are not in this export.")
+    return part
 
 
 def _is_typed(args: argparse.Namespace) -> bool:
@@ -215,11 +233,6 @@ def _started(args: argparse.Namespace, shot: Shot) -> Shot:
         return shot
     if shot.span is None:
         shot = replace(shot, frames=source_of(shot).frames)
-    if shot.span is None and args.submit is not None:
-        raise InputError(
-            "--start-timecode: a still has no first frame, so each task of a farm would start "
-            "counting again. Make a shot with frames: heatlens shot new --frames 1-48."
-        )
     return shot.started_at(args.start_timecode)
 
 

@@ -66,7 +66,7 @@ def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"
     Raises InputError if PyAV is missing, the display is not Rec.709 or writing fails.
     """
     library = av()
-    _check_display(job)
+    check_display(job)
     rate, codec = exact_rate(job.shot.frames_per_second), _CODECS[job.output.suffix]
     with replacing(path) as beside, _failures_reported(path, library):
         options = {"movie_timescale": str(rate.numerator), "movflags": "+faststart"}
@@ -181,7 +181,8 @@ class Movie:
         self._has_failed = False
 
 
-def _check_display(job: ExportJob) -> None:
+def check_display(job: ExportJob) -> None:
+    """Raise InputError unless the movie is for a display with the primaries of Rec.709."""
     display = job.look.transform.display
     if _OTHER_PRIMARIES.search(display):
         raise InputError(

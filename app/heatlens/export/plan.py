@@ -8,7 +8,7 @@ scene that comes with the program is identified by its version.
 """
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,11 +54,25 @@ class PlannedFrame:
 
 @dataclass(frozen=True)
 class ExportPlan:
-    """All frames of a job with their inputs."""
+    """The frames of a job with their inputs, or a part of them.
+
+    is_part  only some of the frames are made here, those of a movie as files of their own
+    """
 
     job: ExportJob
     source: Source
     frames: tuple[PlannedFrame, ...]
+    is_part: bool = False
+
+    @property
+    def makes_movie(self) -> bool:
+        """Return True if all frames go into one file."""
+        return self.job.output.is_movie and not self.is_part
+
+    @property
+    def folder(self) -> Path:
+        """Return the folder that the files are written to."""
+        return self.frames[0].path.parent
 
     @property
     def movie_fingerprint(self) -> str:
@@ -75,26 +89,36 @@ def frames_of(shot: Shot, text: str | None) -> tuple[int, ...]:
     return source_of(shot).frames_of(shot) if text is None else parse_frames(text)
 
 
-def planned(job: ExportJob) -> ExportPlan:
+def kept_path(movie: Path, frame: int) -> Path:
+    """Return the lossless file of a frame of a movie, in a folder beside the movie."""
+    return movie.with_name(f"{movie.name}.frames") / f"frame.{frame:04d}.exr"
+
+
+def planned(job: ExportJob, part: Sequence[int] | None = None) -> ExportPlan:
     """Return the plan of a job. Input files are looked up, but nothing is written.
 
-    Raises InputError if a scene is missing, if a plate is missing and the job does not allow to
-    replace it, if an output would overwrite an input, or if the lens is impossible.
+    With `part`, only these of its frames are planned, and those of a movie as `kept_path`. Raises
+    InputError if a scene is missing, if a plate is missing and the job does not allow to replace
+    it, if an output would overwrite an input, or if the lens is impossible.
     """
-    source = source_of(job.shot)
-    source.check(job.shot, job.frames, job.options.missing)
+    source, frames = source_of(job.shot), job.frames if part is None else part
+    source.check(job.shot, tuple(frames), job.options.missing)
     check_names(job.output, job.frames)
-    plan = ExportPlan(job, source, tuple(_planned(job, source, frame) for frame in job.frames))
+    is_part = part is not None
+    made = tuple(_planned(job, source, frame, is_part) for frame in frames)
+    plan = ExportPlan(job, source, made, is_part)
     _check_sources_stay(plan)
     _check_whole(plan)
     return plan
 
 
-def _planned(job: ExportJob, source: Source, frame: int) -> PlannedFrame:
+def _planned(job: ExportJob, source: Source, frame: int, is_part: bool) -> PlannedFrame:
     lens = job.shot.lens_at(frame)
     origin = source.origin(job.shot, frame, job.options.missing)
     mark = fingerprint_of(job, frame, lens, origin)
-    return PlannedFrame(frame, origin, lens, job.output.path_at(frame), mark)
+    path = job.output.path_at(frame)
+    path = kept_path(path, frame) if is_part and job.output.is_movie else path
+    return PlannedFrame(frame, origin, lens, path, mark)
 
 
 def _check_whole(plan: ExportPlan) -> None:

@@ -14,6 +14,7 @@ from heatlens.base.closing import Closing
 from heatlens.base.errors import HeatlensError
 from heatlens.export.finished import check_replaced, is_finished, is_movie_finished
 from heatlens.export.frame_files import RenderedFrame, write_frame
+from heatlens.export.kept_frames import KeptOrRendered, is_joined, remove_kept, write_kept
 from heatlens.export.movie import movie_file
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.rendering import FrameRendering
@@ -83,9 +84,13 @@ def export_frames(
     the job says so: before the first frame, they raise InputError.
     """
     check_replaced(plan)
+    if is_joined(plan):
+        yield from (FrameDone(frame.frame, frame.path, True) for frame in plan.frames)
+        return
     make_folder(plan.job.output.folder)
-    check_writable(plan.job.output.pattern)
-    remove_leftovers(plan.job.output.folder)
+    make_folder(plan.folder)
+    check_writable(plan.frames[0].path)
+    remove_leftovers(plan.folder)
     left = []
     for frame, is_there in zip(plan.frames, _are_there(plan), strict=True):
         if is_there:
@@ -101,7 +106,7 @@ def _with_room(plan: ExportPlan, steps: Generator[FrameDone], count: int) -> Gen
     """Yield `steps`; after the first, raise InputError if the disk is too full for the others."""
     for number, done in enumerate(steps):
         yield done
-        if number == 0 and not plan.job.output.is_movie and done.path.is_file():
+        if number == 0 and not plan.makes_movie and done.path.is_file():
             more = count - 1
             need = more * done.path.stat().st_size
             check_space(done.path.parent, need, f"{more} more frames as large as the first")
@@ -111,7 +116,7 @@ def _are_there(plan: ExportPlan) -> Iterator[bool]:
     """Return whether each frame is finished; all frames of a movie share one answer."""
     if plan.job.options.force:
         return repeat(False, len(plan.frames))
-    if plan.job.output.is_movie:
+    if plan.makes_movie:
         path = plan.frames[0].path
         return repeat(is_movie_finished(path, plan.movie_fingerprint), len(plan.frames))
     return map(is_finished, plan.frames)
@@ -120,10 +125,10 @@ def _are_there(plan: ExportPlan) -> Iterator[bool]:
 def _exported(
     plan: ExportPlan, frames: tuple[PlannedFrame, ...], make_renderer: Callable[[], FrameRenderer]
 ) -> Generator[FrameDone]:
-    may_be_there = not (plan.job.options.force or plan.job.output.is_movie)
+    may_be_there = not (plan.job.options.force or plan.makes_movie)
     with (
         _files(plan) as write,
-        closing(FrameRendering(plan, frames, make_renderer())) as rendering,
+        closing(_rendering(plan, frames, make_renderer)) as rendering,
         FrameWriter[FrameDone]() as writer,
     ):
         for frame in frames:
@@ -139,14 +144,23 @@ def _exported(
         yield from writer.drain()
 
 
+def _rendering(
+    plan: ExportPlan, frames: tuple[PlannedFrame, ...], make_renderer: Callable[[], FrameRenderer]
+) -> FrameRendering | KeptOrRendered:
+    if plan.makes_movie:
+        return KeptOrRendered(plan, frames, make_renderer)
+    return FrameRendering(plan, frames, make_renderer())
+
+
 @contextmanager
 def _files(plan: ExportPlan) -> Iterator[Write]:
     """Yield the function that writes a frame; a movie stays open for the block."""
-    if not plan.job.output.is_movie:
-        yield partial(write_frame, plan.job)
+    if not plan.makes_movie:
+        yield write_kept if plan.job.output.is_movie else partial(write_frame, plan.job)
         return
     with movie_file(plan.job, plan.frames[0].path, plan.movie_fingerprint) as movie:
         yield movie.write
+    remove_kept(plan)
 
 
 def _written(write: Write, frame: RenderedFrame) -> FrameDone:
