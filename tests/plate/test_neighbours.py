@@ -1,8 +1,13 @@
 """What neighbouring frames know of a frame: a wall behind a card, with cameras that are known."""
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+import pytest
+
+from heatlens.model.boxes import Box
 from heatlens.plate.neighbours.found import with_neighbours
+from heatlens.plate.neighbours.view import View
 from support.cards import POST, SIZE, WALL_M, Card, seen, wall_seen
 
 MOVED_M = 0.25  # sideways from frame to frame: a post at 2 m moves by 8 px against the wall
@@ -62,3 +67,46 @@ def test_frames_of_another_size_are_left_out():
     found = with_neighbours(frames(0)[0], [*frames(1), seen(0.2, frame=2, size=(24, 36))])
     assert found.frames == (1,)
     assert found.left_out == ((2, "it is 36x24, this frame 72x48."),)
+
+
+def with_move(view, change) -> View:
+    """Return the view with another camera: `change` scales its place along x."""
+    move = view.world_to_camera.copy()
+    move[0, 3] *= change
+    return replace(view, world_to_camera=move)
+
+
+@pytest.mark.parametrize("change", [-1.0, 0.0, 3.0], ids=["mirrored", "still", "unit"])
+def test_a_wrong_camera_is_left_out_with_a_reason(change):
+    here, (a, b) = frames(0)[0], frames(1, 2)
+    found = with_neighbours(here, [a, with_move(b, change)])
+    assert found.frames == (1,)
+    ((frame, reason),) = found.left_out
+    assert frame == 2 and "camera" in reason
+
+
+def test_another_shot_is_left_out():
+    other = seen(0.25, [Card(3.0, (-9, 9), light=0.2)], frame=2)
+    found = with_neighbours(frames(0)[0], [other, *frames(1)])
+    assert found.frames == (1,) and "another shot" in found.left_out[0][1]
+
+
+def test_what_lies_outside_the_frame_is_found():
+    """The camera goes to the right, so that the right border is known, and the wall goes on."""
+    border = 8
+    here = frames(0)[0]
+    plate = with_neighbours(here, frames(2, 4), border).plate
+    assert plate.data_window == Box(-8, -8, SIZE[1] + 8, SIZE[0] + 8)
+    assert plate.display_window == here.plate.display_window
+    inner = np.s_[border : border + SIZE[0], border : border + SIZE[1]]
+    assert np.array_equal(plate.color[inner], here.plate.color)
+    wide = seen(0.0, size=(SIZE[0], SIZE[1] + 2 * border)).plate
+    right = np.s_[:, SIZE[1] + border :]
+    assert np.array_equal(plate.depth_m[border:-border][right], wide.depth_m[right])
+    assert np.allclose(plate.color[border:-border][right], wide.color[right], atol=0.002)
+    assert np.array_equal(plate.color[border:-border, 0], here.plate.color[:, 0])
+
+
+def test_a_border_that_nobody_saw_leaves_the_plate_as_it_is():
+    here = seen(0.0)
+    assert with_neighbours(here, [seen(0.0, frame=1)], 8).plate.data_window == Box(0, 0, 72, 48)

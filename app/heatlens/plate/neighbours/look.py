@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.plate.neighbours.view import View
+from heatlens.plate.neighbours.nearby import of_nine
+from heatlens.plate.neighbours.view import NEAR_M, View
 from heatlens.plate.plate import FloatImage
 
 Flags = NDArray[np.bool_]
@@ -41,7 +42,7 @@ class Look:
         total = np.zeros(len(x), np.float32)
         color = np.zeros((len(x), 4), np.float32)
         pixels = self.view.plate.color.reshape(-1, 4)
-        is_inside = (column >= -1) & (column < width) & (row >= -1) & (row < height) & (z > 0.01)
+        is_inside = (column >= -1) & (column < width) & (row >= -1) & (row < height) & (z > NEAR_M)
         for up, left in ((0, 0), (0, 1), (1, 0), (1, 1)):
             at = np.clip(row + up, 0, height - 1) * width + np.clip(column + left, 0, width - 1)
             is_same = np.abs(self.depth_m.ravel()[at] - z) < SAME * z
@@ -72,14 +73,3 @@ def look_of(view: View) -> Look:
     near_m, far_m = of_nine(depth_m, np.minimum), of_nine(depth_m, np.maximum)
     is_clean = far_m <= near_m * np.float32(MIXED)
     return Look(view, depth_m, near_m, is_clean)
-
-
-def of_nine(values: FloatImage, least: np.ufunc) -> FloatImage:
-    """Return the least, or the greatest, of each pixel (H, W) and those around it."""
-    rows = values.copy()
-    least(rows[1:], values[:-1], out=rows[1:])
-    least(rows[:-1], values[1:], out=rows[:-1])
-    both = rows.copy()
-    least(both[:, 1:], rows[:, :-1], out=both[:, 1:])
-    least(both[:, :-1], rows[:, 1:], out=both[:, :-1])
-    return both

@@ -9,6 +9,7 @@ from heatlens.plate.plate import FloatImage, Plate
 
 FloatMatrix = NDArray[np.float64]
 FAR_M = 1e6  # metres; what lies farther, as the sky does, moves as if it were there
+NEAR_M = 0.01  # what lies nearer to a camera, or behind it, is not seen
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,58 @@
+"""On which light the frames agree at points that this one does not show."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from heatlens.plate.neighbours.look import Look
+from heatlens.plate.neighbours.moved import Canvas, Numbers
+from heatlens.plate.neighbours.moving import Moving
+from heatlens.plate.neighbours.view import View, motion
+from heatlens.plate.plate import FloatImage
+
+
+def agreed(
+    here: View,
+    looks: Sequence[tuple[Look, Moving]],
+    canvas: Canvas,
+    pixel: Numbers,
+    z: FloatImage,
+) -> FloatImage:
+    """Return the colour (N, 4) at each point; alpha 0 where nothing can be said.
+
+    A frame that sees through a point shows that nothing is there. What one frame alone shows is
+    taken unless it lies beside something that moved.
+    """
+    x, y = canvas.middles(pixel)
+    reach = max(abs(look.view.frame - here.frame) for look, _ in looks) + 1
+    colors = np.zeros((len(looks), len(pixel), 4), np.float32)
+    weights = np.zeros((len(looks), len(pixel)), np.float32)
+    is_refuted = np.zeros(len(pixel), bool)
+    may_move = np.zeros(len(pixel), bool)
+    for number, (look, moving) in enumerate(looks):
+        there = motion(here, look.view).moved(x, y, z)
+        colors[number], is_seen, is_through = look.answers(*there)
+        weights[number] = is_seen * (1 - abs(look.view.frame - here.frame) / reach)
+        is_refuted |= is_through
+        may_move |= is_seen & moving.holds(*there)
+    seen_by = (weights > 0).sum(0)
+    color = middle_half(colors, weights)
+    color[is_refuted | (seen_by == 0) | ((seen_by == 1) & may_move)] = 0
+    return color
+
+
+def middle_half(values: FloatImage, weights: FloatImage) -> FloatImage:
+    """Return the mean of the middle half of values (K, N, C) by their weights (K, N).
+
+    Unlike a median it follows the weights smoothly, and as a median it leaves outliers out.
+    """
+    order = np.argsort(values, axis=0)
+    total = np.maximum(weights.sum(0), np.float32(1e-9))
+    share = np.broadcast_to((weights / total)[..., None], values.shape)
+    share = np.take_along_axis(share, order, 0)
+    end = np.cumsum(share, axis=0)
+    inner = np.minimum(end, np.float32(0.75)) - np.maximum(end - share, np.float32(0.25))
+    inner = np.maximum(inner, 0)
+    sums = (np.take_along_axis(values, order, 0) * inner).sum(0)
+    middle: FloatImage = sums / np.maximum(inner.sum(0), np.float32(1e-9))
+    return middle

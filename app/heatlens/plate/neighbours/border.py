@@ -1,0 +1,100 @@
+"""What neighbouring frames show outside the frame: the border from which blur comes in."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from heatlens.model.boxes import Box
+from heatlens.plate.neighbours.hidden import APART, packed
+from heatlens.plate.neighbours.look import Flags
+from heatlens.plate.neighbours.moved import Arrived, Canvas
+from heatlens.plate.neighbours.view import FAR_M
+from heatlens.plate.plate import FloatImage, Plate, ReadPixels
+
+
+def widened(plate: Plate, nearest_first: Sequence[Arrived], border_px: int) -> Plate:
+    """Return the plate with `border_px` more on every side, as the frames nearest in time show it.
+
+    What none of them shows repeats the pixel beside it. The plate stays as it is where no frame
+    shows anything outside.
+    """
+    data = plate.data_window
+    box = Box(*(at + by * border_px for at, by in zip(_ends(data), (-1, -1, 1, 1), strict=True)))
+    inside = np.s_[border_px : border_px + data.height, border_px : border_px + data.width]
+    color = np.zeros((*box.shape, 4), np.float32)
+    depth_m = np.zeros(box.shape, np.float32)
+    is_known = np.zeros(box.shape, bool)
+    color[inside], depth_m[inside], is_known[inside] = plate.color, plate.depth_m, True
+    corner = box.x0 - plate.display_window.x0, box.y0 - plate.display_window.y0
+    for arrived in nearest_first:
+        _add(arrived, Canvas(corner, depth_m), color, is_known)
+    if is_known.sum() == data.width * data.height:
+        return plate
+    _continued(color, depth_m, is_known, inside)
+    depth_m[depth_m >= FAR_M * 0.9] = np.inf
+    return replace(plate, pixels=ReadPixels(color, depth_m), data_window=box)
+
+
+def _ends(box: Box) -> tuple[int, int, int, int]:
+    return box.x0, box.y0, box.x1, box.y1
+
+
+def _add(arrived: Arrived, canvas: Canvas, color: FloatImage, is_known: Flags) -> None:
+    """Add the pixels outside that are not known yet: the nearest surface of each."""
+    pixels, is_over = arrived.over(canvas)
+    some = np.flatnonzero(is_over)
+    pixel = pixels.ravel()[some]
+    is_new = ~is_known.ravel()[pixel]
+    some, pixel = some[is_new], pixel[is_new]
+    order = np.argsort(packed(pixel, arrived.z.ravel()[some]))
+    pixel, some = pixel[order], some[order]
+    first = np.flatnonzero(np.diff(pixel, prepend=-1))
+    pixel, some = pixel[first], some[first]
+    depth_m = canvas.front_m
+    color.reshape(-1, 4)[pixel] = arrived.look.view.plate.color.reshape(-1, 4)[some]
+    depth_m.ravel()[pixel] = arrived.z.ravel()[some]
+    new = np.zeros(is_known.shape, bool)
+    new.ravel()[pixel] = True
+    _close(color, depth_m, new, is_known)
+    is_known |= new
+
+
+def _close(color: FloatImage, depth_m: FloatImage, new: Flags, is_known: Flags) -> None:
+    """Close holes of one pixel between two of the same surface, in rows and then in columns."""
+    for z, n, k, c in (
+        (depth_m.T, new.T, is_known.T, color.swapaxes(0, 1)),
+        (depth_m, new, is_known, color),
+    ):
+        before, after = z[:-2], z[2:]
+        is_hole = n[:-2] & n[2:] & ~k[1:-1] & (np.abs(before - after) < APART * before)
+        is_hole &= ~n[1:-1] | (z[1:-1] > (1 + APART) * before)
+        at, places = np.nonzero(is_hole)
+        z[at + 1, places] = (before[at, places] + after[at, places]) / 2
+        c[at + 1, places] = (c[at, places] + c[at + 2, places]) / 2
+        n[at + 1, places] = True
+
+
+def _continued(
+    color: FloatImage, depth_m: FloatImage, is_known: Flags, inside: tuple[slice, slice]
+) -> None:
+    """Fill what is not known outside with what lies inwards of it, in rows and then in columns.
+
+    What is near was seen farther out than what is far, so that the far surface goes on.
+    """
+    for z, n, c, span in (
+        (depth_m.T, is_known.T, color.swapaxes(0, 1), inside[1]),
+        (depth_m, is_known, color, inside[0]),
+    ):
+        for edge, outwards in (
+            (span.start, range(span.start - 1, -1, -1)),
+            (span.stop - 1, range(span.stop, len(z))),
+        ):
+            far_m, light, has = z[edge].copy(), c[edge].copy(), n[edge].copy()
+            for line in outwards:
+                takes = n[line] & (~has | (z[line] > far_m * np.float32(1 - APART)))
+                far_m[takes], light[takes] = z[line][takes], c[line][takes]
+                has |= takes
+                fills = has & ~n[line]
+                z[line][fills], c[line][fills] = far_m[fills], light[fills]
+                n[line] |= fills

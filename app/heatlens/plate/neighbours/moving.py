@@ -1,0 +1,49 @@
+"""What moved by itself between two frames, and may not be taken from one of them alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from heatlens.plate.neighbours.look import THROUGH, Flags
+from heatlens.plate.neighbours.moved import Arrived, Canvas
+from heatlens.plate.neighbours.nearby import BLOCK, around, blocks
+from heatlens.plate.plate import FloatImage
+
+_REACH = 1 / 24  # of the width: so near something that moved, a like depth moved as well
+_LIKE = 0.1  # of the depth
+
+
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """The depths of what moved, around each block of pixels: (H, W) nearest and farthest."""
+
+    corner: tuple[int, int]
+    near_m: FloatImage
+    far_m: FloatImage
+
+    def holds(self, x: FloatImage, y: FloatImage, z: FloatImage) -> Flags:
+        """Return which points of the frame may belong to what moved."""
+        rows, columns = self.near_m.shape
+        column = np.clip((x - np.float32(self.corner[0])) / BLOCK, 0, columns - 1).astype(np.int32)
+        row = np.clip((y - np.float32(self.corner[1])) / BLOCK, 0, rows - 1).astype(np.int32)
+        at = row * columns + column
+        is_behind = z > self.near_m.ravel()[at] * (1 - _LIKE)
+        moved: Flags = is_behind & (z < self.far_m.ravel()[at] * (1 + _LIKE))
+        return moved
+
+
+def moving(arrived: Arrived, canvas: Canvas, nearest_m: FloatImage) -> Moving:
+    """Return what moved: what a frame shows, where this one sees through it.
+
+    `nearest_m` (H, W) is the nearest depth within a pixel of the canvas.
+    """
+    look = arrived.look
+    pixel, is_over = arrived.over(canvas)
+    is_moved = is_over & look.is_clean
+    is_moved &= nearest_m.ravel()[pixel] > THROUGH * arrived.z
+    near_m = blocks(np.where(is_moved, look.depth_m, np.float32(np.inf)), np.minimum)
+    far_m = blocks(np.where(is_moved, look.depth_m, np.float32(0)), np.maximum)
+    reach = max(1, round(_REACH * look.depth_m.shape[1] / BLOCK))
+    return Moving(
+        look.view.corner, around(near_m, reach, np.minimum), around(far_m, reach, np.maximum)
+    )

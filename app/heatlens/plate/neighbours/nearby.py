@@ -1,0 +1,39 @@
+"""The least and the greatest of the pixels around each."""
+
+import numpy as np
+
+from heatlens.plate.plate import FloatImage
+
+BLOCK = 4  # sides of the blocks in which wide surroundings are told
+
+
+def of_nine(values: FloatImage, least: np.ufunc) -> FloatImage:
+    """Return the least, or the greatest, of each pixel (H, W) and those around it."""
+    rows = values.copy()
+    least(rows[1:], values[:-1], out=rows[1:])
+    least(rows[:-1], values[1:], out=rows[:-1])
+    both = rows.copy()
+    least(both[:, 1:], rows[:, :-1], out=both[:, 1:])
+    least(both[:, :-1], rows[:, 1:], out=both[:, :-1])
+    return both
+
+
+def blocks(values: FloatImage, least: np.ufunc) -> FloatImage:
+    """Return the least, or the greatest, of each block of pixels."""
+    rows = least.reduceat(values, np.arange(0, values.shape[0], BLOCK), axis=0)
+    made: FloatImage = least.reduceat(rows, np.arange(0, values.shape[1], BLOCK), axis=1)
+    return made
+
+
+def around(values: FloatImage, reach: int, least: np.ufunc) -> FloatImage:
+    """Return the least, or the greatest, of the square of `reach` around each value (H, W)."""
+    for _ in range(2):
+        done = 0
+        while done < reach:
+            step = min(done + 1, reach - done)  # each pass doubles what is reached
+            other = values.copy()
+            least(other[step:], values[:-step], out=other[step:])
+            least(other[:-step], values[step:], out=other[:-step])
+            values, done = other, done + step
+        values = values.T
+    return values
