@@ -11,6 +11,8 @@ _SAME_DEPTH = 0.02
 _LEAST_SHARED = 0.3  # of the pixels that both frames see, those with the same depth
 _BETTER = 0.85  # times the difference of light without the camera's move, or beside it
 _ASIDE_PX = 2
+_NO_MOVE = 0.001  # of the depth
+_LEAST_STILL = 0.8  # of what is far, by a camera that stands
 _TELLING = 400  # pixels from which light can be judged
 _STEP = 3  # every so many rows and columns are asked
 
@@ -43,7 +45,9 @@ def doubt(here: View, arrived: Arrived, canvas: Canvas) -> str:
     )
 
 
-def _is_light_explained(here: View, arrived: Arrived, canvas: Canvas, is_same: Flags) -> bool:
+def _is_light_explained(
+    here: View, arrived: Arrived, canvas: Canvas, is_same: Flags, aside_px: int = _ASIDE_PX
+) -> bool:
     """Return False if light differs less without the camera's move, or a little beside it."""
     every = np.s_[::_STEP, ::_STEP]
     light = _light(arrived.look.view.plate.color)
@@ -65,9 +69,21 @@ def _is_light_explained(here: View, arrived: Arrived, canvas: Canvas, is_same: F
         still = difference(has_moved, still_x, still_y)
         if difference(has_moved, x, y) > _BETTER * still:
             return False
-    steps = ((_ASIDE_PX, 0), (-_ASIDE_PX, 0), (0, _ASIDE_PX), (0, -_ASIDE_PX))
+    steps = ((aside_px, 0), (-aside_px, 0), (0, aside_px), (0, -aside_px))
     aside = min(difference(is_same, x + right, y + down) for right, down in steps)
     return difference(is_same, x, y) <= _BETTER * aside
+
+
+def stands_still(here: View, arrived: Arrived, canvas: Canvas) -> bool:
+    """Return True if the far half is the same in depth and light: seen by a camera that stands.
+
+    What came nearer, as someone who walks in, does not count.
+    """
+    is_far = (canvas.front_m >= np.median(canvas.front_m)) & (arrived.z >= canvas.front_m * 0.9)
+    is_same = np.abs(arrived.z - canvas.front_m) <= _NO_MOVE * canvas.front_m
+    if (is_same & is_far).sum() < _LEAST_STILL * is_far.sum() or not is_far.any():
+        return False
+    return _is_light_explained(here, arrived, canvas, is_same[::_STEP, ::_STEP], 1)
 
 
 def _light(color: FloatImage) -> FloatImage:
