@@ -15,7 +15,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
-from heatlens.model.marks import DistanceMark, PointMark
+from heatlens.model.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import LensCurves, Shot
@@ -61,8 +61,13 @@ LENSES = st.builds(
     widest_f_stop=st.none() | st.floats(0.5, 64),
 )
 MARK_NAMES = st.text(string.ascii_letters + "äß日", min_size=1, max_size=4)
-MARKS = st.builds(DistanceMark, MARK_NAMES, FOCUS_DISTANCES) | st.builds(
-    PointMark, MARK_NAMES, st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.integers(1, 99)
+THINGS = st.builds(MatteMark, MARK_NAMES, st.just("cryptomatte:é"), st.sampled_from(MattePart))
+MARKS = (
+    THINGS
+    | st.builds(DistanceMark, MARK_NAMES, FOCUS_DISTANCES)
+    | st.builds(
+        PointMark, MARK_NAMES, st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.integers(1, 99)
+    )
 )
 FRAME_RANGES = st.builds(
     lambda first, count: FrameRange(first, first + count),

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError, LensError
-from heatlens.model.curve import Curve, Key
+from heatlens.model.curve import Curve
 from heatlens.model.frames import FrameRange, parse_frame_range
-from heatlens.model.interpolation import Interpolation, Scale
+from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, PointMark, distance_at_m, next_mark_name
-from heatlens.model.pull import follow, frames_too_close, pull
+from heatlens.model.marks import DistanceMark, MatteMark, PointMark, distance_at_m, next_mark_name
+from heatlens.model.pull import frames_too_close, pull
 from heatlens.model.settings import Bokeh, DefocusSettings
 from heatlens.model.shot import LensCurves, LensParameter, Shot
 
@@ -252,20 +252,6 @@ def test_noise_is_averaged_in_dioptres_and_a_sky_stays_one():
     assert distance_at_m(PointMark("A", 0, 0), 10, depth_at) == math.inf
 
 
-def test_focus_follows_a_mark_through_its_frames():
-    def depth_at(frame: int, x: float, y: float) -> float:
-        return 1.0 + 0.1 * frame
-
-    shot = Shot(FIFTY).with_key(5, FOCUS, 99.0).with_key(50, FOCUS, 7.0)
-    followed = follow(shot, PointMark("A", 3, 4), FrameRange(0, 10), depth_at)
-    found = [focus_at(followed, frame) for frame in range(11)]
-    assert found == pytest.approx([depth_at(frame, 3, 4) for frame in range(11)], rel=1e-12)
-    assert focus_at(followed, 50) == 7.0
-    keys = followed.curves.focus_distance_m.keys
-    assert {key.interpolation for key in keys[:-1]} == {Interpolation.LINEAR}
-    assert keys[-1] == Key(50, 7.0)
-
-
 @pytest.mark.parametrize(
     "make",
     [
@@ -277,6 +263,9 @@ def test_focus_follows_a_mark_through_its_frames():
         lambda: PointMark("A", math.nan, 0.0),
         lambda: PointMark("A", 0.0, math.inf),
         lambda: PointMark("A", 0.0, 0.0, 0),
+        lambda: MatteMark("A", "hero"),
+        lambda: MatteMark("A", ":hero"),
+        lambda: MatteMark("A", "cryptomatte:"),
     ],
 )
 def test_impossible_marks_are_refused(make):

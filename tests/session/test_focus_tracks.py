@@ -10,8 +10,9 @@ from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
-from heatlens.session.time.focus_track import FocusTrack, MarkTracks, mark_m, seen_m
+from heatlens.session.time.focus_track import FocusTrack, MarkTracks, mark_m
 from heatlens.session.time.frame_states import Run
+from heatlens.session.time.thing_distances import ThingDistances
 from support.evening import FIRST, LEFT, RIGHT, until
 from support.plates import plate_of
 
@@ -64,7 +65,7 @@ def test_a_mark_is_measured_on_the_plate_it_lies_in():
     assert mark_m(plate, PointMark("B", 5.9, 3.9)) == 8.0
     assert mark_m(None, PointMark("B", 1.0, 1.0)) is None
     assert mark_m(plate, ObjectMark("C", "cube")) is None
-    assert seen_m(plate, PointMark("B", 60.0, 1.0)) is None
+    assert mark_m(plate, PointMark("B", 60.0, 1.0)) is None
 
 
 def test_marks_have_tracks_over_the_frames_in_memory(walls):
@@ -83,7 +84,7 @@ def test_marks_have_tracks_over_the_frames_in_memory(walls):
 
 
 def test_a_track_has_gaps_where_frames_are_not_in_memory(walls):
-    tracks, cache = MarkTracks(), walls.time.timeline.cache
+    tracks, cache = MarkTracks(ThingDistances(lambda: None)), walls.time.timeline.cache
     until(walls, lambda: cache.get(FIRST + 3) is not None, "some frames")
     marks = (PointMark("A", *map(float, LEFT)), DistanceMark("B", 3.0))
     assert tracks.tracks(None, (), marks) == ()

@@ -28,7 +28,7 @@ from heatlens.model.interpolation import Ease, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.model.look import Look
-from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, PointMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import FOCUS_SCALES, LensCurves, LensParameter, Shot
@@ -196,11 +196,13 @@ def _key_json(key: Key) -> dict[str, object]:
 
 
 def _mark(entry: JsonEntry) -> Mark:
-    """Return the mark of an entry: on a distance, an object, or a point of the picture."""
+    """Return the mark of an entry: on a distance, an object, a thing, or a point of the picture."""
     if isinstance(entry.value, dict) and "distance_m" in entry.value:
         return entry.record(DistanceMark)
     if isinstance(entry.value, dict) and "object_name" in entry.value:
         return entry.record(ObjectMark)
+    if isinstance(entry.value, dict) and "matte" in entry.value:
+        return entry.record(MatteMark)
     return entry.record(PointMark)
 
 

@@ -5,6 +5,7 @@ Distances are averaged as dioptres, in which a focus ring is even and infinity i
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from enum import StrEnum
 from itertools import count
 from string import ascii_uppercase
 
@@ -71,7 +72,36 @@ class ObjectMark:
             raise InputError(f"Mark {self.name}: the name of the object is missing.")
 
 
-Mark = DistanceMark | PointMark | ObjectMark
+class MattePart(StrEnum):
+    """Which part of a thing a mark is on."""
+
+    MIDDLE = "middle"
+    NEAREST = "nearest"
+
+
+@dataclass(frozen=True, slots=True)
+class MatteMark:
+    """A thing of a plate, named by its matte; its distance is measured at each frame.
+
+    matte  where the matte is found and what it shows, such as cryptomatte:hero or objectId:7
+    part   the middle of what is seen of the thing, or its nearest part
+    """
+
+    name: str
+    matte: str
+    part: MattePart = MattePart.MIDDLE
+
+    def __post_init__(self) -> None:
+        _check_name(self.name)
+        where, colon, what = self.matte.partition(":")
+        if not (where and colon and what):
+            raise InputError(
+                f"Mark {self.name}: a thing is named as cryptomatte:NAME, CHANNEL:NUMBER or "
+                f"matte:CHANNEL, got {self.matte!r}."
+            )
+
+
+Mark = DistanceMark | PointMark | ObjectMark | MatteMark
 
 
 def next_mark_name(marks: Iterable[Mark]) -> str:

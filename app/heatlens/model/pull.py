@@ -1,6 +1,6 @@
 """Moves of the focus as one gesture: from here to there, along with something, and how near."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from enum import StrEnum
 from math import inf
@@ -10,7 +10,6 @@ from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation
 from heatlens.model.key_reduction import Samples, reduced_keys
-from heatlens.model.marks import DepthAt, DistanceMark, PointMark, distance_at_m
 from heatlens.model.shot import LensParameter, Shot
 
 _SNAP_AFTER = 0.7  # of the frames, for which a late snap waits
@@ -128,26 +127,6 @@ def held_focus(shot: Shot, frame: float) -> Shot:
     assert key is not None
     held = curve.with_key(replace(key, interpolation=Interpolation.HOLD))
     return keyed.with_curve(LensParameter.FOCUS_DISTANCE, held)
-
-
-def follow(
-    shot: Shot, mark: DistanceMark | PointMark, frames: FrameRange, depth_at: DepthAt
-) -> Shot:
-    """Focus stays on a mark through `frames`: a key at each, in the place of those there were.
-
-    Raises LensError if the mark comes nearer than a lens can be focused.
-    """
-    return followed(shot, frames, lambda frame: distance_at_m(mark, frame, depth_at, frames))
-
-
-def followed(shot: Shot, frames: FrameRange, distance_m: Callable[[int], float]) -> Shot:
-    """Focus is at `distance_m` of each frame, as in `follow`."""
-    curve = _cleared(shot, frames.first, frames.last)
-    keys = [Key(frame, distance_m(frame), Interpolation.LINEAR) for frame in frames]
-    pulled = shot.with_curve(LensParameter.FOCUS_DISTANCE, curve.pasted(keys, 0))
-    for frame in frames:
-        pulled.lens_at(frame)
-    return pulled
 
 
 def performed(shot: Shot, samples: Samples, tolerance_dioptres: float) -> Shot:

@@ -136,7 +136,7 @@ class TimeDesk:
         self.keys = KeyCommands(editing, rows, scenes.set_key, say)
         self.marks = MarkCommands(source, editing, timeline, scenes, say, wake)
         visible = VisibleWork(source, pictures.sides)
-        self._plate_tracks = MarkTracks()
+        self._plate_tracks = MarkTracks(self.marks.things)
         self.scene_tracks = tracks = SceneMarkTracks(
             *(source, editing, timeline, scenes),
             lambda: visible.is_rendering or self.marks.is_reading,
@@ -153,7 +153,7 @@ class TimeDesk:
         self.scheduler = RenderScheduler(
             source, pictures.sides, visible, self.pull, editing, view, speed, shared.say_error
         )
-        self.workers = self.marks, tracks, self.player, self.recording, self.pull
+        self.workers = self.marks, self.marks.things, tracks, self.player, self.recording, self.pull
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
         """Return the distances of the marks over the frames.

@@ -1,6 +1,7 @@
 """`heatlens shot new`: write a shot file from options, even before the first frame exists.
 
-Keys and focus marks are typed so: `focus@1001=0.94:linear`, `A=6'3"`, `B@960,540`.
+Keys and focus marks are typed so: `focus@1001=0.94:linear`, `A=6'3"`, `B@960,540`,
+`C=cryptomatte:hero`.
 """
 
 import argparse
@@ -31,6 +32,11 @@ from heatlens.commands.options.value_types import number
 from heatlens.commands.output.pipes import DASH, file_of_input
 from heatlens.commands.output.plate_words import first_plate, say_doubts_of_shot
 from heatlens.commands.output.say import say, tell
+from heatlens.commands.shots.following import (
+    add_follow_options,
+    followed_name,
+    shot_that_follows,
+)
 from heatlens.commands.sources.shot_plate import on_frames_of_plate
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
@@ -38,7 +44,7 @@ from heatlens.model.curve import Key
 from heatlens.model.frames import FRAMES_PER_SECOND, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, PointMark
 from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
 from heatlens.model.other_names import or_meant
 from heatlens.model.pull import frames_too_close
@@ -56,6 +62,7 @@ examples:
       --f-stop 1.3 --key focus@1001=0.94 --key focus@1024=3.83
   heatlens shot new 'plate.####.exr' -o s.heatlens.json --key focus@1001=6ft3in \\
       --key focus@1024=inf:linear --key f-stop@1010=2.8 --mark A=6ft3in --mark B@960,540
+  heatlens shot new 'plate.####.exr' -o s.heatlens.json --f-stop 1.4 --follow A=cryptomatte:hero
   heatlens shot new scene.glb -o s.heatlens.json --f-stop 2 --focus-distance 3 --size 1920x1080
 """
 # Typed name -> the parameter, and the lens option that its first key replaces.
@@ -68,6 +75,7 @@ KEYED = {
 _KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
 _MARK = re.compile(r"([^@=]+)(=|@)(.+)")
 
+_OBJECT = "object:"
 Keys = dict[LensParameter, list[Key]]
 
 
@@ -89,6 +97,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.add_argument("--overwrite", action="store_true", help="replace an existing shot file")
     add_camera_option(parser)
     _add_time_options(parser)
+    add_follow_options(parser)
     add_lens_options(parser)
     add_blur_options(parser)
     add_plate_options(parser)
@@ -111,7 +120,9 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=DISTANCE",
-        help="focus mark at a distance, or NAME@X,Y at a pixel of the picture; may be repeated",
+        help="focus mark at a distance, at a pixel of the picture as NAME@X,Y, or on a thing as "
+        "NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, or on an object of a scene "
+        "as NAME=object:OBJECT; may be repeated",
     )
     group.add_argument(
         "--focus-interpolation",
@@ -162,17 +173,21 @@ def _piped_shot(args: argparse.Namespace) -> Shot:
 
 def _shot_of(args: argparse.Namespace) -> Shot:
     """Return the shot of the options, after checking each key."""
-    keys = keys_of(args.key)
+    keys, follows = keys_of(args.key), followed_name(args)
     camera = on_frames_of_plate(args, camera_of(args))
     kept = decided_otherwise(args, keys)
     given = args if camera is None else with_camera_values(args, camera, kept)
     given = _with_first_keys(given, keys)
+    if follows is not None:
+        given = _with_any_focus(given)
     refuse_unused(args, args.plate, settings_of(args).method)
     shot = _with_options(args, commands_for(args.plate).new_shot(given, camera))
     if camera is not None:
         shot = with_camera(shot, _from_pupil(camera, shot.lens), kept)
         say(*camera.notes, said_of(camera, shot, args.camera, kept))
     shot = _with_keys(shot, keys)
+    if follows is not None:
+        shot = shot_that_follows(given, shot, follows)
     _say_outside(shot)
     say_doubts_of_shot(shot, first_plate(shot), camera)
     return shot
@@ -196,11 +211,13 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
             shot,
             lens=replace(shot.lens, close_focus_m=parse_measured_m(shot.lens, args.close_focus)),
         )
+    is_new = args.follow is not None and _MARK.fullmatch(args.follow)
+    marks = [*args.mark, *([args.follow] if is_new else [])]
     made = replace(
         shot_with_kit(args, shot),
         defocus=settings_of(args),
         plate_options=plate_options(args),
-        marks=(*shot.marks, *(_mark_from_pupil(mark_of(text), shot.lens) for text in args.mark)),
+        marks=(*shot.marks, *(_mark_from_pupil(mark_of(text), shot.lens) for text in marks)),
         in_out=parse_frame_range(args.in_out) if args.in_out else None,
     ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
     return made if args.start_timecode is None else made.started_at(args.start_timecode)
@@ -242,6 +259,14 @@ def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace
     if LensParameter.FOCUS_DISTANCE in keys:
         _say_unused(args, "focus_at")
         given.focus_distance, given.focus_at = repr(given.focus_distance), None
+    return given
+
+
+def _with_any_focus(args: argparse.Namespace) -> argparse.Namespace:
+    """Return the options with a focus, until that of the mark which is followed is measured."""
+    given = argparse.Namespace(**vars(args))
+    given.origins = {**getattr(args, "origins", {}), "focus_distance_m": "--follow"}
+    given.focus_distance, given.focus_at = "1", None
     return given
 
 
@@ -296,6 +321,10 @@ def mark_of(text: str) -> Mark:
     if match is None:
         raise InputError(f"--mark takes NAME=DISTANCE or NAME@X,Y; got {text!r}.")
     name, sign, place = match.groups()
+    if sign == "=" and place.startswith(_OBJECT):
+        return ObjectMark(name, place.removeprefix(_OBJECT))
+    if sign == "=" and ":" in place:
+        return MatteMark(name, place)
     if sign == "=":
         return DistanceMark(name, parse_distance_m(place))
     try:

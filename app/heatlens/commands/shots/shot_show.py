@@ -13,7 +13,7 @@ from heatlens.files.json_record import plain
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, ObjectMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark
 from heatlens.model.measured_distance import as_measured_m, measured_text
 from heatlens.model.pull import frames_too_close
 from heatlens.model.settings import DefocusSettings, Method
@@ -157,6 +157,8 @@ def _mark_row(mark: Mark, lens: Lens, unit: str) -> Row:
         return mark.name, measured_text(lens, mark.distance_m, unit)
     if isinstance(mark, ObjectMark):
         return mark.name, f"object {mark.object_name}"
+    if isinstance(mark, MatteMark):
+        return mark.name, f"{mark.part} of {mark.matte}"
     mean = f", mean of {mark.smooth_frames} frames" if mark.smooth_frames > 1 else ""
     return mark.name, f"pixel {mark.x_px:g},{mark.y_px:g}{mean}"
 

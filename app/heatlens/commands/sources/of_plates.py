@@ -1,6 +1,7 @@
 """Plates on the command line."""
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,15 +12,21 @@ from heatlens.commands.options.kit_options import shot_with_kit
 from heatlens.commands.options.lens_options import lens_of, plate_options
 from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.plate_words import say_plate
+from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.shot_plate import plate_shot
 from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.defocus.quality import unused_behind_notes
-from heatlens.frame_cache.reader import settled_options
+from heatlens.frame_cache.reader import SequenceReader, settled_options
+from heatlens.model.following import Distances
+from heatlens.model.frames import FrameRange
 from heatlens.model.lens_model import LensModel
+from heatlens.model.marks import Mark
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.inspection import inspect
+from heatlens.plate.mark_distance import mark_over_plates_m
+from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.sequence.sequence import find_sequence
 
@@ -75,6 +82,22 @@ class PlateCommands(SourceCommands):
     def new_shot(self, args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
         """Return a shot with the files, lens, frames and frame rate of the plates."""
         return plate_shot(args, camera)
+
+    def distances_m(self, args: argparse.Namespace, shot: Shot, mark: Mark) -> Distances:
+        """Read the plates and measure the mark on each."""
+        sequence = find_sequence(args.plate)
+        frames = shot.frames or FrameRange(sequence.first, sequence.last)
+        with progress_line() as show:
+
+            def plates() -> Iterator[tuple[int, Plate]]:
+                read = SequenceReader(shot.plate_options, sequence.path_at(sequence.present[0]))
+                for frame in frames:
+                    shown = sequence.shown_frame(frame, "hold")
+                    assert shown is not None  # a sequence that was found has a file
+                    show(f"measuring {mark.name} at frame {frame} of {frames}")
+                    yield frame, read(sequence.path_at(shown))
+
+            return mark_over_plates_m(plates(), mark)
 
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
         """Return what is in the file and how it would be read."""

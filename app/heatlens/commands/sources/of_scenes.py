@@ -4,6 +4,7 @@ import argparse
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
 from heatlens.commands.options.given_options import refuse_given, refuse_unused
 from heatlens.commands.options.scene_options import (
@@ -16,12 +17,15 @@ from heatlens.commands.output.plate_words import say_breathing
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.shot_plate import rate_of
 from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
-from heatlens.model.frames import parse_frame_range
+from heatlens.model.following import Distances
+from heatlens.model.frames import FrameRange, parse_frame_range
+from heatlens.model.framing import Framing
+from heatlens.model.marks import Mark, ObjectMark
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.scene.scene import SceneCamera
-from heatlens.scene.scene_bounds import bounds_m, object_names
+from heatlens.scene.scene_bounds import bounds_m, object_depth_m, object_names, track_of
 
 if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
@@ -56,6 +60,21 @@ class SceneCommands(SourceCommands):
         is_own = args.fps is None and camera is None
         rate = shot.frames_per_second if is_own else rate_of(args, camera)
         return replace(shot, frames=frames, frames_per_second=rate)
+
+    def distances_m(self, args: argparse.Namespace, shot: Shot, mark: Mark) -> Distances:
+        """Return the distances of an object, which needs no picture of the scene."""
+        first = shot_of_scene(args, args.plate)
+        frames = shot.frames or FrameRange(first.frame, first.frame)
+        if not isinstance(mark, ObjectMark):
+            raise InputError(
+                f"--follow {mark.name}: in a scene, name an object to follow, as in "
+                f"{mark.name}=object:{object_names(first.scene)[0]}."
+            )
+        framing, found = shot.framing or Framing(), {}
+        for frame in frames:
+            pose = track_of(first.scene, framing, shot.lens_at(frame)).pose_at(frame)
+            found[frame] = object_depth_m(first.scene, mark.object_name, pose, frame)
+        return found
 
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
         """Return its cameras, frames, objects, triangles, lights and size."""

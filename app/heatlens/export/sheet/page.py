@@ -34,10 +34,10 @@ from heatlens.export.sheet.rows import (
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.html_page import page_of
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import DistanceMark, Mark, ObjectMark
+from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.mark_distance import mark_on_plate_m
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_bounds import object_depth_m
@@ -140,12 +140,11 @@ def _distances(
 
 
 def _distance_m(shot: Shot, renderer: FrameRenderer, plate: Plate, mark: Mark, frame: int) -> float:
-    if isinstance(mark, DistanceMark):
-        return mark.distance_m
     scene, pose = renderer.scene, renderer.pose_at(shot, frame)
     if isinstance(mark, ObjectMark):
         if scene is None or pose is None:
             return 0.0
         return object_depth_m(scene, mark.object_name, pose, frame)
-    x, y = int(mark.x_px), int(mark.y_px)
-    return depth_at_m(plate, x, y) if scene is None else renderer.scene_depth_m(shot, frame, x, y)
+    if scene is None or not isinstance(mark, PointMark):
+        return mark_on_plate_m(plate, mark) or 0.0
+    return renderer.scene_depth_m(shot, frame, int(mark.x_px), int(mark.y_px))

@@ -1,37 +1,47 @@
 """The commands on focus marks: set them, focus on them, pull to them, follow them."""
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError, InputError
-from heatlens.frame_cache.cache import Damaged, FrameCache
+from heatlens.frame_cache.cache import FrameCache
+from heatlens.model.following import Distances, followed
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark, next_mark_name
+from heatlens.model.marks import (
+    DistanceMark,
+    Mark,
+    MatteMark,
+    ObjectMark,
+    PointMark,
+    next_mark_name,
+)
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.pull import (
     EASE_PERCENT,
     PullShape,
-    follow,
     held_focus,
     reversed_focus,
     shaped_pull,
 )
 from heatlens.model.shot import Shot
 from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.mark_distance import mark_over_plates_m
+from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate
-from heatlens.plate.read import read_plate
 from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker
+from heatlens.session.marks.mark_measuring import on_thing, plates_at, smoothed
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.scenes.point_following import Following
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shot.editing import Editing
 from heatlens.session.time.focus_track import mark_m
+from heatlens.session.time.thing_distances import ThingDistances
 from heatlens.session.time.timeline import Timeline
 
-_Measured = tuple[PointMark, FrameRange, dict[int, float]]  # distances in m by frame
+_Measured = tuple[PointMark | MatteMark, Distances]
 PULL_FRAMES = 18  # first length of a pull: three quarters of a second at 24 fps
 
 
@@ -61,6 +71,8 @@ class MarkCommands(Worker):
         self._wake = wake
         self._following: Following | None = None  # the measurement in progress, in a scene
         self._reader: Background[_Measured] = Background(wake)
+        self._picker: Background[PointMark | MatteMark] = Background(wake)
+        self.things = ThingDistances(wake)
 
     @property
     def is_reading(self) -> bool:
@@ -75,7 +87,10 @@ class MarkCommands(Worker):
         self._add(DistanceMark(next_mark_name(marks), distance_m))
 
     def set_point(self, pixel: tuple[int, int]) -> None:
-        """Set a mark on the object at a pixel of the display window."""
+        """Set a mark at a pixel of the display window: on the thing there, else on the point.
+
+        A plate with mattes of things is read again for that, on a thread.
+        """
         plate = self._source.plate
         if plate is None:
             return
@@ -86,7 +101,11 @@ class MarkCommands(Worker):
             self._say(Problem(error))
             return
         name = next_mark_name(self._editing.shot.marks)
-        self._add(PointMark(name, float(pixel[0]), float(pixel[1])))
+        point = PointMark(name, float(pixel[0]), float(pixel[1]))
+        if has_things(plate):
+            self._picker.start(lambda: on_thing(plate, point))
+        else:
+            self._add(point)
 
     def _add(self, mark: Mark) -> None:
         self.pull_to = mark.name
@@ -119,6 +138,8 @@ class MarkCommands(Worker):
         if frame is not None and cache is not None:
             found = cache.get(frame)
             plate = found if isinstance(found, Plate) else plate
+        if isinstance(mark, MatteMark):
+            return None if plate is None else self.things.distance_m(plate, mark)
         return mark_m(plate, mark)
 
     def _in_scene_m(self, mark: PointMark, frame: int | None) -> float | None:
@@ -141,7 +162,9 @@ class MarkCommands(Worker):
     def _asked_m(self, mark: Mark, frame: int | None) -> float:
         distance_m = self.distance_m(mark, frame)
         if distance_m is None:
-            raise InputError(f"Mark {mark.name} has no distance here: it lies outside the picture.")
+            raise InputError(
+                f"Mark {mark.name} has no distance here: it is hidden or outside the picture."
+            )
         return distance_m
 
     # Focus pulls
@@ -165,7 +188,7 @@ class MarkCommands(Worker):
     def _last_frame(self) -> float:
         """The last frame of the open source; None for a still."""
         timeline = self._timeline
-        return timeline.frames.last if timeline.is_sequence and timeline.frames else math.inf
+        return timeline.frames.last if timeline.is_sequence and timeline.frames else inf
 
     @property
     def pull_past_end(self) -> str:
@@ -212,13 +235,14 @@ class MarkCommands(Worker):
         except HeatlensError as error:
             self._say(Problem(error))
 
-    def follow(self, mark: PointMark | ObjectMark) -> None:
+    def follow(self, mark: PointMark | ObjectMark | MatteMark) -> None:
         """Keep the focus on a mark from in to out; read or draw frames that are not in memory."""
         frames = self._timeline.played
         if isinstance(mark, ObjectMark):
             self._scenes.follow(mark, frames)
             return
-        self._following = self._scenes.following(mark, frames)
+        if isinstance(mark, PointMark):
+            self._following = self._scenes.following(mark, frames)
         if self._following is not None:
             self._say(self._following.words)
         elif self._timeline.cache is not None:
@@ -226,22 +250,26 @@ class MarkCommands(Worker):
         else:
             self._say("Only points in a sequence or a scene can be followed.")
 
-    def _read(self, cache: FrameCache, mark: PointMark, frames: FrameRange) -> None:
+    def _read(self, cache: FrameCache, mark: PointMark | MatteMark, frames: FrameRange) -> None:
         opened = self._source.opened
         options = PlateOptions() if opened is None else opened.settled
         reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if reads:
             self._say(f"Reading {reads} frames to follow {mark.name} ...")
-        self._reader.start(lambda: (mark, frames, _measured(cache, options, mark, frames)))
+        plates = plates_at(cache, options, frames)
+        self._reader.start(lambda: (mark, smoothed(mark, mark_over_plates_m(plates, mark), frames)))
 
     def poll(self) -> None:
         """Apply finished measurements; call this once a frame."""
         try:
             found = self._reader.poll() or self._drawn()
             if found is not None:
-                mark, frames, distances_m = found
-                self._editing.do(_followed(self._editing.shot, mark, frames, distances_m))
-                self._say(f"The focus follows {mark.name} from {frames.first} on.")
+                mark, distances_m = found
+                self._editing.do(followed(self._editing.shot, distances_m))
+                self._say(f"The focus follows {mark.name} from {min(distances_m)} on.")
+            picked = self._picker.poll()
+            if picked is not None:
+                self._add(picked)
         except HeatlensError as error:
             self._say(Problem(error))
 
@@ -255,33 +283,9 @@ class MarkCommands(Worker):
             return None
         following.go_on()
         if following.is_done:
-            return following.mark, following.frames, following.distances_m
+            mark, frames = following.mark, following.frames
+            return mark, smoothed(mark, following.distances_m, frames)
         self._following = following
         self._say(following.words)
         self._wake()  # or the loop would sleep
         return None
-
-
-def _followed(
-    shot: Shot, mark: PointMark, frames: FrameRange, distances_m: dict[int, float]
-) -> Shot:
-    return follow(shot, mark, frames, lambda frame, x, y: distances_m[frame])
-
-
-def _measured(
-    cache: FrameCache, options: PlateOptions, mark: PointMark, frames: FrameRange
-) -> dict[int, float]:
-    """Measure the distance of a point at each frame; runs on a thread.
-
-    Raise HeatlensError for a damaged frame.
-    """
-    distances_m = {}
-    for frame in frames:
-        stands_in = cache.sequence.shown_frame(frame)
-        assert stands_in is not None  # a sequence has at least one frame to hold
-        found = cache.get(stands_in)
-        if isinstance(found, Damaged):
-            raise InputError(found.sentence)
-        plate = found or read_plate(cache.sequence.path_at(stands_in), options)
-        distances_m[frame] = depth_at_m(plate, int(mark.x_px), int(mark.y_px))
-    return distances_m

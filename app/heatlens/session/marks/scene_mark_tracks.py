@@ -6,7 +6,7 @@ from itertools import groupby
 
 from heatlens.base.errors import HeatlensError
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
+from heatlens.model.marks import ObjectMark, PointMark
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.loop.worker import Worker
 from heatlens.session.opened.open_source import OpenSource
@@ -68,7 +68,7 @@ class SceneMarkTracks(Worker):
 
     @property
     def _marks(self) -> list[_Moving]:
-        return [mark for mark in self._editing.shot.marks if not isinstance(mark, DistanceMark)]
+        return [mark for mark in self._editing.shot.marks if isinstance(mark, _Moving)]
 
     @property
     def _frames(self) -> tuple[int, ...]:

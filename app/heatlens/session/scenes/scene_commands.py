@@ -8,12 +8,12 @@ from typing import Literal
 import numpy as np
 
 from heatlens.base.errors import HeatlensError, InputError
+from heatlens.model.following import followed
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing, Pose, Vector, WorldAxis
 from heatlens.model.lens import Lens
 from heatlens.model.marks import ObjectMark, PointMark, next_mark_name
 from heatlens.model.orbit import dollied, orbited, panned, pivot_of
-from heatlens.model.pull import followed
 from heatlens.model.units import format_distance
 from heatlens.scene.first_shot import lens_values, through_camera
 from heatlens.scene.scene import Scene
@@ -145,9 +145,8 @@ class SceneCommands:
         """Keep the focus on an object from in to out."""
         name = mark.object_name
         try:
-            self._editing.do(
-                followed(self._editing.shot, frames, lambda frame: self._depth_m(name, frame))
-            )
+            distances_m = {frame: self._depth_m(name, frame) for frame in frames}
+            self._editing.do(followed(self._editing.shot, distances_m))
             self._say(f"The focus follows {name} from {frames.first} on.")
         except HeatlensError as error:
             self._say(Problem(error))

@@ -7,13 +7,15 @@ from heatlens.base.errors import HeatlensError
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, PointMark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import Shot
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.mark_distance import mark_on_plate_m
 from heatlens.plate.plate import Plate
 from heatlens.session.time.frame_states import Run
+from heatlens.session.time.thing_distances import ThingDistances
 
+_Moving = PointMark | MatteMark
 _WARNED_MOST = 2000  # frames that are checked for a focus that is too close
 
 
@@ -82,9 +84,10 @@ class MarkTrack:
 
 
 class MarkTracks:
-    """The distance tracks of point marks; each plate is measured once."""
+    """The distance tracks of marks on points and things; each plate is measured once."""
 
-    def __init__(self) -> None:
+    def __init__(self, things: ThingDistances) -> None:
+        self._things = things
         self._measured: WeakKeyDictionary[Plate, dict[tuple[float, float], float]] = (
             WeakKeyDictionary()
         )
@@ -94,16 +97,16 @@ class MarkTracks:
     def tracks(
         self, cache: FrameCache | None, runs: tuple[Run, ...], marks: tuple[Mark, ...]
     ) -> tuple[MarkTrack, ...]:
-        """Return the track of every point mark over the frames in memory."""
-        made_of = (id(cache), runs, marks)
+        """Return the track of every mark that moves over the frames in memory."""
+        made_of = (id(cache), runs, marks, self._things.measured_count)
         if cache is not None and made_of != self._made_of:
             ready = [run for run in runs if run.state == "ready"]
-            points = [mark for mark in marks if isinstance(mark, PointMark)]
-            self._tracks = tuple(self._track(cache, ready, mark) for mark in points)
+            moving = [mark for mark in marks if isinstance(mark, PointMark | MatteMark)]
+            self._tracks = tuple(self._track(cache, ready, mark) for mark in moving)
             self._made_of = made_of
         return self._tracks
 
-    def _track(self, cache: FrameCache, ready: list[Run], mark: PointMark) -> MarkTrack:
+    def _track(self, cache: FrameCache, ready: list[Run], mark: _Moving) -> MarkTrack:
         lines = []
         for run in ready:
             frames = range(run.first, run.last + 1)
@@ -111,28 +114,26 @@ class MarkTracks:
             lines.append(tuple((f, place) for f, place in places if place is not None))
         return MarkTrack(mark.name, tuple(line for line in lines if line))
 
-    def _dioptres(self, plate: object, mark: PointMark) -> float | None:
+    def _dioptres(self, plate: object, mark: _Moving) -> float | None:
         if not isinstance(plate, Plate):
             return None
+        if isinstance(mark, MatteMark):
+            distance_m = self._things.distance_m(plate, mark)
+            return None if distance_m is None else 1.0 / distance_m
         known, at = self._measured.setdefault(plate, {}), (mark.x_px, mark.y_px)
         if at not in known:
-            distance_m = seen_m(plate, mark)
+            distance_m = mark_m(plate, mark)
             if distance_m is None:
                 return None
             known[at] = 1.0 / distance_m
         return known[at]
 
 
-def seen_m(plate: Plate, mark: PointMark) -> float | None:
-    """Return the distance in m under a point mark; None outside the picture."""
-    try:
-        return depth_at_m(plate, int(mark.x_px), int(mark.y_px))
-    except HeatlensError:
-        return None
-
-
 def mark_m(plate: Plate | None, mark: Mark) -> float | None:
     """Return the distance of a mark on this plate in m; None if it is unknown."""
     if isinstance(mark, DistanceMark):
         return mark.distance_m
-    return None if plate is None or isinstance(mark, ObjectMark) else seen_m(plate, mark)
+    try:
+        return None if plate is None else mark_on_plate_m(plate, mark)
+    except HeatlensError:  # outside the picture
+        return None

@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
 from heatlens.model.lens import Lens
-from heatlens.model.marks import Mark, ObjectMark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, PointMark
 from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
@@ -67,7 +67,7 @@ def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
     imgui.text(
-        "outside" if distance_m is None else measured_text(desk.editing.lens, distance_m, unit)
+        "not seen" if distance_m is None else measured_text(desk.editing.lens, distance_m, unit)
     )
     _tip(_meaning(mark))
     imgui.table_next_column()
@@ -78,6 +78,8 @@ def _meaning(mark: Mark) -> str:
     """Return what the distance of a mark refers to."""
     if isinstance(mark, ObjectMark):
         return f"The middle of {mark.object_name}, at this frame"
+    if isinstance(mark, MatteMark):
+        return f"What is seen of {mark.matte}, at this frame"
     is_point = isinstance(mark, PointMark)
     return "What is seen at its point, at this frame" if is_point else "At every frame"
 
@@ -87,7 +89,7 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
     if imgui.button(f"focus##{mark.name}"):
         commands.go(mark)
     probe.note(f"go {mark.name}")
-    if isinstance(mark, PointMark | ObjectMark):
+    if not isinstance(mark, DistanceMark):
         imgui.same_line(0.0, 4.0)
         with widgets.disabled(commands.is_reading):
             if imgui.button(f"follow##{mark.name}"):

@@ -1,0 +1,165 @@
+"""Find the matte of a thing in a plate: by Cryptomatte, by a channel of ids, or a plain matte.
+
+A matte is named by where it is found and what it shows, with a colon between:
+`cryptomatte:hero`, `CryptoAsset:car`, `objectId:7`, `matte:mask.R`.
+"""
+
+import re
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.base.errors import InputError
+from heatlens.files.picture_formats import is_picture
+from heatlens.model.boxes import Box
+from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.header.channels import ChannelRef, Part, flat_channels, listed, pixels_of
+from heatlens.plate.mattes.cryptomatte import Cryptomatte, bits_of, cryptomattes
+from heatlens.plate.plate import FloatImage, Plate
+from heatlens.plate.windows import box_at_header, moved_to_window
+
+CRYPTOMATTE, MATTE = "cryptomatte", "matte"
+_RANK = re.compile(r"\d\d\.[a-z]+$", re.IGNORECASE)  # CryptoObject00.R
+_ID_LEAVES = ("objectid", "instanceid", "materialid", "id")
+
+
+class UnknownThingError(InputError):
+    """A plate whose file does not know a thing; other frames of its sequence may."""
+
+
+def matte_of(plate: Plate, text: str) -> FloatImage:
+    """Return which share of each pixel (H, W) of the plate's data window shows a thing.
+
+    All zero where the thing is hidden or out of the frame. Reads the file of the plate again.
+    Raises UnknownThingError where the file does not know such a thing, InputError where it has no
+    mattes at all or cannot be read.
+    """
+    parts = _parts_of(plate.path)
+    where, _, what = text.partition(":")
+    if where.lower() == MATTE:
+        return _plain(plate, parts, what)
+    for crypto in _asked(plate.path, parts, where):
+        matte = crypto.matte(parts, crypto.id_of(what))
+        # Some renderers list only the things in the picture, and some list none.
+        if what in crypto.ids or matte.any():
+            return _placed(plate, parts, crypto.ranks[0][0], matte)
+    return _by_id(plate, parts, where, what)
+
+
+def has_things(plate: Plate) -> bool:
+    """Return True if the plate's file may have Cryptomatte or a channel of ids."""
+    return any(_RANK.search(name) or _leaf(name) in _ID_LEAVES for name in plate.aovs)
+
+
+def thing_at(plate: Plate, x: int, y: int) -> str | None:
+    """Return the name of the matte that covers most of pixel (x, y) of the display window.
+
+    None outside the picture, on an empty pixel, and where the file has neither Cryptomatte nor
+    a channel of ids.
+    """
+    if is_picture(plate.path):
+        return None
+    parts = _parts_of(plate.path)
+    found = cryptomattes(plate.path, parts)
+    if found:
+        thing = _value_at(plate, parts, found[0].ranks[0][0], x, y, as_bits=True)
+        return f"{_last(found[0].name)}:{found[0].name_of(thing)}" if thing else None
+    for ref in flat_channels([header for header, _ in parts]):
+        if _leaf(ref.full_name) in _ID_LEAVES:
+            thing = _value_at(plate, parts, ref, x, y, as_bits=False)
+            return None if thing is None else f"{ref.full_name}:{thing}"
+    return None
+
+
+def _parts_of(path: Path) -> list[Part]:
+    if is_picture(path):
+        raise InputError(f"{path} is not an EXR file, so it has no mattes of things.")
+    return read_parts(path)
+
+
+def _asked(path: Path, parts: Sequence[Part], where: str) -> list[Cryptomatte]:
+    """Return the Cryptomattes that `where` may mean: all, or the one with this name."""
+    found = cryptomattes(path, parts)
+    if where.lower() == CRYPTOMATTE:
+        return list(found)
+    return [it for it in found if where.lower() in (it.name.lower(), _last(it.name).lower())]
+
+
+def _last(name: str) -> str:
+    return name.rpartition(".")[2]
+
+
+def _leaf(name: str) -> str:
+    return _last(name).lower()
+
+
+def _by_id(plate: Plate, parts: Sequence[Part], where: str, what: str) -> FloatImage:
+    """Return the matte of a number in a channel of ids. Raises InputError if there is none."""
+    try:
+        number = int(what)
+    except ValueError:
+        raise _unknown(plate.path, parts, where, what) from None
+    ref = _channel(plate.path, parts, where)
+    # Renderers store whole numbers as floats; edges that were filtered belong to nothing.
+    matte = (pixels_of(parts, ref) == number).astype(np.float32)
+    return _placed(plate, parts, ref, matte)
+
+
+def _plain(plate: Plate, parts: Sequence[Part], name: str) -> FloatImage:
+    ref = _channel(plate.path, parts, name)
+    matte = np.nan_to_num(pixels_of(parts, ref).astype(np.float32))
+    return _placed(plate, parts, ref, np.clip(matte, 0.0, 1.0))
+
+
+def _channel(path: Path, parts: Sequence[Part], name: str) -> ChannelRef:
+    refs = flat_channels([header for header, _ in parts])
+    named = [ref for ref in refs if name.lower() in (ref.full_name.lower(), ref.leaf.lower())]
+    if not named:
+        channels = listed(ref.full_name for ref in refs)
+        raise InputError(f"{path} has no channel {name!r}. It has: {channels}.")
+    return next((ref for ref in named if ref.full_name.lower() == name.lower()), named[0])
+
+
+def _placed(plate: Plate, parts: Sequence[Part], ref: ChannelRef, matte: FloatImage) -> FloatImage:
+    source = box_at_header(parts[ref.part][0], "dataWindow")
+    return moved_to_window(matte, source, plate.data_window, 0.0)
+
+
+def _value_at(
+    plate: Plate, parts: Sequence[Part], ref: ChannelRef, x: int, y: int, as_bits: bool
+) -> int | None:
+    """Return the id at a pixel of the display window; None outside the channel's window."""
+    box = box_at_header(parts[ref.part][0], "dataWindow")
+    at = Box(x, y, x + 1, y + 1)
+    column, row = at.x0 + plate.display_window.x0, at.y0 + plate.display_window.y0
+    if not box.contains(column, row):
+        return None
+    pixel = pixels_of(parts, ref)[row - box.y0, column - box.x0 : column - box.x0 + 1]
+    if as_bits:
+        return int(bits_of(pixel)[0])
+    return int(pixel[0]) if np.isfinite(pixel[0]) else None
+
+
+def _unknown(path: Path, parts: Sequence[Part], where: str, what: str) -> UnknownThingError:
+    """Return the error for a thing that the file does not name, with those that it does."""
+    found = cryptomattes(path, parts)
+    if not found:
+        return UnknownThingError(
+            f"{path} has no Cryptomatte, so {where}:{what} is not in it. Render one, or name a "
+            "matte channel as matte:CHANNEL or an id as CHANNEL:NUMBER."
+        )
+    asked = _asked(path, parts, where)
+    if not asked:
+        layers = listed(_last(it.name) for it in found)
+        return UnknownThingError(f"{path} has no Cryptomatte {where!r}. It has: {layers}.")
+    names = [name for it in asked for name in it.ids]
+    if not names:
+        return UnknownThingError(
+            f"{path}: {what!r} is nowhere in the picture, and the Cryptomatte lists no names: its "
+            "manifest is missing or damaged."
+        )
+    near = get_close_matches(what, names, 1)
+    hint = f"Did you mean {near[0]}?" if near else f"It has: {listed(names)}."
+    return UnknownThingError(f"{path}: no Cryptomatte has {what!r}. {hint}")
