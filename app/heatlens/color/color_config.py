@@ -7,7 +7,8 @@ default input if the config has it.
 import importlib
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -138,6 +139,38 @@ def load_color_config(path: str | None) -> ColorConfig:
         return ColorConfig(f"built-in {BUILT_IN}", _read(f"ocio://{BUILT_IN}", "built-in config"))
     source = named if path else f"$OCIO {named}"
     return ColorConfig(source, _read(named, source))
+
+
+def files_of_config(path: Path) -> tuple[Path, ...]:
+    """Return the config at `path`, then the tables that it names and that are found."""
+    library, config = ocio(), load_color_config(str(path)).config
+    found = [path]
+    for name in dict.fromkeys(name for it in _transforms(config) for name in _tables(it)):
+        with suppress(library.Exception, library.ExceptionMissingFile):
+            found.append(Path(config.getCurrentContext().resolveFileLocation(name)))
+    return tuple(found)
+
+
+def _transforms(config: Any) -> Iterator[Any]:
+    library = ocio()
+    for kind, entries in (
+        ("COLORSPACE", list(config.getColorSpaces())),
+        ("VIEWTRANSFORM", list(config.getViewTransforms())),
+    ):
+        for way in ("TO", "FROM"):
+            direction = getattr(library, f"{kind}_DIR_{way}_REFERENCE")
+            yield from (entry.getTransform(direction) for entry in entries)
+    for look in config.getLooks():
+        yield from (look.getTransform(), look.getInverseTransform())
+
+
+def _tables(transform: Any) -> Iterator[str]:
+    """Return the names of the files that a transform, or those in its group, refer to."""
+    if isinstance(transform, ocio().FileTransform):
+        yield transform.getSrc()
+    elif isinstance(transform, ocio().GroupTransform):
+        for inner in transform:
+            yield from _tables(inner)
 
 
 def _read(address: str, source: str) -> object:

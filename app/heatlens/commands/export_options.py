@@ -85,16 +85,45 @@ def _add_farm_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--submit",
         choices=("openjd",),
-        help="render nothing, but print a job template of Open Job Description (YAML)",
+        help="make no files, but print the export as a job: openjd, a template of Open Job "
+        "Description (YAML)",
     )
     group.add_argument(
-        "--chunk", type=whole, metavar="N", help="frames rendered by each task (default 10)"
+        "--bundle",
+        type=Path,
+        metavar="FOLDER",
+        help="with openjd: write a job bundle with the values of its parameters and all files that "
+        "it reads, as AWS Deadline Cloud takes it",
     )
+    group.add_argument(
+        "--chunk",
+        type=whole,
+        metavar="N",
+        help="frames of each task (default: as many as take about a minute, as two frames that are "
+        "rendered here and deleted tell)",
+    )
+    group.add_argument(
+        "--memory",
+        type=whole,
+        metavar="GIB",
+        help="memory of each task (default: what these frames took, rounded up)",
+    )
+    group.add_argument("--cpus", type=whole, metavar="N", help="processors of a task (default 2)")
+    group.add_argument("--gpus", type=whole, metavar="N", help="GPUs of each task (default 0)")
     group.add_argument(
         "--part",
         metavar="RANGE",
         help="make only these of the frames, as the tasks of a farm do; those of a movie are kept "
         "in a folder beside it, until an export without --part joins them",
+    )
+    group.add_argument(
+        "--moved",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("OLD", "NEW"),
+        help="the shot's files below the folder OLD, as seen from the shot, are below NEW on this "
+        "machine; may be given several times",
     )
 
 
@@ -186,6 +215,8 @@ def _check_together(args: argparse.Namespace, output: Output) -> None:
 
 
 def _shot_of_options(args: argparse.Namespace) -> Shot:
+    if args.moved:
+        raise InputError("--moved is for the files that a shot file names.")
     if args.plate is not None:
         raise InputError(
             "--plate replaces the plate of a shot file, but a plate is already given here."
@@ -200,7 +231,7 @@ def _shot_in_file(args: argparse.Namespace) -> Shot:
             f"{args.shot} defines the lens and the plate, so {', '.join(own)} cannot be given."
         )
     refuse_given(args, ("clip", "first_frame"), f"{args.shot} sets the timing of its scene")
-    return read_shot(args.shot)
+    return read_shot(args.shot, args.moved)
 
 
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:

@@ -6,7 +6,7 @@ a shot can be moved together with its plate and its aperture image.
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +29,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.model.look import Look
 from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, PointMark
+from heatlens.model.opening_image import OpeningImage
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import FOCUS_SCALES, LensCurves, LensParameter, Shot
@@ -55,8 +56,10 @@ _NAMES = ("demo",)
 _OTHERS = ("source", "focus_interpolation", "keys", "marks")
 
 
-def read_shot(path: str | os.PathLike[str]) -> Shot:
+def read_shot(path: str | os.PathLike[str], moved: Sequence[Sequence[str]] = ()) -> Shot:
     """Read a shot file; the source of the shot becomes an absolute path.
+
+    `moved` holds folders, relative to the shot, and where their files are on this machine.
 
     Raises InputError that names the file and the place in it if it is damaged, holds impossible
     values or has an unknown version, and if an aperture image is missing or cannot be read, because
@@ -74,17 +77,17 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
         if name in entries
     }
     if "source" in entries:
-        values["source"] = _absolute(entries["source"].text(), path)
+        values["source"] = _absolute(entries["source"].text(), path, moved)
     if "plate_options" in values:
-        values["plate_options"] = _with_files_beside(
-            values["plate_options"], lambda text: _absolute(text, path)
+        values["plate_options"] = values["plate_options"].with_files_beside(
+            lambda text: _absolute(text, path, moved)
         )
     if "marks" in entries:
         values["marks"] = tuple(_mark(entry) for entry in entries["marks"].items())
     shot = top.built(Shot, values | {"curves": _curves(entries)})
     _check_keys(top, shot)
     try:
-        return shot_with_images(shot, lambda image: image_beside(image, path.parent))
+        return shot_with_images(shot, lambda image: _image_at(image, path, moved))
     except InputError as error:
         top.refuse(f"the aperture image that it names: {error}")
 
@@ -121,7 +124,7 @@ def write_autosave(path: str | os.PathLike[str], shot: Shot) -> None:
 
 def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, object]:
     """Return the entries of the file for `shot`, with paths relative to `folder`."""
-    options = _with_files_beside(shot.plate_options, lambda text: _relative(text, folder))
+    options = shot.plate_options.with_files_beside(lambda text: _relative(text, folder))
     shot = replace(shot, plate_options=options)
     shot = shot_with_images(shot, lambda image: named_beside(image, folder))
     fields = {
@@ -206,16 +209,6 @@ def _mark(entry: JsonEntry) -> Mark:
     return entry.record(PointMark)
 
 
-def _with_files_beside(options: PlateOptions, turned: Callable[[str], str]) -> PlateOptions:
-    """Return the options with `turned` applied to the paths of the files beside the picture."""
-    depth = options.depth_source
-    return replace(
-        options,
-        depth_source=None if depth is None else turned(depth),
-        behind=tuple(turned(text) for text in options.behind),
-    )
-
-
 def _focus_word(scale: Scale) -> str:
     return next(word for word, known in FOCUS_SCALES.items() if known is scale)
 
@@ -227,9 +220,21 @@ def _relative(source: str, folder: str | os.PathLike[str]) -> str:
     return path_beside(source, folder)
 
 
-def _absolute(source: str, path: Path) -> str:
+def _image_at(image: OpeningImage, path: Path, moved: Sequence[Sequence[str]]) -> OpeningImage:
+    return image_beside(replace(image, path=_absolute(image.path, path, moved)), path.parent)
+
+
+def _moved(absolute: str, folder: Path, moved: Sequence[Sequence[str]]) -> str:
+    for old, new in moved:
+        before = path_from(old, folder)
+        if Path(before) in Path(absolute).parents:
+            return os.path.abspath(os.path.join(new, os.path.relpath(absolute, before)))
+    return absolute
+
+
+def _absolute(source: str, path: Path, moved: Sequence[Sequence[str]] = ()) -> str:
     """Return the absolute path of `source`, which is relative to the folder of the file `path`."""
     if not source or "\0" in source:  # invalid: Shot refuses it with a better message
         return source
-    absolute = path_from(source, path.parent)
+    absolute = _moved(path_from(source, path.parent), path.parent, moved)
     return source if source in _NAMES and not os.path.exists(absolute) else absolute

@@ -154,7 +154,8 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
             "plate": stamps[0] if stamps else None,
             **({"beside": stamps[1:]} if stamps[1:] else {}),
             "is_black": origin.is_black,
-            "plate_options": plain(job.shot.plate_options),
+            # Files beside the plate are known by their stamps: folders differ between machines.
+            "plate_options": plain(job.shot.plate_options.with_files_beside(os.path.basename)),
             "lens": plain(without_advice(lens)),
             "framing": plain(job.shot.framing or Framing()),
             "defocus": None if job.pinhole else plain(job.shot.defocus),

@@ -2,7 +2,8 @@
 
 import math
 import os
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import assert_never
 
@@ -272,6 +273,15 @@ class PlateOptions:
             raise InputError(
                 f"The scene unit must be a number of metres above 0, got {self.scene_unit_m:g}."
             )
+
+    def with_files_beside(self, turned: Callable[[str], str]) -> "PlateOptions":
+        """Return the options with `turned` applied to the paths of the files beside the picture."""
+        depth = self.depth_source
+        return replace(
+            self,
+            depth_source=None if depth is None else turned(depth),
+            behind=tuple(turned(text) for text in self.behind),
+        )
 
 
 def _member(kind: type[StrEnum], name: str, word: str) -> StrEnum:

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 from hypothesis import given
@@ -12,10 +13,12 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.export.openjd import PathParameter, _yaml, chunks_of, job_template
+from heatlens.farm.job import FRAMES, FarmJob, Measured, Needs, Place, parts_of
+from heatlens.farm.openjd import _yaml, job_template
 from heatlens.sequence.names import parse_frames
 from support.cube_config import cube_config
 from support.exports import exported, files_in, refused, write_shot_file
+from support.exr_files import write_file
 
 BIN = Path(sys.executable).parent  # where the commands of this environment are
 
@@ -29,8 +32,9 @@ def folder(tmp_path, monkeypatch) -> Path:
 
 
 def submitted(capsys, *words: str) -> tuple[str, str]:
-    """Return the template, and what is said beside it."""
-    assert main(["export", *words, "--submit", "openjd"]) == 0
+    """Return the template, and what is said beside it; nothing is measured."""
+    more = [] if "--chunk" in words else ["--chunk", "10"]
+    assert main(["export", *words, *more, "--memory", "1", "--submit", "openjd"]) == 0
     said = capsys.readouterr()
     return said.out, said.err
 
@@ -94,7 +98,8 @@ def test_paths_are_parameters_and_options_are_as_they_were_typed(capsys, folder)
         "--burn-in",
         "--quality=preview",
         "--ocio={{Param.Config}}",
-        "--frames={{Task.Param.Frames}}",
+        "--frames=1001-1005x2",
+        "--part={{Task.Param.Frames}}",
         "--progress=openjd",
     }
     assert said.count("\n") == 1
@@ -130,30 +135,69 @@ def test_what_lies_elsewhere_is_given_when_the_job_is_sent(capsys, folder, tmp_p
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (("-o", "m.mov"), "cannot be made in chunks"),
+        (("-o", "m.mov", "--force"), "--force"),
+        (("-o", "m.mov", "--display", "Display P3 - Display"), "Rec.709"),
         (("-o", "n.####.exr", "--chunk", "0"), "--chunk"),
+        (("-o", "new\nline.####.exr"), "printable"),
         (("-o", "n.####.exr", "--frames", "1000-1001"), "1000"),
         (("-o", "{{n}}.####.png"), "{{"),
     ],
 )
 def test_what_cannot_be_submitted(capsys, folder, words, expected):
     _, out, *more = words
-    assert expected in refused(capsys, "s.heatlens.json", out, *more, "--submit", "openjd")
+    told = ("--memory", "1", *(() if "--chunk" in more else ("--chunk", "2")))
+    assert expected in refused(capsys, "s.heatlens.json", out, *more, *told, "--submit", "openjd")
 
 
 @given(st.sets(st.integers(-50, 3000), min_size=1, max_size=200), st.integers(1, 250))
-def test_chunks_are_all_the_frames_in_order(frames, chunk):
+def test_parts_are_all_the_frames_in_order(frames, chunk):
     ordered = sorted(frames)
-    texts = chunks_of(ordered, chunk)
+    texts = parts_of(ordered, chunk)
     groups = [parse_frames(text) for text in texts]
     assert [frame for group in groups for frame in group] == ordered
     assert all(len(group) == chunk for group in groups[:-1]) and len(groups[-1]) <= chunk
 
 
-def test_more_tasks_than_a_job_has_are_refused():
+@given(st.floats(0.1, 30.0), st.floats(0.001, 1000.0), st.integers(1, 1 << 36))
+def test_a_task_takes_about_a_minute_and_has_memory_to_spare(start_s, frame_s, memory):
+    cost = Measured(start_s, frame_s, memory)
+    (first, *_) = parts_of(range(1, 100_001), None, cost)
+    took_s = start_s + len(parse_frames(first)) * frame_s
+    assert took_s <= 60.001 + 2 * frame_s and (took_s > 60 - frame_s or frame_s <= 0.001)
+    assert memory * 1.25 <= cost.memory_gib << 30 < memory * 1.25 + (1 << 30)
+
+
+def job_of(parts: int, joins: bool = False, name: str = "n") -> FarmJob:
+    place = Place("Out", Path("/x/out"), "DIRECTORY", "OUT")
+    texts = tuple(map(str, range(1, parts + 1)))
+    words = (("export",), ("--output=", place, "/n.exr"), ("--part=", FRAMES))
+    return FarmJob(name, (place,), words, texts, joins, Needs(2, 2, 1), ())
+
+
+def test_more_tasks_than_a_step_has_are_several_steps():
+    """The limit of the schema is 1,024; the last step waits for each."""
+    template = job_template(job_of(2500, joins=True), Path("/x"))
+    *made, last = yaml.safe_load(template)["steps"]
+    ranges = [step["parameterSpace"]["taskParameterDefinitions"][0]["range"] for step in made]
+    assert [len(texts) for texts in ranges] == [1024, 1024, 452]
+    assert [text for texts in ranges for text in texts] == [str(n) for n in range(1, 2501)]
+    assert [it["dependsOn"] for it in last["dependencies"]] == [step["name"] for step in made]
+    assert "parameterSpace" not in last
     with pytest.raises(InputError, match="larger --chunk"):
-        chunks_of(range(1025), 1)
-    assert len(chunks_of(range(1025), 2)) == 513
+        job_template(job_of(102_401), Path("/x"))
+
+
+def test_a_task_asks_for_what_it_needs():
+    (step,) = yaml.safe_load(job_template(job_of(1), Path("/x")))["steps"]
+    told = {it["name"]: it["min"] for it in step["hostRequirements"]["amounts"]}
+    assert told == {"amount.worker.vcpu": 2, "amount.worker.memory": 2048, "amount.worker.gpu": 1}
+
+
+def test_ten_thousand_frames_are_one_short_text():
+    parts = parts_of(range(1001, 11_001), 1)
+    assert len(parts) == 10_000
+    text = job_template(job_of(10_000, joins=True), Path("/x"))
+    assert len(text) < 1_000_000
 
 
 TEXTS = st.text(st.characters(exclude_categories=("C", "Z")) | st.just(" "), max_size=8)
@@ -177,6 +221,23 @@ def test_the_yaml_is_what_was_meant(value):
 
 
 def test_a_long_name_is_cut_to_what_the_schema_allows():
-    path = PathParameter("Out", Path("/x/out"), "DIRECTORY", "OUT")
-    template = yaml.safe_load(job_template("n" * 300, [path], ["a"], ["1"], Path("/x")))
+    template = yaml.safe_load(job_template(job_of(1, name="n" * 300), Path("/x")))
     assert len(template["name"]) == 128
+
+
+def test_what_a_task_needs_is_measured_and_leaves_nothing(capsys, folder):
+    before = sorted(folder.iterdir())
+    assert main(["export", "s.heatlens.json", "-o", "m.mov", "--submit", "openjd"]) == 0
+    said = capsys.readouterr()
+    export, join = yaml.safe_load(said.out)["steps"]
+    told = {it["name"]: it["min"] for it in export["hostRequirements"]["amounts"]}
+    assert told["amount.worker.memory"] >= 1024 and told["amount.worker.vcpu"] == 2
+    assert "a frame takes" in said.err and join["hostRequirements"] == export["hostRequirements"]
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_first_frame_that_fails_is_told_at_once(capsys, folder):
+    for path in (folder / "plates").iterdir():
+        write_file(path, {name: np.ones((18, 32), np.float16) for name in "RGB"})
+    said = refused(capsys, "s.heatlens.json", "n.####.exr", "--submit", "openjd")
+    assert "first frame" in said and "plate.1001.exr" in said and not (folder / "out").exists()

@@ -1,0 +1,1 @@
+"""Describe an export for several machines; programs that schedule such work run it."""

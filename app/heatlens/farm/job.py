@@ -1,0 +1,137 @@
+"""The description of an export for several machines, from which each engine makes its own text.
+
+A word of a command line is a tuple of texts, places and FRAMES, so that every engine can put its
+own names where paths differ between machines, and quote texts by its own rules.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Literal
+
+from heatlens.base.errors import InputError
+from heatlens.sequence.names import frames_text
+
+_GIB = 1 << 30
+_HEADROOM = 1.25  # other frames may need more memory than the measured one
+_TASK_S = 60.0  # long enough that the start does not count, short enough to lose little
+_GUESSED_FRAMES = 10  # in a task, if no frame was measured
+
+
+class _Frames(Enum):
+    FRAMES = "frames"
+
+
+FRAMES = _Frames.FRAMES  # stands for the frames of a task
+
+
+@dataclass(frozen=True)
+class Place:
+    """A file or folder whose path may differ between machines."""
+
+    name: str
+    path: Path
+    kind: Literal["FILE", "DIRECTORY"]
+    flow: Literal["IN", "OUT"]
+
+
+Word = tuple[str | Place | _Frames, ...]
+Text = Callable[[str], str]
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What a task asks of a machine."""
+
+    memory_gib: int | None = None  # None if unknown
+    processors: int = 2
+    gpus: int = 0
+
+
+@dataclass(frozen=True)
+class FarmJob:
+    """An export in tasks.
+
+    words   the words of each task after `heatlens`; FRAMES stands for its part of the frames
+    parts   the frames of each task
+    joins   a last task waits for the others, and makes a movie of their frames
+    inputs  every file that is read
+    """
+
+    name: str
+    places: tuple[Place, ...]
+    words: tuple[Word, ...]
+    parts: tuple[str, ...]
+    joins: bool
+    needs: Needs
+    inputs: tuple[Path, ...]
+
+    @property
+    def join_words(self) -> tuple[Word, ...]:
+        """Return the words of the last task, which are about all frames."""
+        return tuple(word for word in self.words if FRAMES not in word)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The cost of the first frames on this machine."""
+
+    start_s: float
+    frame_s: float
+    memory_bytes: int
+
+    @property
+    def memory_gib(self) -> int:
+        """Return the memory that a task should ask for."""
+        return math.ceil(_HEADROOM * self.memory_bytes / _GIB)
+
+    @property
+    def frames_of_a_task(self) -> int:
+        """Return how many frames take about a minute."""
+        return max(1, int((_TASK_S - self.start_s) / max(self.frame_s, 1e-3)))
+
+
+def parts_of(
+    frames: Sequence[int], chunk: int | None, measured: Measured | None = None
+) -> tuple[str, ...]:
+    """Return `frames` in groups, in the form of `parse_frames`: 1001-1019x2.
+
+    A group has `chunk` frames, by default as many as take about a minute. Raises InputError for
+    empty groups.
+    """
+    if chunk is not None and chunk < 1:
+        raise InputError(f"--chunk must be 1 frame or more, got {chunk}.")
+    size = chunk or (_GUESSED_FRAMES if measured is None else measured.frames_of_a_task)
+    return tuple(frames_text(frames[at : at + size]) for at in range(0, len(frames), size))
+
+
+def located(places: Iterable[Place], text: str, path: Path) -> Word:
+    """Return a word that begins with `text` and goes on with `path`, by its place if it has one."""
+    for place in sorted(places, key=lambda place: -len(place.path.parts)):
+        if place.path == path:
+            return (text, place)
+        if place.kind == "DIRECTORY" and place.path in path.parents:
+            return (text, place, f"/{path.relative_to(place.path).as_posix()}")
+    return (f"{text}{path}",)
+
+
+def word_text(word: Word, place: Callable[[Place], str], frames: str, text: Text = str) -> str:
+    """Return a word in the terms of an engine: its places, the frames of a task, and plain text."""
+    told = (
+        text(it) if isinstance(it, str) else place(it) if isinstance(it, Place) else frames
+        for it in word
+    )
+    return "".join(told)
+
+
+def typed(words: Iterable[Word], frames: str = "") -> list[str]:
+    """Return words as one types them on this machine."""
+    return [word_text(word, lambda place: str(place.path), frames) for word in words]
+
+
+def topmost(folders: Iterable[Path]) -> tuple[Path, ...]:
+    """Return those of the folders that lie in none of the others."""
+    found = dict.fromkeys(folders)
+    return tuple(folder for folder in found if not found.keys() & set(folder.parents))
