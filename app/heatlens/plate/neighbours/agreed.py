@@ -41,18 +41,20 @@ def agreed(
     return color
 
 
-def middle_half(values: FloatImage, weights: FloatImage) -> FloatImage:
-    """Return the mean of the middle half of values (K, N, C) by their weights (K, N).
+def middle_half(colors: FloatImage, weights: FloatImage) -> FloatImage:
+    """Return the mean of the middle half of colours (K, N, C), in the order of their light.
 
-    Unlike a median it follows the weights smoothly, and as a median it leaves outliers out.
+    Their weights (K, N) decide what is the middle. Unlike a median it follows them smoothly, and
+    as a median it leaves outliers out.
     """
-    order = np.argsort(values, axis=0)
-    total = np.maximum(weights.sum(0), np.float32(1e-9))
-    share = np.broadcast_to((weights / total)[..., None], values.shape)
-    share = np.take_along_axis(share, order, 0)
-    end = np.cumsum(share, axis=0)
-    inner = np.minimum(end, np.float32(0.75)) - np.maximum(end - share, np.float32(0.25))
-    inner = np.maximum(inner, 0)
-    sums = (np.take_along_axis(values, order, 0) * inner).sum(0)
-    middle: FloatImage = sums / np.maximum(inner.sum(0), np.float32(1e-9))
+    light = np.ascontiguousarray(colors[..., :3].sum(-1).T)
+    order = np.argsort(light, axis=1)
+    share = weights.T / np.maximum(weights.sum(0), np.float32(1e-9))[:, None]
+    sorted_share = np.take_along_axis(share, order, 1)
+    end = np.cumsum(sorted_share, axis=1)
+    inner = np.minimum(end, np.float32(0.75))
+    inner -= np.maximum(end - sorted_share, np.float32(0.25))
+    np.put_along_axis(share, order, np.maximum(inner, 0), 1)
+    share /= np.maximum(share.sum(1), np.float32(1e-9))[:, None]
+    middle: FloatImage = np.einsum("knc,nk->nc", colors, share)
     return middle

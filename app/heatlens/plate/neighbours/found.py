@@ -12,12 +12,12 @@ from heatlens.plate.neighbours.hidden import could_be_seen, hidden_points, surfa
 from heatlens.plate.neighbours.look import look_of
 from heatlens.plate.neighbours.moved import Arrived, Canvas, arrived_in, canvas_of
 from heatlens.plate.neighbours.moving import moving
-from heatlens.plate.neighbours.nearby import BLOCK, of_nine
+from heatlens.plate.neighbours.nearby import BLOCK
 from heatlens.plate.neighbours.trust import doubt, size_reason
 from heatlens.plate.neighbours.view import FAR_M, View
 from heatlens.plate.plate import FloatImage, Plate, ReadPixels
 
-MOST = 2  # surfaces behind each other that are kept
+_NAMES = ("What neighbouring frames show", "What they show behind that")
 _TRIED = 4  # some of them are refuted
 
 
@@ -50,8 +50,8 @@ def with_neighbours(view: View, others: Sequence[View], border_px: int = 0) -> F
     layers = _layers(view, moved, canvas)
     plate = view.plate
     if layers:
-        together = with_behind(layers[0], layers[1:])
-        plate = with_behind(plate, [together], ["What neighbouring frames show"])
+        made = with_behind(plate, layers, _NAMES[: len(layers)])
+        plate = replace(made, notes=plate.notes)
     frames = tuple(arrived.look.view.frame for arrived in moved)
     return Found(plate, _found_part(canvas, layers), frames, left_out)
 
@@ -83,15 +83,15 @@ def _widened(view: View, moved: Sequence[Arrived], border_px: int) -> View:
 
 def _layers(view: View, moved: Sequence[Arrived], canvas: Canvas) -> list[Plate]:
     """Return plates of the found surfaces alone: the nearest of each pixel, and the next."""
-    points = np.concatenate([hidden_points(canvas, arrived) for arrived in moved])
-    nearest_m = of_nine(canvas.front_m, np.minimum)
-    looks = [(it.look, moving(it, canvas, nearest_m)) for it in moved]
+    places = [(canvas, arrived, *arrived.over(canvas)) for arrived in moved]
+    points = np.concatenate([hidden_points(*place) for place in places])
+    looks = [(place[1].look, moving(*place)) for place in places]
     count = np.zeros(canvas.front_m.size, np.int8)
-    colors = np.zeros((MOST, canvas.front_m.size, 4), np.float32)
-    depths = np.full((MOST, canvas.front_m.size), np.inf, np.float32)
+    colors = np.zeros((len(_NAMES), canvas.front_m.size, 4), np.float32)
+    depths = np.full((len(_NAMES), canvas.front_m.size), np.inf, np.float32)
     for pixel, z in surfaces(points, _TRIED):
         color = agreed(view, looks, canvas, pixel, z)
-        is_found = (color[:, 3] > 0) & (count[pixel] < MOST)
+        is_found = (color[:, 3] > 0) & (count[pixel] < len(_NAMES))
         pixel, z = pixel[is_found], z[is_found]
         colors[count[pixel], pixel] = color[is_found]
         depths[count[pixel], pixel] = np.where(z >= FAR_M * 0.9, np.float32(np.inf), z)

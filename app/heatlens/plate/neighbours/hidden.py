@@ -14,10 +14,12 @@ _LEAST_SHARE = 0.04  # of a pixel that a moved pixel covers
 Points = NDArray[np.uint64]  # the pixel of the canvas and, in the lower half, the depth
 
 
-def hidden_points(canvas: Canvas, arrived: Arrived) -> Points:
-    """Return the points of a frame behind the canvas, in the four pixels around each."""
-    pixel, is_over = arrived.over(canvas)
-    least_m = of_nine(canvas.front_m, np.minimum) * np.float32(1 + APART)
+def hidden_points(canvas: Canvas, arrived: Arrived, pixel: Numbers, is_over: Flags) -> Points:
+    """Return the points of a frame behind the canvas, in the four pixels around each.
+
+    `pixel` and `is_over` tell where its pixels are, as `Arrived.over` does.
+    """
+    least_m = canvas.nearest_m * np.float32(1 + APART)
     some = np.flatnonzero(is_over & arrived.look.is_clean & (arrived.z > least_m.ravel()[pixel]))
     left, top = canvas.corner
     x = arrived.x.ravel()[some] - np.float32(left + 0.5)

@@ -22,12 +22,14 @@ class Look:
 
     depth_m   (H, W) over the data window
     near_m    (H, W) the nearest depth within a pixel
+    far_m     (H, W) the farthest
     is_clean  (H, W) pixels that show one surface
     """
 
     view: View
     depth_m: FloatImage
     near_m: FloatImage
+    far_m: FloatImage
     is_clean: Flags
 
     def answers(
@@ -37,34 +39,41 @@ class Look:
 
         Where a point is neither seen nor seen through, it is hidden or outside the picture.
         """
-        column, row, right, down = self._cells(x, y)
         height, width = self.depth_m.shape
-        total = np.zeros(len(x), np.float32)
+        left, top = self.view.corner
+        across, down = x - np.float32(left), y - np.float32(top)
+        is_inside = (across >= 0) & (across < width) & (down >= 0) & (down < height) & (z > NEAR_M)
+        at = np.where(is_inside, down, 0).astype(np.int32) * np.int32(width)
+        at += np.where(is_inside, across, 0).astype(np.int32)
+        near_m = self.near_m.ravel()[at]
+        is_through = is_inside & (near_m > THROUGH * z)
+        is_seen = is_inside & (near_m < (1 + SAME) * z) & (self.far_m.ravel()[at] > (1 - SAME) * z)
+        some = np.flatnonzero(is_seen)
         color = np.zeros((len(x), 4), np.float32)
-        pixels = self.view.plate.color.reshape(-1, 4)
-        is_inside = (column >= -1) & (column < width) & (row >= -1) & (row < height) & (z > NEAR_M)
-        for up, left in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            at = np.clip(row + up, 0, height - 1) * width + np.clip(column + left, 0, width - 1)
-            is_same = np.abs(self.depth_m.ravel()[at] - z) < SAME * z
-            is_same &= is_inside & self.is_clean.ravel()[at]
-            weight = (right if left else 1 - right) * (down if up else 1 - down) * is_same
-            total += weight
-            color += weight[:, None] * pixels[at]
-        is_seen = total > _LEAST_WEIGHT
-        color /= np.maximum(total, _LEAST_WEIGHT)[:, None]
-        nearest = np.clip((row + (down >= 0.5)), 0, height - 1) * width + np.clip(
-            column + (right >= 0.5), 0, width - 1
-        )
-        is_through = is_inside & (self.near_m.ravel()[nearest] > THROUGH * z)
+        color[some], total = self._between(across[some], down[some], z[some])
+        is_seen[some] = total > _LEAST_WEIGHT
         return color, is_seen, is_through
 
-    def _cells(self, x: FloatImage, y: FloatImage) -> tuple[NDArray[np.int64], ...]:
-        """Return the pixel whose middle lies left above each point, and how far the point is."""
-        left, top = self.view.corner
-        column, row = x - np.float32(left + 0.5), y - np.float32(top + 0.5)
-        whole_column = np.floor(np.clip(column, -2, 1e6)).astype(np.int64)
-        whole_row = np.floor(np.clip(row, -2, 1e6)).astype(np.int64)
-        return whole_column, whole_row, column - whole_column, row - whole_row
+    def _between(
+        self, x: FloatImage, y: FloatImage, z: FloatImage
+    ) -> tuple[FloatImage, FloatImage]:
+        """Return colours (N, 4) between pixels that show the depth, and the weight of these."""
+        height, width = self.depth_m.shape
+        x, y = x - np.float32(0.5), y - np.float32(0.5)
+        column, row = np.floor(x), np.floor(y)
+        right, down = x - column, y - row
+        pixels, depth_m = self.view.plate.color.reshape(-1, 4), self.depth_m.ravel()
+        total = np.zeros(len(x), np.float32)
+        color = np.zeros((len(x), 4), np.float32)
+        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            at = np.clip(row + j, 0, height - 1).astype(np.int32) * np.int32(width)
+            at += np.clip(column + i, 0, width - 1).astype(np.int32)
+            is_same = (np.abs(depth_m[at] - z) < SAME * z) & self.is_clean.ravel()[at]
+            weight = (right if i else 1 - right) * (down if j else 1 - down) * is_same
+            total += weight
+            color += weight[:, None] * pixels[at]
+        color /= np.maximum(total, np.float32(_LEAST_WEIGHT))[:, None]
+        return color, total
 
 
 def look_of(view: View) -> Look:
@@ -72,4 +81,4 @@ def look_of(view: View) -> Look:
     depth_m = view.depth_m()
     near_m, far_m = of_nine(depth_m, np.minimum), of_nine(depth_m, np.maximum)
     is_clean = far_m <= near_m * np.float32(MIXED)
-    return Look(view, depth_m, near_m, is_clean)
+    return Look(view, depth_m, near_m, far_m, is_clean)

@@ -1,11 +1,13 @@
 """The pixels of a neighbouring frame, moved into the view of this one."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.plate.neighbours.look import Flags, Look
+from heatlens.plate.neighbours.nearby import of_nine
 from heatlens.plate.neighbours.view import NEAR_M, View, motion
 from heatlens.plate.plate import FloatImage
 
@@ -27,6 +29,11 @@ class Canvas:
     def width(self) -> int:
         """Pixels across."""
         return int(self.front_m.shape[1])
+
+    @cached_property
+    def nearest_m(self) -> FloatImage:
+        """(H, W) the nearest depth within a pixel."""
+        return of_nine(self.front_m, np.minimum)
 
     def middles(self, pixel: Numbers) -> tuple[FloatImage, FloatImage]:
         """Return x and y of the middles of pixels, from the corner of the display window."""

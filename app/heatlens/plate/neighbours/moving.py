@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from heatlens.plate.neighbours.look import THROUGH, Flags
-from heatlens.plate.neighbours.moved import Arrived, Canvas
+from heatlens.plate.neighbours.moved import Arrived, Canvas, Numbers
 from heatlens.plate.neighbours.nearby import BLOCK, around, blocks
 from heatlens.plate.plate import FloatImage
 
@@ -32,15 +32,14 @@ class Moving:
         return moved
 
 
-def moving(arrived: Arrived, canvas: Canvas, nearest_m: FloatImage) -> Moving:
+def moving(canvas: Canvas, arrived: Arrived, pixel: Numbers, is_over: Flags) -> Moving:
     """Return what moved: what a frame shows, where this one sees through it.
 
-    `nearest_m` (H, W) is the nearest depth within a pixel of the canvas.
+    `pixel` and `is_over` tell where its pixels are, as `Arrived.over` does.
     """
     look = arrived.look
-    pixel, is_over = arrived.over(canvas)
     is_moved = is_over & look.is_clean
-    is_moved &= nearest_m.ravel()[pixel] > THROUGH * arrived.z
+    is_moved &= canvas.nearest_m.ravel()[pixel] > THROUGH * arrived.z
     near_m = blocks(np.where(is_moved, look.depth_m, np.float32(np.inf)), np.minimum)
     far_m = blocks(np.where(is_moved, look.depth_m, np.float32(0)), np.maximum)
     reach = max(1, round(_REACH * look.depth_m.shape[1] / BLOCK))

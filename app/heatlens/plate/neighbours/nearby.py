@@ -20,9 +20,13 @@ def of_nine(values: FloatImage, least: np.ufunc) -> FloatImage:
 
 def blocks(values: FloatImage, least: np.ufunc) -> FloatImage:
     """Return the least, or the greatest, of each block of pixels."""
-    rows = least.reduceat(values, np.arange(0, values.shape[0], BLOCK), axis=0)
-    made: FloatImage = least.reduceat(rows, np.arange(0, values.shape[1], BLOCK), axis=1)
-    return made
+    for _ in range(2):
+        lines = values[::BLOCK].copy()
+        for step in range(1, BLOCK):
+            others = values[step::BLOCK]
+            least(lines[: len(others)], others, out=lines[: len(others)])
+        values = lines.T
+    return values
 
 
 def around(values: FloatImage, reach: int, least: np.ufunc) -> FloatImage:

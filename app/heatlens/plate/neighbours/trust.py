@@ -1,5 +1,7 @@
 """Whether another frame and its camera belong to this view: told by depth and by light."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from heatlens.plate.neighbours.look import Flags
@@ -14,7 +16,7 @@ _ASIDE_PX = 2
 _NO_MOVE = 0.001  # of the depth
 _LEAST_STILL = 0.8  # of what is far, by a camera that stands
 _TELLING = 400  # pixels from which light can be judged
-_STEP = 3  # every so many rows and columns are asked
+_ASKED = 20_000  # pixels, evenly over the picture
 
 
 def size_reason(here: View, other: View) -> str:
@@ -29,15 +31,12 @@ def size_reason(here: View, other: View) -> str:
 
 def doubt(here: View, arrived: Arrived, canvas: Canvas) -> str:
     """Return why the frame cannot be of the same shot, or its camera wrong; empty if neither."""
-    every = np.s_[::_STEP, ::_STEP]
-    pixel, is_over = arrived.over(canvas)
-    pixel, is_over = pixel[every], is_over[every]
-    depth_m, its_m = canvas.front_m.ravel()[pixel], arrived.z[every]
-    is_seen = is_over & (its_m < depth_m * np.float32(1 + _SAME_DEPTH))
-    is_same = is_seen & (its_m > depth_m * np.float32(1 - _SAME_DEPTH))
-    if is_same.sum() < _LEAST_SHARED * is_seen.sum() or not is_seen.any():
+    asked = _asked(here, arrived, canvas)
+    is_seen = asked.z < asked.front_m * np.float32(1 + _SAME_DEPTH)
+    is_same = is_seen & (asked.z > asked.front_m * np.float32(1 - _SAME_DEPTH))
+    if is_same.sum() <= _LEAST_SHARED * is_seen.sum():
         return "its depths and those of this frame do not agree: another shot, or a wrong camera."
-    if _is_light_explained(here, arrived, canvas, is_same):
+    if _is_light_explained(asked, is_same, _ASIDE_PX):
         return ""
     return (
         "its camera explains the picture no better than a camera that stands still, so that it is "
@@ -45,62 +44,103 @@ def doubt(here: View, arrived: Arrived, canvas: Canvas) -> str:
     )
 
 
-def _is_light_explained(
-    here: View, arrived: Arrived, canvas: Canvas, is_same: Flags, aside_px: int = _ASIDE_PX
-) -> bool:
-    """Return False if light differs less without the camera's move, or a little beside it."""
-    every = np.s_[::_STEP, ::_STEP]
-    light = _light(arrived.look.view.plate.color)
-    detail = (
-        np.abs(light - np.roll(light, 1, 1))[every] + np.abs(light - np.roll(light, 1, 0))[every]
-    )
-    left, top = arrived.look.view.corner
-    x, y = arrived.x[every], arrived.y[every]
-    rows, columns = np.mgrid[: light.shape[0] : _STEP, : light.shape[1] : _STEP].astype(np.float32)
-    still_x, still_y = columns + np.float32(left + 0.5), rows + np.float32(top + 0.5)
-    has_moved = is_same & (np.hypot(x - still_x, y - still_y) > 1)
-    its, mine = light[every], _light(here.plate.color)
-
-    def difference(told: Flags, at_x: FloatImage, at_y: FloatImage) -> float:
-        told = told & (detail >= np.median(detail[told]))
-        return float(np.median(np.abs(_sampled(mine, at_x[told], at_y[told], canvas) - its[told])))
-
-    if has_moved.sum() > _TELLING:
-        still = difference(has_moved, still_x, still_y)
-        if difference(has_moved, x, y) > _BETTER * still:
-            return False
-    steps = ((aside_px, 0), (-aside_px, 0), (0, aside_px), (0, -aside_px))
-    aside = min(difference(is_same, x + right, y + down) for right, down in steps)
-    return difference(is_same, x, y) <= _BETTER * aside
-
-
 def stands_still(here: View, arrived: Arrived, canvas: Canvas) -> bool:
     """Return True if the far half is the same in depth and light: seen by a camera that stands.
 
     What came nearer, as someone who walks in, does not count.
     """
-    is_far = (canvas.front_m >= np.median(canvas.front_m)) & (arrived.z >= canvas.front_m * 0.9)
-    is_same = np.abs(arrived.z - canvas.front_m) <= _NO_MOVE * canvas.front_m
-    if (is_same & is_far).sum() < _LEAST_STILL * is_far.sum() or not is_far.any():
+    asked = _asked(here, arrived, canvas)
+    is_far = (asked.front_m >= np.median(canvas.front_m)) & (asked.z >= asked.front_m * 0.9)
+    is_same = np.abs(asked.z - asked.front_m) <= _NO_MOVE * asked.front_m
+    if (is_same & is_far).sum() <= _LEAST_STILL * is_far.sum():
         return False
-    return _is_light_explained(here, arrived, canvas, is_same[::_STEP, ::_STEP], 1)
+    return _is_light_explained(asked, is_same, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """Some pixels (N,) of a frame over this view's picture.
+
+    light            in stops
+    detail           how much that differs from the pixels beside
+    still_x, still_y where they are in their own picture, in pixels of the data window
+    x, y, z          where they have moved, in the data window of this view, and their depth
+    front_m          the depth that is seen there
+    mine             the picture of this view
+    """
+
+    light: FloatImage
+    detail: FloatImage
+    still_x: FloatImage
+    still_y: FloatImage
+    x: FloatImage
+    y: FloatImage
+    z: FloatImage
+    front_m: FloatImage
+    mine: FloatImage
+
+    def difference(self, told: Flags, x: FloatImage, y: FloatImage) -> float:
+        """Return the usual difference of light, in stops, if `told` pixels were at x and y."""
+        told = told & (self.detail >= np.median(self.detail[told]))
+        there = _light(_sampled(self.mine, x[told], y[told]))
+        return float(np.median(np.abs(there - self.light[told])))
+
+
+def _asked(here: View, arrived: Arrived, canvas: Canvas) -> _Asked:
+    height, width = arrived.z.shape
+    step = max(1, round(np.sqrt(height * width / _ASKED)))
+    every = np.s_[: height - 1 : step, : width - 1 : step]
+    right, below = (
+        np.s_[: height - 1 : step, 1:width:step],
+        np.s_[1:height:step, : width - 1 : step],
+    )
+    some = Arrived(arrived.look, arrived.x[every], arrived.y[every], arrived.z[every])
+    pixel, is_over = some.over(canvas)
+    color = arrived.look.view.plate.color
+    light = _light(color[every])
+    detail = np.abs(light - _light(color[right])) + np.abs(light - _light(color[below]))
+    rows, columns = np.mgrid[every].astype(np.float32) + np.float32(0.5)
+    (left, top), (its_left, its_top) = canvas.corner, arrived.look.view.corner
+    return _Asked(
+        light[is_over],
+        detail[is_over],
+        columns[is_over] + (its_left - left),
+        rows[is_over] + (its_top - top),
+        some.x[is_over] - np.float32(left),
+        some.y[is_over] - np.float32(top),
+        some.z[is_over],
+        canvas.front_m.ravel()[pixel[is_over]],
+        here.plate.color,
+    )
+
+
+def _is_light_explained(asked: _Asked, is_same: Flags, aside_px: int) -> bool:
+    """Return False if light differs less without the camera's move, or a little beside it."""
+    x, y = asked.x, asked.y
+    has_moved = is_same & (np.hypot(x - asked.still_x, y - asked.still_y) > 1)
+    if has_moved.sum() > _TELLING:
+        still = asked.difference(has_moved, asked.still_x, asked.still_y)
+        if asked.difference(has_moved, x, y) > _BETTER * still:
+            return False
+    steps = ((aside_px, 0), (-aside_px, 0), (0, aside_px), (0, -aside_px))
+    aside = min(asked.difference(is_same, x + right, y + down) for right, down in steps)
+    return asked.difference(is_same, x, y) <= _BETTER * aside
 
 
 def _light(color: FloatImage) -> FloatImage:
-    """Return light (H, W) in stops, so that dark and bright count alike."""
+    """Return light in stops, so that dark and bright count alike."""
     light: FloatImage = np.log2(np.maximum(color[..., :3].sum(-1), 0) + np.float32(0.02))
     return light
 
 
-def _sampled(light: FloatImage, x: FloatImage, y: FloatImage, canvas: Canvas) -> FloatImage:
-    """Return light between pixels, linearly."""
-    height, width = light.shape
-    left, top = canvas.corner
-    column = np.clip(x - np.float32(left + 0.5), 0, width - 1.001)
-    row = np.clip(y - np.float32(top + 0.5), 0, height - 1.001)
+def _sampled(color: FloatImage, x: FloatImage, y: FloatImage) -> FloatImage:
+    """Return colours (N, C) between the pixels of a picture, linearly."""
+    height, width = color.shape[:2]
+    column = np.clip(x - np.float32(0.5), 0, width - np.float32(1.001))
+    row = np.clip(y - np.float32(0.5), 0, height - np.float32(1.001))
     c, r = column.astype(np.int32), row.astype(np.int32)
-    right, down = column - c, row - r
-    upper = light[r, c] * (1 - right) + light[r, c + 1] * right
-    lower = light[r + 1, c] * (1 - right) + light[r + 1, c + 1] * right
+    right, down = (column - c)[:, None], (row - r)[:, None]
+    upper = color[r, c] * (1 - right) + color[r, c + 1] * right
+    lower = color[r + 1, c] * (1 - right) + color[r + 1, c + 1] * right
     sampled: FloatImage = upper * (1 - down) + lower * down
     return sampled
