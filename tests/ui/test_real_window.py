@@ -50,8 +50,8 @@ def test_an_evening_of_work(screen: Screen, plate: Path, tmp_path: Path, request
     time.sleep(0.5)
     window.keys("question")
     window.changes("mousemove", 400, 400, "click", 1)  # focus on what is there
-    window.drag((1300, 90), (1500, 90))  # the focus bar
-    window.move(1400, 161)
+    window.drag((300, 840), (700, 840))  # the focus bar
+    window.move(1400, 92)
     screen.hand("click", 1)
     window.keys("ctrl+a")
     screen.hand("type", "--delay", "60", "6'3\"")

@@ -6,6 +6,8 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.model.marks import PointMark
+from heatlens.model.shot import LensParameter
 from support.session_files import BALL, BALL_M, HEIGHT, LENS, POST, POST_M, SKY, WIDTH
 
 K = imgui.Key
@@ -151,12 +153,75 @@ def test_the_wheel_over_the_rest_of_the_lens_panel_scrolls(gui):
     assert panel.scroll.y == 0
 
 
-def test_the_wheel_over_the_focus_bar_does_not_scroll(gui):
-    panel = imgui.internal.find_window_by_name("Lens")
-    gui.move(gui.middle("focus bar"))
+def test_the_focus_bar_lies_across_the_picture_right_under_it(gui):
+    bar, place = gui.rect("focus bar"), gui.session.pictures.view.viewport
+    (x, y), (width, height) = place.corner, place.size
+    em = imgui.get_font_size()
+    assert x < bar[0] < x + em and x + width - em < bar[2] < x + width
+    assert bar[1] == y + height and 4.0 * em < bar[3] - bar[1] <= 5.5 * em
+
+
+def test_words_over_the_picture_leave_while_the_focus_is_dragged(gui):
+    gui.do("Near, in focus, far")
+    gui.session.editing.edit(replace(gui.session.facts.shot, marks=(PointMark("A", *POST),)))
     gui.frame(2)
-    gui.wheel(gui.middle("focus bar"), -2)
-    assert panel.scroll.y == 0
+    words = {"legend", "point A"}
+    assert words <= gui.drawn.keys()
+    for name in ("focus bar", "picture"):
+        x, y = gui.middle(name)
+        gui.press((x, y))
+        for step in range(1, 4):
+            gui.move((x + 9 * step, y))
+        gui.drawn.clear()
+        gui.frame(2)
+        assert not words & gui.drawn.keys()
+        gui.release()
+        assert words <= gui.drawn.keys()
+
+
+def test_the_distance_at_the_pointer_stands_beside_that_of_the_focus_and_over_no_number(gui):
+    x0, y0, x1, y1 = gui.rect("focus bar")
+    em = imgui.get_font_size()
+    for part in (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0):
+        gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=4.0))
+        gui.drawn.clear()
+        gui.move((x0 + part * (x1 - x0), y1 - 3))
+        gui.frame(30)  # any tooltip would have come
+        at, focus = gui.rect("distance at the pointer"), gui.rect("focus on the bar")
+        assert at[2] < focus[0] or focus[2] < at[0]
+        assert y0 <= at[1] and at[3] <= y0 + 1.6 * em  # the scale lies lower
+        assert not any(name.startswith("##Tooltip") for name in open_windows())
+
+
+def open_windows() -> list[str]:
+    return [window.name for window in imgui.get_current_context().windows if window.active]
+
+
+def test_a_press_on_the_flag_of_a_mark_focuses_exactly_on_it(gui):
+    gui.session.editing.edit(replace(gui.session.facts.shot, marks=()))
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=2.345678))
+    gui.do("Set mark here")
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=5.0))
+    gui.frame(2)
+    _, y0, x1, y1 = gui.rect("A on the bar")
+    gui.click((x1 - 2, (y0 + y1) / 2))
+    assert focus_m(gui) == 2.345678
+
+
+def test_the_focus_of_the_keys_stays_to_be_seen_while_another_is_tried(gui):
+    session = gui.session
+    session.editing.edit(session.facts.shot.with_key(3, LensParameter.FOCUS_DISTANCE, 3.0))
+    session.editing.auto_key = False
+    gui.frame(2)
+    assert session.facts.keyed_focus_m is None and "keyed focus" not in gui.drawn
+    gui.wheel(gui.middle("focus bar"), 5)
+    gui.frame(2)
+    assert session.facts.keyed_focus_m == pytest.approx(3.0)
+    most = session.facts.histogram.most_dioptres
+    x0, _, x1, _ = gui.rect("focus bar")
+    assert gui.rect("keyed focus")[0] == pytest.approx(x1 - (x1 - x0) / 3.0 / most, abs=1.0)
+    assert gui.middle("focus on the bar")[0] < gui.rect("keyed focus")[0]
+    session.editing.auto_key = True
 
 
 def test_shift_and_the_wheel_over_the_picture_focus_and_zoom_nothing(gui):

@@ -83,6 +83,20 @@ class Facts:
         return self._source.picture.histogram
 
     @property
+    def marks_m(self) -> tuple[tuple[str, float], ...]:
+        """Names and distances in m of the marks that have one at this frame."""
+        marks = self._time.marks
+        found = [(mark.name, marks.distance_m(mark)) for mark in self.shot.marks]
+        return tuple((name, distance_m) for name, distance_m in found if distance_m is not None)
+
+    @property
+    def keyed_focus_m(self) -> float | None:
+        """The focus of the keys in m, where the lens has another one: tried or performed."""
+        curve = self.shot.curves.focus_distance_m
+        keyed_m = curve.value_at(self.frame) if curve.keys else self.lens.focus_distance_m
+        return None if keyed_m == self.lens.focus_distance_m else keyed_m
+
+    @property
     def reference(self) -> Reference | None:
         """The reference picture, to be shown as B; None if none is loaded."""
         return self._pictures.references.current

@@ -90,7 +90,6 @@ class DockedPanels:
                 tried,
                 doubtful,
                 brings_coc=plate is not None and not plate.has_distances,
-                marks=self._mark_distances(),
                 kit_lens=kits.mounted,
             )
             self._ring()
@@ -108,12 +107,6 @@ class DockedPanels:
             if session.facts.histogram is not None and session.time.timeline.has_time:
                 lens_dots(session.time, drawn)
         imgui.end()
-
-    def _mark_distances(self) -> tuple[tuple[str, float], ...]:
-        """Return names and distances in metres of the marks that have one at this frame."""
-        marks = self._session.time.marks
-        found = [(mark.name, marks.distance_m(mark)) for mark in self._session.facts.shot.marks]
-        return tuple((name, distance_m) for name, distance_m in found if distance_m is not None)
 
     def _ring(self) -> None:
         ring = self._session.lens.ring

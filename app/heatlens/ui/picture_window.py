@@ -18,6 +18,7 @@ from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.kept_screen import KeptScreen
 from heatlens.ui import probe, theme
 from heatlens.ui.layout import PICTURE, PICTURE_ALONE
+from heatlens.ui.panels.focus_bar import FocusFacts, focus_bar, focus_bar_height
 from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.alt_held import AltHeld
 from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
@@ -81,6 +82,7 @@ class PictureWindow:
         self.viewport = ViewportPanel(ctx, desk.view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window under the pointer
         self.alt = AltHeld()
+        self._holds_bar = False  # the focus bar is dragged
         self.pictures: Pictures | None = None  # the pictures shown in this frame
 
     def draw(self, hears_keys: bool, is_seen: bool = True) -> None:
@@ -100,12 +102,33 @@ class PictureWindow:
             self.hovered = None
             self._choose(hears_keys)
         else:
+            room = imgui.get_content_region_avail()
+            below = focus_bar_height(room.y) if self._has_focus_bar else 0.0
+            corner = imgui.get_cursor_screen_pos()
             with theme.over_picture():
-                self._draw_picture(self.pictures)
-        probe.note("picture")
+                self._draw_picture(self.pictures, below)
+            probe.note("picture")
+            if below:
+                corner = ImVec2(corner.x, corner.y + room.y - below)
+                self._draw_focus_bar(corner, ImVec2(room.x, below))
         imgui.end()
 
-    def _draw_picture(self, pictures: Pictures | None) -> None:
+    @property
+    def _has_focus_bar(self) -> bool:
+        """True if the focus bar stands under the picture."""
+        facts = self._facts
+        return not self._ui.is_bare and facts.histogram is not None and facts.has_lens
+
+    def _draw_focus_bar(self, corner: ImVec2, size: ImVec2) -> None:
+        facts, histogram = self._facts, self._facts.histogram
+        assert histogram is not None
+        shown = FocusFacts(facts.lens, histogram, facts.unit, facts.marks_m, facts.keyed_focus_m)
+        lens = focus_bar(shown, corner, size)
+        self._holds_bar = imgui.is_item_active()
+        if lens != facts.lens:
+            self._door.change(lens)
+
+    def _draw_picture(self, pictures: Pictures | None, below: float) -> None:
         """Draw the picture and everything over it, or the reason why there is none."""
         facts, stream = self._facts, self._facts.stream
         if facts.is_black and not facts.plays_kept:
@@ -118,21 +141,27 @@ class PictureWindow:
             imgui.text_disabled(f"  {words}")
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
-            self._apply(self.viewport.draw(pictures, facts.view, scale))
+            self._apply(self.viewport.draw(pictures, facts.view, scale, below))
             self._draw_over(pictures)
 
     def _draw_over(self, pictures: Pictures) -> None:
-        """Draw everything over the picture: guides (one set a cell), marks, legend and lessons."""
+        """Draw everything over the picture: guides (one set a cell), marks, legend and lessons.
+
+        While the focus is dragged, words leave the picture free.
+        """
+        is_dragging = imgui.is_mouse_dragging(imgui.MouseButton_.left)
+        is_free = is_dragging and (self._holds_bar or self.viewport.is_focusing)
         view, place = self._facts.view, self.viewport.place
         for cell in self.viewport.cells:
             here = geometry(view, cell, pictures.shape)
             draw_guides(view.guides, pictures.shape, replace(place, viewport=cell, geometry=here))
         if not pictures.tiles:
-            draw_point_marks(self._facts, self._desk.view)
             draw_ruler(self._desk.commands.ruler, self._desk.view, self._facts, self.hovered)
+        if not (pictures.tiles or is_free):
+            draw_point_marks(self._facts, self._desk.view)
             self._legend()
         if not (self._ui.is_bare or pictures.tiles):
-            draw_lessons(self._lessons, self._desk.view.viewport)
+            draw_lessons(self._lessons, self._desk.view.viewport, is_free)
         stream = self._facts.stream
         if stream is not None and stream.is_shown:
             self._notice.draw(stream, self._desk.view.viewport)

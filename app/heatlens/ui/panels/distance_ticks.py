@@ -7,8 +7,10 @@ from typing import NamedTuple
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.units import FOOT_M, INCH_M, format_distance
 
-# Round numbers, times a power of ten. The second group is used where the first leaves room.
-_ROUNDS = (1.0, 2.0, 5.0), (1.5, 3.0, 7.0)
+# Round numbers, times a power of ten. Each group is used where those before it leave room.
+_ROUNDS = (1.0, 2.0, 5.0), (1.5, 3.0, 7.0), (4.0, 6.0, 8.0), (2.5, 9.0)
+_ENGRAVED = tuple(1.0 + 0.1 * i for i in range(90))  # ticks without labels
+_ENGRAVED_MOST = 200  # fine ticks on a scale, at most
 _DECADES = 4  # powers of ten from the near end on; farther distances look like infinity
 _INCHES_UNDER = 9.5  # no ten inches, which would leave no room for one foot
 INFINITY = "inf"
@@ -90,9 +92,28 @@ def scale_ticks(
     those of the histogram.
     """
     left, right = ends_x
-    near_m = max(1.0 / histogram.most_dioptres + offset_m, _LEAST_LABEL_M)
+    near_m = _nearest_m(histogram, offset_m)
 
     def x_at(label_m: float) -> float:
         return right - histogram.part_at(label_m - offset_m) * (right - left)
 
     return distance_ticks(near_m, unit, x_at, ends_x, width_of)
+
+
+def engraved_m(histogram: DepthHistogram, offset_m: float, unit: str) -> list[float]:
+    """Return the distances of the fine ticks between the labels, as the histogram has them.
+
+    They are a tenth of the leading digit apart, and end where they would run into each other.
+    """
+    least_apart = histogram.most_dioptres / _ENGRAVED_MOST
+    found: list[float] = []
+    for label_m in round_distances_m(_nearest_m(histogram, offset_m), unit, _ENGRAVED):
+        distance_m = label_m - offset_m
+        if not found or 1.0 / found[-1] - 1.0 / distance_m >= least_apart:
+            found.append(distance_m)
+    return found
+
+
+def _nearest_m(histogram: DepthHistogram, offset_m: float) -> float:
+    """Return the label at the near end of a scale."""
+    return max(1.0 / histogram.most_dioptres + offset_m, _LEAST_LABEL_M)

@@ -1,147 +1,243 @@
-"""Draw the focus bar: the histogram of depths over dioptres, depth of field, and the focus.
+"""Draw the focus bar under the picture: an engraved scale, the depths of the scene, the focus.
 
-Infinity is at the right and the nearest surface at the left, as on most lens barrels.
+Equal widths are equal dioptres. Infinity is at the right and the nearest surface at the left, as
+on most lens barrels. From top to bottom it has a line of figures, the groove with the depths, and
+the scale.
 """
 
-import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-import numpy as np
 from imgui_bundle import ImVec2, imgui
-from numpy.typing import NDArray
 
 from heatlens.base.printable import printable
 from heatlens.model.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
-from heatlens.session.lens.lens_commands import focused_at
-from heatlens.ui import probe, theme
-from heatlens.ui.panels.distance_ticks import scale_ticks
+from heatlens.model.measured_distance import measured_text
+from heatlens.session.lens.lens_commands import focused_at, nudged
+from heatlens.ui import probe, theme, widgets
+from heatlens.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale
+from heatlens.ui.panels.distance_ticks import engraved_m
+from heatlens.ui.probe import Rect
 
-_HEIGHT_EM = 4.2
-_TICK = 4.0  # screen units
-_TRIANGLE_EM = 0.33  # half the width of the one at the hyperfocal distance
-_NAME_GAP = 3.0  # between a mark's line and its name, in screen units
+_HEIGHT_EM, _PART_MOST = 5.4, 0.25  # height, and its largest share of the room under the menus
+_FIGURES_EM, _SCALE_EM, _EDGE_EM = 1.55, 1.45, 0.9  # heights of the lines, room at the ends
+_MINOR_EM = 0.2  # length of the fine ticks
+_REACH_EM = 0.4  # how near the pointer must be to what it points at
+_FOCUS_PART = 1.15  # size of the figure of the focus, as a share of the others
+_GAP_EM = 0.45  # between figures
+_NEEDLE, _GHOST = 2.5, 1.5  # widths in screen units
 
 
-def focus_bar(
-    lens: Lens, histogram: DepthHistogram, unit: str, marks: Sequence[tuple[str, float]] = ()
-) -> Lens:
-    """Draw the bar over the width of the panel; return the lens, focused by a drag.
+@dataclass(frozen=True, eq=False)
+class FocusFacts:
+    """What the bar shows.
 
-    `marks` are names and distances in metres of focus marks, drawn as lines with their names.
+    marks    names and distances in metres of focus marks
+    keyed_m  the focus of the keys, while another one is only tried; else None
     """
-    em = imgui.get_font_size()
-    size = ImVec2(imgui.get_content_region_avail().x, _HEIGHT_EM * em)
-    corner = imgui.get_cursor_screen_pos()
+
+    lens: Lens
+    histogram: DepthHistogram
+    unit: str
+    marks: Sequence[tuple[str, float]] = ()
+    keyed_m: float | None = None
+
+
+def focus_bar_height(room: float) -> float:
+    """Return the height of the bar where the picture and the bar have a height of `room`."""
+    return min(_HEIGHT_EM * float(imgui.get_font_size()), _PART_MOST * room)
+
+
+def focus_bar(facts: FocusFacts, corner: ImVec2, size: ImVec2) -> Lens:
+    """Draw the bar in the current window; return the lens, focused by a drag or the wheel.
+
+    A press on the name of a mark focuses exactly on it.
+    """
+    imgui.set_cursor_screen_pos(corner)
     imgui.invisible_button("focus bar", size)
-    if imgui.is_item_active():
-        lens = focused_at(lens, _dioptres_at(imgui.get_mouse_pos().x, corner, size, histogram))
-    _draw(lens, histogram, corner, size, unit)
-    _draw_marks(histogram, marks, corner, size)
-    if imgui.is_item_hovered() and not imgui.is_item_active():
-        imgui.set_tooltip("Drag to focus. Green is sharp; the triangle is the hyperfocal distance.")
+    notches, lens = widgets.wheel_over_last(), facts.lens
+    bar, x = _Bar(facts, corner, size), imgui.get_mouse_pos().x
+    pressed_m = bar.mark_under_pointer() if imgui.is_item_activated() else None
+    if pressed_m is not None:
+        lens = focused_at(lens, 1.0 / pressed_m)
+    elif imgui.is_item_activated() or (imgui.is_item_active() and imgui.get_io().mouse_delta.x):
+        lens = focused_at(lens, bar.dioptres_at(x))
+    if notches:
+        lens = nudged(lens, facts.histogram, notches)
+    bar.lens = lens
+    bar.draw(imgui.is_item_hovered() and not imgui.is_item_active())
     return lens
 
 
-def _dioptres_at(x: float, corner: ImVec2, size: ImVec2, histogram: DepthHistogram) -> float:
-    part = (x - corner.x) / max(size.x, 1.0)
-    return (1.0 - min(max(part, 0.0), 1.0)) * histogram.most_dioptres
+class _Bar:
+    """Draws the bar, and knows what lies where."""
+
+    def __init__(self, facts: FocusFacts, corner: ImVec2, size: ImVec2) -> None:
+        self._facts, self.lens = facts, facts.lens
+        self._corner, self._size = corner, size
+        self._em = imgui.get_font_size()
+        self._draw = imgui.get_window_draw_list()
+        self._left = corner.x + _EDGE_EM * self._em
+        self._width = max(size.x - 2 * _EDGE_EM * self._em, 1.0)
+        self._top = corner.y + _FIGURES_EM * self._em  # of the groove
+        self._bottom = max(corner.y + size.y - _SCALE_EM * self._em, self._top + 1.0)
+        self._flags = self._placed_flags()
+        right = self._left + self._width
+        probe.note_at("focus bar", (self._left, corner.y, right, corner.y + size.y))
+
+    def dioptres_at(self, x: float) -> float:
+        """Return the dioptres at a screen position."""
+        part = min(max((x - self._left) / self._width, 0.0), 1.0)
+        return (1.0 - part) * self._facts.histogram.most_dioptres
+
+    def _x_at(self, distance_m: float) -> float:
+        return float(self._left + (1.0 - self._facts.histogram.part_at(distance_m)) * self._width)
+
+    def mark_under_pointer(self) -> float | None:
+        """Return the distance in m of the mark whose name lies under the pointer."""
+        for _, distance_m, (x0, y0, x1, y1) in self._flags:
+            if imgui.is_mouse_hovering_rect(ImVec2(x0, y0), ImVec2(x1, y1)):
+                return distance_m
+        return None
+
+    def _placed_flags(self) -> list[tuple[str, float, Rect]]:
+        """Return names, distances and rectangles of the marks' flags that touch no other."""
+        flags, free_x, end = [], self._left, self._left + self._width
+        for name, distance_m in sorted(self._facts.marks, key=lambda mark: mark[1]):
+            x, width = self._x_at(distance_m), self._text_width(printable(name)) + 0.6 * self._em
+            x = x - width if x + width > end else x  # at the far end it flies to the left
+            if x >= free_x:
+                flags.append((name, distance_m, (x, self._top, x + width, self._top + self._em)))
+                free_x = x + width + 1.0
+        return flags
+
+    def draw(self, is_pointed_at: bool) -> None:
+        """Draw everything; `is_pointed_at` adds the distance at the pointer."""
+        end = ImVec2(self._corner.x + self._size.x, self._corner.y + self._size.y)
+        self._draw.push_clip_rect(self._corner, end, True)
+        self._draw.add_rect_filled(self._corner, end, theme.packed(_window_color()))
+        right = self._left + self._width
+        corner, groove_end = ImVec2(self._left, self._top), ImVec2(right, self._bottom)
+        self._draw.add_rect_filled(corner, groove_end, theme.colors.groove, 2.0)
+        near_m, far_m = near_limit_m(self.lens), far_limit_m(self.lens)
+        lit = self._x_at(near_m), self._x_at(far_m)
+        size = ImVec2(self._width, self._bottom - self._top)
+        draw_histogram(self._draw, self._facts.histogram, corner, size, lit)
+        for x in lit:
+            self._line(x, theme.colors.in_focus, 1.0)
+        self._draw_hyperfocal()
+        self._draw_marks()
+        self._draw_scale()
+        figures = self._draw_needles(near_m, far_m)
+        if is_pointed_at:
+            self._draw_pointer(figures)
+        self._draw.pop_clip_rect()
+
+    def _line(self, x: float, color: int, width: float, rise: float = 0.0) -> None:
+        self._draw.add_line(ImVec2(x, self._top - rise), ImVec2(x, self._bottom), color, width)
+
+    def _draw_hyperfocal(self) -> None:
+        x, half = self._x_at(hyperfocal_m(self.lens)), 0.33 * self._em
+        self._draw.add_triangle_filled(
+            ImVec2(x - half, self._bottom),
+            ImVec2(x + half, self._bottom),
+            ImVec2(x, self._bottom - 1.4 * half),
+            theme.colors.hyperfocal,
+        )
+
+    def _draw_marks(self) -> None:
+        """Draw a line for each mark, and its name as a flag of tape if it touches no other."""
+        for _, distance_m in self._facts.marks:
+            self._line(self._x_at(distance_m), theme.colors.mark, 1.0)
+        for name, _, rect in self._flags:
+            x0, y0, x1, y1 = rect
+            self._draw.add_rect_filled(ImVec2(x0, y0), ImVec2(x1, y1), theme.colors.mark, 1.0)
+            at = ImVec2(x0 + 0.3 * self._em, y0)
+            self._draw.add_text(at, theme.colors.on_accent, printable(name))
+            probe.note_at(f"{name} on the bar", rect)
+
+    def _draw_scale(self) -> None:
+        facts, offset_m = self._facts, self.lens.measuring_offset_m
+        for distance_m in engraved_m(facts.histogram, offset_m, facts.unit):
+            x = self._x_at(distance_m)
+            y = self._bottom + _MINOR_EM * self._em
+            self._draw.add_line(ImVec2(x, self._bottom), ImVec2(x, y), theme.colors.queued)
+        corner = ImVec2(self._left, self._bottom + TICK_EM * self._em)
+        size = ImVec2(self._width, 0.0)
+        draw_scale(self._draw, facts.histogram, corner, size, facts.unit, offset_m)
+
+    def _draw_needles(self, near_m: float, far_m: float) -> Rect:
+        """Draw the needle and its figures, and the ghost of the keys; return where figures lie."""
+        lens, em, keyed_m = self.lens, self._em, self._facts.keyed_m
+        if keyed_m is not None:
+            self._line(self._x_at(keyed_m), theme.colors.mark, _GHOST, 0.25 * em)
+            x = self._x_at(keyed_m)
+            probe.note_at("keyed focus", (x, self._top, x, self._bottom))
+        x, words = self._x_at(lens.focus_distance_m), self._words(lens.focus_distance_m)
+        self._line(x, theme.colors.accent, _NEEDLE, 0.4 * em)
+        font_px = _FOCUS_PART * em
+        width = _FOCUS_PART * self._text_width(words) + 0.8 * em
+        x0 = min(max(x - width / 2, self._left), self._left + self._width - width)
+        y = self._corner.y + 0.12 * em
+        plate = x0, y, x0 + width, y + 1.3 * em
+        self._draw.add_rect_filled(ImVec2(*plate[:2]), ImVec2(*plate[2:]), theme.colors.accent, 3.0)
+        at = ImVec2(x0 + 0.4 * em, y + 0.06 * em)
+        font = imgui.get_font()
+        self._draw.add_text(font, font_px, at, theme.colors.on_accent, words)
+        probe.note_at("focus on the bar", plate)
+        left = self._figure(self._words(near_m), plate[0], -1)
+        right = self._figure(self._words(far_m), plate[2], 1)
+        return left, y, right, plate[3]
+
+    def _figure(self, words: str, x: float, side: int) -> float:
+        """Draw a limit of what is sharp beside the figure of the focus, if there is room.
+
+        Return the x of its far end.
+        """
+        width, gap = self._text_width(words), _GAP_EM * self._em
+        x0 = x + gap if side > 0 else x - gap - width
+        if x0 < self._corner.x or x0 + width > self._corner.x + self._size.x:
+            return x
+        at = ImVec2(x0, self._corner.y + 0.25 * self._em)
+        self._draw.add_text(at, theme.colors.in_focus, words)
+        return x0 + width if side > 0 else x0
+
+    def _draw_pointer(self, taken: Rect) -> None:
+        """Draw the distance at the pointer beside the other figures, never over the scale."""
+        x, em = imgui.get_mouse_pos().x, self._em
+        words = self._pointed_words(x)
+        width = self._text_width(words)
+        self._line(x, theme.colors.text_dim, 1.0)
+        x0, gap = x - width / 2, _GAP_EM * em
+        if taken[0] - gap < x0 + width and x0 < taken[2] + gap:
+            x0 = taken[2] + 2 * gap if x > (taken[0] + taken[2]) / 2 else taken[0] - 2 * gap - width
+        if x0 < self._corner.x:
+            x0 = taken[2] + 2 * gap
+        elif x0 + width > self._corner.x + self._size.x:
+            x0 = taken[0] - 2 * gap - width
+        y = self._corner.y + 0.25 * em
+        self._draw.add_text(ImVec2(x0, y), theme.colors.text_dim, words)
+        probe.note_at("distance at the pointer", (x0, y, x0 + width, y + em))
+
+    def _pointed_words(self, x: float) -> str:
+        """Return what lies under the pointer."""
+        hyper_m, reach = hyperfocal_m(self.lens), _REACH_EM * self._em
+        if abs(x - self._x_at(hyper_m)) < reach:
+            return f"hyperfocal {self._words(hyper_m)}"
+        if self._facts.keyed_m is not None and abs(x - self._x_at(self._facts.keyed_m)) < reach:
+            return f"key {self._words(self._facts.keyed_m)}"
+        return self._words(focused_at(self.lens, self.dioptres_at(x)).focus_distance_m)
+
+    def _words(self, distance_m: float) -> str:
+        return measured_text(self.lens, distance_m, self._facts.unit)
+
+    @staticmethod
+    def _text_width(words: str) -> float:
+        return float(imgui.calc_text_size(words).x)
 
 
-def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, unit: str) -> None:
-    draw = imgui.get_window_draw_list()
-    bottom = corner.y + size.y
-    text_y = bottom - imgui.get_font_size()
-
-    def x_at(distance_m: float) -> float:
-        return float(corner.x + (1.0 - histogram.part_at(distance_m)) * size.x)
-
-    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.colors.groove, 3.0)
-    draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
-    near_x, far_x = x_at(near_limit_m(lens)), x_at(far_limit_m(lens))
-    draw.add_rect_filled(
-        ImVec2(near_x, corner.y), ImVec2(far_x, text_y - 2), theme.colors.in_focus_band
-    )
-    for x in (near_x, far_x):
-        draw.add_line(ImVec2(x, corner.y), ImVec2(x, text_y - 2), theme.colors.in_focus, 1.0)
-    focus_x = x_at(lens.focus_distance_m)
-    draw.add_line(ImVec2(focus_x, corner.y - 2), ImVec2(focus_x, text_y), theme.colors.accent, 2.5)
-    hyper_x, half = x_at(hyperfocal_m(lens)), _TRIANGLE_EM * imgui.get_font_size()
-    draw.add_triangle_filled(
-        ImVec2(hyper_x - half, corner.y),
-        ImVec2(hyper_x + half, corner.y),
-        ImVec2(hyper_x, corner.y + 1.4 * half),
-        theme.colors.hyperfocal,
-    )
-    below = ImVec2(size.x, text_y - corner.y)
-    draw_scale(draw, histogram, corner, below, unit, lens.measuring_offset_m)
-
-
-def _draw_marks(
-    histogram: DepthHistogram, marks: Sequence[tuple[str, float]], corner: ImVec2, size: ImVec2
-) -> None:
-    """Draw a line for each mark, from near to far, and its name if it does not touch another."""
-    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    low_y, free_x = corner.y + size.y - em - 2, corner.x
-    for name, distance_m in sorted(marks, key=lambda mark: mark[1]):
-        x = corner.x + (1.0 - histogram.part_at(distance_m)) * size.x
-        draw.add_line(ImVec2(x, corner.y), ImVec2(x, low_y), theme.colors.mark, 1.0)
-        width = imgui.calc_text_size(printable(name)).x
-        text_x = x + _NAME_GAP
-        if text_x + width > corner.x + size.x:  # a name at the far end stands left of its line
-            text_x = x - _NAME_GAP - width
-        if text_x >= free_x:
-            draw.add_text(ImVec2(text_x, corner.y), theme.colors.mark, printable(name))
-            probe.note_at(f"{name} on the bar", (text_x, corner.y, text_x + width, corner.y + em))
-            free_x = text_x + width + _NAME_GAP
-
-
-def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:
-    """Return the (BINS,) heights of the columns, 0 to 1; all but the first are scaled to reach 1.
-
-    The first column is infinity: in many pictures it has half of all pixels, and would make the
-    other columns invisibly low.
-    """
-    most = float(histogram.heights[1:].max(initial=0.0))
-    heights = histogram.heights if most == 0 else histogram.heights / most
-    return np.asarray(np.minimum(heights, 1.0))
-
-
-def draw_histogram(
-    draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
-) -> None:
-    """Draw the columns into the rectangle of `size`, infinity at the right."""
-    heights = visible_heights(histogram)[::-1]
-    step = size.x / len(heights)
-    bottom = corner.y + size.y
-    for i, height in enumerate(heights):
-        if height > 0:
-            x = corner.x + i * step
-            top = ImVec2(x, bottom - float(height) * (size.y - 4))
-            draw.add_rect_filled(top, ImVec2(x + step + 0.5, bottom), theme.colors.histogram)
-
-
-def draw_scale(
-    draw: imgui.ImDrawList,
-    histogram: DepthHistogram,
-    corner: ImVec2,
-    size: ImVec2,
-    unit: str,
-    offset_m: float = 0.0,
-) -> None:
-    """Draw labelled distances under a bar of this size, as many as fit.
-
-    Labels are distances from where the user measures them, which are longer by `offset_m` than
-    those of the histogram.
-    """
-    y, ends_x = corner.y + size.y, (corner.x, corner.x + size.x)
-
-    def width_of(text: str) -> float:
-        return float(imgui.calc_text_size(text).x)
-
-    for tick in scale_ticks(histogram, offset_m, unit, ends_x, width_of):
-        draw.add_text(ImVec2(tick.text_x, y), theme.colors.text_dim, tick.text)
-        if math.isfinite(tick.distance_m):
-            x = tick.text_x + width_of(tick.text) / 2
-            draw.add_line(ImVec2(x, y - _TICK), ImVec2(x, y), theme.colors.text_dim)
+def _window_color() -> tuple[float, float, float]:
+    color = imgui.get_style().color_(imgui.Col_.window_bg)
+    return color.x, color.y, color.z

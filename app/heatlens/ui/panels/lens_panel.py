@@ -32,7 +32,6 @@ from heatlens.model.units import format_distance
 from heatlens.session.lens.lens_commands import nudged
 from heatlens.session.loop.messages import Problem, window_words
 from heatlens.ui import probe, theme, widgets
-from heatlens.ui.panels.focus_bar import focus_bar
 
 _CUSTOM = "custom"
 _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
@@ -53,7 +52,6 @@ class LensFacts:
     tried: frozenset[LensParameter] = frozenset()  # parameters changed at this frame without a key
     doubts: tuple[Doubt, ...] = ()  # implausible values of the lens, given the depths
     brings_coc: bool = False  # the plate has circles of confusion instead of distances
-    marks: tuple[tuple[str, float], ...] = ()  # names of focus marks and their distances in metres
     kit_lens: KitLens | None = None  # the lens of a kit, which limits the values; None: no limits
 
 
@@ -80,9 +78,6 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         if facts.brings_coc:
             imgui.text_wrapped(_LENS_IS_FIXED)
         return lens
-    lens = focus_bar(lens, facts.histogram, facts.unit, facts.marks)
-    probe.note("focus bar")
-    notches = widgets.wheel_over_last()
     tip = f"2.24, 190cm, 6'3\" or inf, from the {lens.measured_from.words}"
     widgets.label("distance", tip)
     with _tried(LensParameter.FOCUS_DISTANCE, facts):
@@ -93,7 +88,7 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
             lambda text: parse_measured_m(lens, text),
             say,
         )
-    notches += widgets.wheel_over_last()
+    notches = widgets.wheel_over_last()
     if distance_m != lens.focus_distance_m:
         lens = replace(lens, focus_distance_m=distance_m)
     if notches:

@@ -20,7 +20,7 @@ from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.session.loop.messages import window_words
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.behind_rows import behind_rows
-from heatlens.ui.panels.focus_bar import draw_histogram, draw_scale
+from heatlens.ui.panels.depth_scale import draw_histogram, draw_scale
 
 _BAR_EM = 4.2
 _BY_NAME, _CUSTOM = "found by name", "another"

@@ -6,22 +6,22 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.view_geometry import Viewport
 from heatlens.session.marks.lessons import Lesson, Lessons
-from heatlens.ui import probe, theme
+from heatlens.ui import probe
 
 _WIDTH_EM, _LEAST_EM = 28.0, 16.0  # usual and least width of the card; without room it is left out
 _MARGIN_EM = 0.8  # margin to the edges of the picture's window
-_PART_MOST = 0.25  # largest share of the height of the picture's window
+_PART_MOST = 1 / 3  # largest share of the height of the picture
 _HIDE = "Hide"
 
 
-def draw_lessons(lessons: Lessons, viewport: Viewport) -> None:
+def draw_lessons(lessons: Lessons, viewport: Viewport, is_hidden: bool) -> None:
     """Draw the lessons not yet learnt at the lower left of the picture, if there is room."""
     left = imgui.MouseButton_.left
     lessons.watch(imgui.is_mouse_dragging(left), imgui.is_mouse_down(left))
     em, (x, y), (width, height) = imgui.get_font_size(), viewport.corner, viewport.size
     card = min(_WIDTH_EM * em, width - 2 * _MARGIN_EM * em)
     shown = _with_room(lessons.left, card, _PART_MOST * height) if card > _LEAST_EM * em else ()
-    if not shown:
+    if is_hidden or not shown:
         return
     at = ImVec2(x + _MARGIN_EM * em, y + height - _MARGIN_EM * em)
     imgui.set_next_window_pos(at, 0, ImVec2(0.0, 1.0))
@@ -35,7 +35,7 @@ def draw_lessons(lessons: Lessons, viewport: Viewport) -> None:
     )  # fmt: skip
     for lesson in shown:
         imgui.push_text_wrap_pos(_words_end(card))
-        imgui.text_colored(theme.OVER_PICTURE.accent_text, str(lesson))
+        imgui.text(str(lesson))
         imgui.pop_text_wrap_pos()
         probe.note(f"lesson {lesson.name}")
         if lesson is shown[0]:

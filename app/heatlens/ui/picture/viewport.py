@@ -60,10 +60,15 @@ class ViewportPanel:
         self.cells: list[Viewport] = []  # cells of the grid; without grid the viewport alone
         self._cell_under: int | None = None  # index of the cell under the pointer
 
-    def draw(self, pictures: Pictures, view: ViewState, framebuffer_scale: float) -> ViewportResult:
-        """Fill the current ImGui window with the picture and handle the mouse."""
+    def draw(
+        self, pictures: Pictures, view: ViewState, framebuffer_scale: float, below: float = 0.0
+    ) -> ViewportResult:
+        """Fill the current ImGui window with the picture and handle the mouse.
+
+        A strip of the height `below` stays free under the picture.
+        """
         corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
-        size = ImVec2(max(size.x, 8.0), max(size.y, 8.0))
+        size = ImVec2(max(size.x, 8.0), max(size.y - below, 8.0))
         self._split(
             Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale), pictures.tiles
         )
@@ -83,6 +88,11 @@ class ViewportPanel:
             hovered = self.place.geometry.pixel_at_window((mouse.x, mouse.y))
         focus_px = None if pictures.tiles else focus_px
         return ViewportResult(view, hovered, focus_px, camera, _focus_notches(), tile)
+
+    @property
+    def is_focusing(self) -> bool:
+        """True while a drag over the picture moves the focus."""
+        return self._gesture == "focus"
 
     def _split(self, whole: Viewport, tiles: tuple[Tile, ...]) -> None:
         """Divide the viewport among the tiles; `place` is the cell under the pointer."""
