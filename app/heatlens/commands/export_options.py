@@ -84,9 +84,9 @@ def _add_farm_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("render farm")
     group.add_argument(
         "--submit",
-        choices=("openjd",),
+        choices=("openjd", "slurm"),
         help="make no files, but print the export as a job: openjd, a template of Open Job "
-        "Description (YAML)",
+        "Description (YAML); slurm, a shell script that submits it to Slurm",
     )
     group.add_argument(
         "--bundle",

@@ -2,7 +2,7 @@
 
 import argparse
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,6 +28,7 @@ from heatlens.farm.job import (
 )
 from heatlens.farm.measure import measured
 from heatlens.farm.openjd import job_template, relative_to, write_bundle
+from heatlens.farm.slurm import slurm_script
 from heatlens.model.opening_image import OpeningImage
 from heatlens.sequence.names import frames_text
 
@@ -36,6 +37,14 @@ _REPLACED = (
     *("--frames", "--plate", "--ocio", "--progress", "--submit", "--bundle", "--moved"),
     *("--chunk", "--memory", "--cpus", "--gpus", "--part"),
 )
+ENGINES: dict[str, Callable[[FarmJob], str]] = {
+    "openjd": lambda job: job_template(job, Path.cwd()),
+    "slurm": slurm_script,
+}
+_HOW: dict[str, Callable[[], str]] = {
+    "openjd": lambda: f"Keep the template in {Path.cwd()}",
+    "slurm": lambda: "Run the script with sh where Slurm takes jobs.",
+}
 _CPUS = 2  # a task of a small plate fits a small node
 _FILES = ("--depth", "--behind", "--aperture-image")  # options that name files
 
@@ -45,25 +54,23 @@ def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
     check_replaced(plan)
     _check(args, plan)
     job = _measured_job(args, plan)
+    count = f"{len(plan.job.frames)} frames in {len(job.parts)} tasks"
     if args.bundle is not None:
         write_bundle(job, args.bundle)
+        say(f"{count}. Submit them with: deadline bundle submit {args.bundle}")
         tell(str(args.bundle))
-    else:
-        print(job_template(job, Path.cwd()), end="")
-    say(f"{len(plan.job.frames)} frames in {len(job.parts)} tasks{_kept_words(args)}")
-    for place in job.places if args.bundle is None else ():
+        return
+    print(ENGINES[args.submit](job), end="")
+    say(f"{count}. {_HOW[args.submit]()}")
+    for place in job.places if args.submit == "openjd" else ():
         if relative_to(place, Path.cwd()) is None:
             told = f"-p {place.name}={place.path}"
             say(f"it cannot hold this path, so give that on submission: {told}")
 
 
-def _kept_words(args: argparse.Namespace) -> str:
-    if args.bundle is None:
-        return f". Keep the template in {Path.cwd()}"
-    return f" in {args.bundle}: deadline bundle submit {args.bundle}"
-
-
 def _check(args: argparse.Namespace, plan: ExportPlan) -> None:
+    if args.bundle is not None and args.submit != "openjd":
+        raise InputError("--bundle is for --submit openjd.")
     if args.lens_kit is not None and args.lens_kit.partition(":")[0] in kit_shelf().own:
         raise InputError(
             f"--lens-kit {args.lens_kit} is a kit of this machine alone. Put it into a shot, which "

@@ -110,10 +110,11 @@ def parts_of(
 def located(places: Iterable[Place], text: str, path: Path) -> Word:
     """Return a word that begins with `text` and goes on with `path`, by its place if it has one."""
     for place in sorted(places, key=lambda place: -len(place.path.parts)):
+        lead = (text, place) if text else (place,)
         if place.path == path:
-            return (text, place)
+            return lead
         if place.kind == "DIRECTORY" and place.path in path.parents:
-            return (text, place, f"/{path.relative_to(place.path).as_posix()}")
+            return (*lead, f"/{path.relative_to(place.path).as_posix()}")
     return (f"{text}{path}",)
 
 

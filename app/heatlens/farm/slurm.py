@@ -1,0 +1,75 @@
+"""Describe an export as a shell script that submits it to Slurm.
+
+https://slurm.schedmd.com/sbatch.html
+"""
+
+from collections.abc import Sequence
+from shlex import quote
+
+from heatlens.farm.job import FarmJob, Needs, Word, word_text
+
+_ARRAY_MOST = 1000  # tasks of an array: MaxArraySize is 1001 unless a site changes it
+
+_HEAD = """\
+#!/bin/sh
+# {name}: {tasks} tasks. Submit them with: sh THIS_FILE
+jobs=
+fail() {{
+  test -z "$jobs" || scancel $jobs
+  echo "heatlens: $1" >&2
+  exit 2
+}}
+submit() {{
+  id=$(sbatch --parsable --requeue --kill-on-invalid-dep=yes {options} "$@") ||
+    fail 'Slurm did not take the job, see the line above. Nothing is left of it in the queue.'
+  jobs="$jobs ${{id%%;*}}"
+}}
+command -v sbatch >/dev/null || fail 'sbatch is not here: run this where Slurm takes jobs.'
+"""
+_TASKS = """\
+set -- {parts}
+shift "$SLURM_ARRAY_TASK_ID"
+"""
+
+
+def slurm_script(job: FarmJob) -> str:
+    """Return the script; places are variables at its beginning, which every task is given."""
+    head = _HEAD.format(
+        name=quote(job.name).replace("\n", " "),
+        tasks=len(job.parts) + job.joins,
+        options=" ".join(map(quote, _options(job.name, job.needs))),
+    )
+    places = [f"export heatlens_{place.name}={quote(str(place.path))}\n" for place in job.places]
+    starts = range(0, len(job.parts), _ARRAY_MOST)
+    arrays = [job.parts[start : start + _ARRAY_MOST] for start in starts]
+    tasks = [_submitted(_array(job.words, it), f"--array=0-{len(it) - 1}") for it in arrays]
+    joins = [_submitted(_command(job.join_words), '--dependency="afterok$(printf :%s $jobs)"')]
+    return "".join([head, *places, *tasks, *(joins if job.joins else ()), "echo $jobs\n"])
+
+
+def _options(name: str, needs: Needs) -> list[str]:
+    return [
+        f"--job-name=heatlens {name}",
+        f"--cpus-per-task={needs.processors}",
+        *([] if needs.memory_gib is None else [f"--mem={needs.memory_gib}G"]),
+        *([f"--gres=gpu:{needs.gpus}"] if needs.gpus else []),
+    ]
+
+
+def _submitted(script: str, option: str) -> str:
+    """Return the command that submits a script; no line of the script ends it."""
+    end = "END"
+    while end in script:
+        end += "_"
+    return f"submit {option} <<'{end}'\n#!/bin/sh\n{script}{end}\n"
+
+
+def _array(words: Sequence[Word], parts: Sequence[str]) -> str:
+    return _TASKS.format(parts=" ".join(parts)) + _command(words)
+
+
+def _command(words: Sequence[Word]) -> str:
+    def typed(word: Word) -> str:
+        return word_text(word, lambda place: f'"$heatlens_{place.name}"', '"$1"', quote)
+
+    return f"exec heatlens {' '.join(map(typed, words))}\n"
