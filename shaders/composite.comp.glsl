@@ -2,7 +2,8 @@
 // it is not clamped, because the two ripples cancel and a uniform colour stays uniform.
 //
 // Inputs
-//   layer_tx        rgb times coverage, a coverage, both blurred; if REDUCED a smaller picture
+//   layer_tx        rgb times coverage, a coverage, both blurred; if REDUCED a smaller picture, of which
+//                   tiles that are not active are empty, whatever is stored there
 // Output
 //   out_color_img   rgb so far (read and written); a 1
 
@@ -17,13 +18,17 @@ layout(rgba32f) uniform image2D out_color_img;
 uniform int reduction;     // side of a pixel of the layer, in pixels of the picture
 
 #ifdef REDUCED
+#include "lib/tile_mask.lib.glsl"
+
+vec4 active_at(ivec2 at) { return is_active(at) ? texelFetch(layer_tx, at, 0) : vec4(0.0); }
+
 vec4 layer_at(ivec2 at) {
     vec2 place = (vec2(at) + 0.5) / float(reduction) - 0.5;
     ivec2 low = ivec2(floor(place)), last = textureSize(layer_tx, 0) - 1;
     ivec2 a = clamp(low, ivec2(0), last), b = clamp(low + 1, ivec2(0), last);
     vec2 part = place - vec2(low);
-    vec4 above = mix(texelFetch(layer_tx, a, 0), texelFetch(layer_tx, ivec2(b.x, a.y), 0), part.x);
-    vec4 below = mix(texelFetch(layer_tx, ivec2(a.x, b.y), 0), texelFetch(layer_tx, b, 0), part.x);
+    vec4 above = mix(active_at(a), active_at(ivec2(b.x, a.y)), part.x);
+    vec4 below = mix(active_at(ivec2(a.x, b.y)), active_at(b), part.x);
     return mix(above, below, part.y);
 }
 #else

@@ -1,35 +1,47 @@
-// Sets the masks of lib/hidden.lib.glsl: every pixel of a layer's active tiles is visible.
+// Sets the masks of lib/hidden.lib.glsl, for several layers: every pixel of a layer's active tiles is
+// visible.
 //
 // Output
 //   bits_buf   32 pixels a word, along each direction; 0 beyond the picture's edge too
 
 #include "lib/hidden.lib.glsl"
-#include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = WORD_GROUP) in;
 
-uniform ivec2 size;
+uniform ivec2 layer_sizes[LAYERS_MAX];
+uniform int tile_words, bits_words;  // of a layer
+layout(std430) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
 layout(std430) writeonly buffer bits_block { uint bits_buf[]; };
 
-// Number of pixels from here on, along a direction, in the same tile and on the same side of the border.
+// Number of pixels from here on, along a direction, in the same tile.
 int run_in_tile(ivec2 at, ivec2 direction) {
     ivec2 in_tile = at & (TILE - 1);
-    int run = direction.y == 0 ? TILE : min(TILE - in_tile.y, size.y - at.y);
-    if (direction.x > 0) run = min(run, min(TILE - in_tile.x, size.x - at.x));
+    int run = direction.y == 0 ? TILE : TILE - in_tile.y;
+    if (direction.x > 0) run = min(run, TILE - in_tile.x);
     return direction.x < 0 ? min(run, in_tile.x + 1) : run;
 }
 
+// Where a line enters the picture, and where it has left it.
+ivec2 inside(int k, int line, ivec2 size) {
+    if (k < 2) return ivec2(0, k == 0 ? size.x : size.y);
+    ivec2 ends = k == 2 ? ivec2(size.y - line, size.x + size.y - line) : ivec2(line + 1 - size.x, line + 1);
+    return clamp(ends, ivec2(0), ivec2(size.y));
+}
+
 void main() {
-    int word = int(gl_GlobalInvocationID.x), k = int(gl_GlobalInvocationID.y);
-    int per_line = words_per_line(k, size);
-    if (word >= lines_of(k, size) * per_line) return;
+    int word = int(gl_GlobalInvocationID.x), k = int(gl_GlobalInvocationID.y), layer = int(gl_GlobalInvocationID.z);
+    ivec2 size = layer_sizes[layer];
+    int per_line = words_per_line(k, size), line = word / per_line, begin = word % per_line * 32;
+    if (line >= lines_of(k, size)) return;
+    ivec2 ends = inside(k, line, size);
+    int first_tile = layer * tile_words, tiles_across = (size.x + TILE - 1) / TILE;
     uint bits = 0u;
-    for (int i = 0; i < 32;) {
-        ivec2 at = pixel_of(k, word / per_line, word % per_line * 32 + i, size);
-        bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, size));
-        int run = inside ? min(run_in_tile(at, DIRECTION[k]), 32 - i) : 1;
-        if (inside && is_active(at)) bits |= (~0u >> (32 - run)) << i;
+    for (int i = max(begin, ends.x), end = min(begin + 32, ends.y); i < end;) {
+        ivec2 at = pixel_of(k, line, i, size), tile = at / TILE;
+        int run = min(run_in_tile(at, DIRECTION[k]), end - i);
+        bool is_active = tile_mask_buf[first_tile + tile.y * tiles_across + tile.x] != 0u;
+        if (is_active) bits |= (~0u >> (32 - run)) << (i - begin);
         i += run;
     }
-    bits_buf[first_word(k, size) + word] = bits;
+    bits_buf[layer * bits_words + first_word(k, size) + word] = bits;
 }

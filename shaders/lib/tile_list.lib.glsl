@@ -1,8 +1,8 @@
 // The active tiles of a layer, so that a pass runs on these alone: one workgroup a tile.
 //
 // The list begins with the workgroups of two later passes (glDispatchComputeIndirect): one of the
-// layer's size, and one of the picture's, where a tile stands for several. The order of the tiles
-// differs from run to run.
+// layer's size, in slices (lib/list_slice.lib.glsl), and one of the picture's, where a tile stands for
+// several. tile_reach.comp.glsl writes it; the order of the tiles differs from run to run.
 
 #include "lib/list_slice.lib.glsl"
 
@@ -12,16 +12,6 @@ layout(std430) buffer tile_list_block {
     uint tile_count;
     uint listed_tiles[];  // y << 16 | x
 };
-
-#define TILE_GROUPS_MAX 65535u  // what OpenGL promises; longer lists are walked in strides
-
-// The number of slices of the pass at the layer's size (lib/list_slice.lib.glsl).
-void list_tile(ivec2 tile, uint slices) {
-    uint slot = atomicAdd(tile_count, 1u);
-    if (slot % slices == 0u && slot / slices < TILE_GROUPS_MAX) atomicAdd(layer_groups[0], 1u);
-    if (slot < TILE_GROUPS_MAX) atomicAdd(picture_groups[0], 1u);
-    listed_tiles[slot] = uint(tile.y) << 16 | uint(tile.x);
-}
 
 ivec2 listed_tile(uint slot) {
     return ivec2(listed_tiles[slot] & 0xffffu, listed_tiles[slot] >> 16);

@@ -5,7 +5,9 @@ import numpy as np
 
 from heatlens.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer, block_size
 from heatlens.defocus.pixel_list import list_bytes
-from heatlens.defocus.tile_mask import TileList, WholePictures
+from heatlens.defocus.tile_mask import TileList, TileMask, WholePictures, seen_bytes
+from heatlens.defocus.tile_pass import SeenBitsPass
+from heatlens.gpu.buffer_parts import BufferParts
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 
 HIDDEN = -1.0  # nothing of the pixel is seen
@@ -26,8 +28,10 @@ def filled(
     pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
     cost = new_texture(ctx, block_size(size), 4)
     upload(cost, np.full((*block_size(size)[::-1], 4), -1.0, np.float32))
+    bits, tiles = ctx.buffer(reserve=seen_bytes(size)), TileMask.bytes_for(size)
+    SeenBitsPass(ctx).mark([size], BufferParts(mask.words, tiles), BufferParts(bits, bits.size))
     scratch = HiddenScratch(
-        ctx.buffer(reserve=HiddenFillPass.bits_bytes(size)),
+        bits,
         ctx.buffer(reserve=list_bytes(size)),
         cost,
     )

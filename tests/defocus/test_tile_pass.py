@@ -8,9 +8,11 @@ from heatlens.defocus.layer_plan import layer_plans
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import Slices
 from heatlens.defocus.scratch import Scratch
-from heatlens.defocus.tile_mask import tile_count
-from heatlens.defocus.tile_pass import TilePass
-from heatlens.gpu.shader_constants import TILE
+from heatlens.defocus.tile_mask import TileMask, seen_bytes, seen_words, tile_count
+from heatlens.defocus.tile_pass import SeenBitsPass, TilePass
+from heatlens.gpu.buffer_parts import BufferParts
+from heatlens.gpu.program import groups_for
+from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Quality
@@ -33,11 +35,13 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
     tile_pass, pool = TilePass(ctx), Scratch(ctx)
     found = tile_pass.look_through(picture, plans, pool)
     masks = []
-    for number, plan in enumerate(plans):
-        mask, listed = tile_pass.find(found, plans, number, optics, pool)
+    for plan, tiles in zip(plans, tile_pass.find(found, plans, optics, pool), strict=True):
+        mask, listed = tiles.mask, tiles.listed
         across, down = tile_count(plan.size(size))
-        words = np.frombuffer(mask.words.read(4 * across * down), np.uint32).reshape(down, across)
-        head = np.frombuffer(listed.words.read(28), np.uint32).astype(int)
+        words = np.frombuffer(mask.words.read()[: 4 * across * down], np.uint32).reshape(
+            down, across
+        )
+        head = np.frombuffer(listed.words.read()[:28], np.uint32).astype(int)
         assert head[3] == head[6] == np.count_nonzero(words)
         assert head[0] == -(-head[6] // Slices(ctx).count(size))
         assert tuple(head[4:6]) == (plan.reduction, plan.reduction)
@@ -91,3 +95,34 @@ def test_a_scene_without_blur_keeps_every_bit(ctx, renderer):
     renderer.load(plate_of(color, np.where(depth < 1.0, 2.0, 2.0).astype(np.float32)))
     picture = renderer.pixels(Shot(Lens(50.0, 2.0, 2.0, 36.0), DefocusSettings()))
     assert np.array_equal(picture[..., :3], color)
+
+
+def seen_by_bits(bits: np.ndarray, k: int, size: tuple[int, int]) -> np.ndarray:
+    """Return which pixels are visible by the masks of one of the four directions."""
+    width, height = size
+    words = seen_words(size)
+    per_line = groups_for(width if k == 0 else height, 32)
+    y, x = np.mgrid[:height, :width]
+    line, place = ((y, x), (x, y), (x - y + height, y), (x + y, y))[k]
+    found = bits[sum(words[:k]) + line * per_line + place // 32]
+    return (found >> (place % 32) & 1).astype(bool)
+
+
+def test_all_pixels_of_active_tiles_are_marked_as_seen_along_every_direction(ctx, rng):
+    sizes = [(331, 77), (45, 150), (16, 16)]
+    tiles = [rng.random(tile_count(size)[::-1]) < 0.5 for size in sizes]
+    need, room_for = (max(map(f, sizes)) for f in (TileMask.bytes_for, seen_bytes))
+    masks, bits = (
+        BufferParts(ctx.buffer(b"\xa5" * (3 * each)), each)
+        for each in map(BufferParts.bytes_for, (need, room_for))
+    )
+    for layer, active in enumerate(tiles):
+        masks.whole.write(active.astype(np.uint32).tobytes(), offset=masks[layer].first)
+    SeenBitsPass(ctx).mark(sizes, masks, bits)
+    for layer, (size, active) in enumerate(zip(sizes, tiles, strict=True)):
+        words = np.frombuffer(bits[layer].read(), np.uint32)[: seen_bytes(size) // 4]
+        expected = np.kron(active, np.ones((TILE, TILE)))[: size[1], : size[0]] != 0
+        for k in range(HIDDEN_DIRECTIONS):
+            np.testing.assert_array_equal(seen_by_bits(words, k, size), expected)
+        counted = np.unpackbits(words.view(np.uint8)).sum()
+        assert counted == HIDDEN_DIRECTIONS * expected.sum()  # none beyond the edge

@@ -14,8 +14,8 @@ from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 
 FILM = DefocusSettings(Bokeh.DISC, Quality.FILM)
 # A pass of film that is added or saved changes these.
-ISSUES, ISSUES_A_LAYER = 9, 15
-BARRIERS, BARRIERS_A_LAYER = 8, 13
+ISSUES, ISSUES_A_LAYER = 13, 11
+BARRIERS, BARRIERS_A_LAYER = 12, 10
 
 
 def counted(ctx: moderngl.Context, size: tuple[int, int], settings: DefocusSettings = FILM):

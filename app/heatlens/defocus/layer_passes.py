@@ -12,9 +12,8 @@ from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.pixel_list import WHOLE_LIST, Slices, clear_list
 from heatlens.defocus.tile_mask import TileList, TileMask
-from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
+from heatlens.gpu.program import ComputeProgram, StorageBuffer, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
-from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, WORD_GROUP
 
 
 @dataclass(frozen=True)
@@ -93,13 +92,13 @@ def _limits(cut: LayerCut) -> dict[str, object]:
 class HiddenScratch:
     """The scratch memory of the hidden fill.
 
-    bits    which pixels are visible, of size `HiddenFillPass.bits_bytes`
+    bits    which pixels are visible: so far all, see `SeenBitsPass`
     blocks  list of blocks to fill, of size `list_bytes` of the picture
     cost    RGBA of `block_size`, filled with -1
     match   like `cost`; only with fragment lists that are matched to the picture
     """
 
-    bits: moderngl.Buffer
+    bits: StorageBuffer
     blocks: moderngl.Buffer
     cost: moderngl.Texture
     match: moderngl.Texture | None = None
@@ -114,18 +113,12 @@ class HiddenFillPass:
     """Guesses hidden colours by continuing visible structures behind nearer layers."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._all_program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
         self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")
         self._block_program = ComputeProgram(ctx, "hidden_blocks.comp.glsl")
         cost, fill = "hidden_cost.comp.glsl", "hidden_fill.comp.glsl"
         self._cost_programs = ProgramVersions(lambda on: ComputeProgram(ctx, cost, on))
         self._fill_programs = ProgramVersions(lambda on: ComputeProgram(ctx, fill, on))
         self._slices = Slices(ctx)
-
-    @staticmethod
-    def bits_bytes(size: tuple[int, int]) -> int:
-        """Return the bytes of a picture's visibility masks, whose lines are whole 32-bit words."""
-        return 4 * sum(_words(size))
 
     def steps(
         self,
@@ -141,9 +134,7 @@ class HiddenFillPass:
         is that of `Fragments`, for a layer that may hold highlights.
         """
         size = layer.color.size
-        bits = {"bits_block": scratch.bits}
-        self._mark_seen(layer, bits)
-        yield
+        bits: dict[str, StorageBuffer] = {"bits_block": scratch.bits}
         hidden = bits | {"pixel_list_block": pixels}
         sized = WHOLE_LIST | {"size": size}
         self._clear_program.dispatch_indirect(pixels, buffers=hidden, uniforms=sized)
@@ -181,15 +172,6 @@ class HiddenFillPass:
             )
             yield
 
-    def _mark_seen(self, layer: Layer, bits: dict[str, moderngl.Buffer]) -> None:
-        """Set the bits of all pixels in the active tiles of the layer."""
-        size = layer.color.size
-        self._all_program.dispatch(
-            (groups_for(max(_words(size)), WORD_GROUP), HIDDEN_DIRECTIONS),
-            buffers=bits | {"tile_mask_block": layer.mask.words},
-            uniforms={"size": size, **layer.mask.uniforms},
-        )
-
 
 _Textures = dict[str, moderngl.Texture]
 
@@ -203,14 +185,6 @@ def _matched(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures
         return {}, {}, {}
     compared = {"listed_tx": layer.told, "state_tx": layer.state}
     return compared, {"out_match_img": scratch.match}, {"match_tx": scratch.match}
-
-
-def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:
-    """Return the words of the masks along each direction, as lib/hidden.lib.glsl counts them."""
-    width, height = size
-    down = groups_for(height, 32)
-    diagonal = (width + height) * down
-    return height * groups_for(width, 32), width * down, diagonal, diagonal
 
 
 class CocFillPass:
@@ -253,18 +227,20 @@ class CompositePass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._programs = _of_both_sizes(ctx, "composite.comp.glsl")
 
-    def run(
-        self, blurred: moderngl.Texture, plan: LayerPlan, listed: TileList, color: moderngl.Texture
-    ) -> None:
+    def run(self, blurred: Layer, plan: LayerPlan, color: moderngl.Texture) -> None:
         """Composite a `blurred` layer over `color`; the farthest layer replaces it."""
+        listed, mask, uniforms = blurred.listed.words, blurred.mask, WHOLE_LIST
+        buffers: dict[str, StorageBuffer] = {"tile_list_block": listed}
+        if plan.reduction > 1:
+            buffers["tile_mask_block"] = mask.words
+            uniforms = uniforms | mask.uniforms
         self._programs[plan.reduction > 1].dispatch_indirect(
-            listed.words,
+            listed,
             offset=TileList.OF_PICTURE,
-            textures={"layer_tx": blurred},
+            textures={"layer_tx": blurred.color},
             images={"out_color_img": color},
-            buffers={"tile_list_block": listed.words},
-            uniforms=WHOLE_LIST
-            | {"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction},
+            buffers=buffers,
+            uniforms=uniforms | {"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction},
         )
 
 

@@ -19,8 +19,8 @@ from typing import assert_never
 from heatlens.defocus.blur_pass import pole_layers
 from heatlens.defocus.highlight_pass import block_count
 from heatlens.defocus.kernels import Kernel, named_kernel
-from heatlens.defocus.layer_passes import HiddenFillPass
 from heatlens.defocus.line_solver import LineSystem, PartitionSolver, SolverName, SweepSolver
+from heatlens.defocus.tile_mask import seen_bytes
 
 _COLOR, _COC, _STATE, _KIND, _FRAGMENT, _POLE_LAYER = 16, 4, 8, 2, 8, 16
 _TALLY, _OFFSET = 40, 4  # a block of 8 x 8 pixels
@@ -149,7 +149,7 @@ def layer_split_bytes(work: Work, runs: int) -> Traffic:
 def hidden_fill_bytes(work: Work, runs: int) -> Traffic:
     """Count whole copies of the masks; all other work is per hidden pixel."""
     width, height = work.size
-    masks = 2 * HiddenFillPass.bits_bytes(work.size) / (width * height)
+    masks = 2 * seen_bytes(work.size) / (width * height)
     return Traffic(runs * masks, None, at_least=True)
 
 

@@ -59,8 +59,8 @@ def _own(*names: str) -> dict[str, str]:
     return dict.fromkeys(names, "")
 
 
-# In their order. "tiles" to "composite" run once for each layer, "colours" after all passes before
-# it for each colour, and each of the last three replaces "alpha" to "highlights drawn".
+# In their order. "layer split" to "composite" run once for each layer, "colours" after all passes
+# before it for each colour, and each of the last three replaces "alpha" to "highlights drawn".
 PASSES: tuple[Pass, ...] = (
     Pass(
         "proxy",
@@ -113,9 +113,10 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "tiles",
-        _comp("tile_layers", variants=_LISTS) | _comp("tile_reach_rows", "tile_reach"),
+        _comp("tile_layers", variants=_LISTS)
+        | _comp("tile_reach_rows", "tile_reach", "seen_bits_all"),
         pass_costs.tiles_bytes,
-        _own("tile mask", "tile list"),
+        _own("tile mask", "tile list", "hidden bits"),
         alone=_own("tile distance", "tile hider"),
     ),
     Pass(
@@ -126,12 +127,12 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "hidden fill",
-        _comp("seen_bits_all", "seen_bits_clear", "hidden_blocks")
+        _comp("seen_bits_clear", "hidden_blocks")
         | _comp("hidden_cost", variants=either("MATCHED"))
         | _comp("hidden_fill", variants=_MATCHED),
         pass_costs.hidden_fill_bytes,
         reads_last=("told", "hidden list"),
-        alone=_own("hidden bits", "hidden blocks", "hidden cost", "hidden match"),
+        alone=_own("hidden blocks", "hidden cost", "hidden match"),
     ),
     Pass(
         "coc fill",
@@ -158,7 +159,7 @@ PASSES: tuple[Pass, ...] = (
         "composite",
         _comp("composite", variants=either("REDUCED")),
         pass_costs.composite_bytes,
-        reads_last=("tile mask", "tile list", "layer"),
+        reads_last=("layer",),
     ),
     Pass(
         "highlights drawn",
@@ -166,7 +167,7 @@ PASSES: tuple[Pass, ...] = (
         pass_costs.highlights_drawn_bytes,
         reads_last=(
             *("alpha plate", "low", "low fragments", "around", "highlight plan"),
-            *("far sum", "far zone"),
+            *("far sum", "far zone", "tile mask", "tile list", "hidden bits"),
             *("highlight sprite", "kind", "far", "near", "tile content", "tile nearest"),
         ),
     ),

@@ -26,7 +26,7 @@ from heatlens.defocus.highlight_pass import (
 )
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import layer_cuts
-from heatlens.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer, block_size
+from heatlens.defocus.layer_passes import HiddenScratch, Layer, block_size
 from heatlens.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments, listed_through
 from heatlens.defocus.optics import Optics
@@ -36,10 +36,10 @@ from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.defocus.reduced_plate import PlateTextures, ReducedPlate
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
-from heatlens.defocus.tile_mask import TileList, TileMask
+from heatlens.defocus.tile_pass import LayerTiles
+from heatlens.gpu.buffer_parts import BufferPart
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 
-_NOTHING = (0.0, 0.0, 0.0, 0.0)
 _NO_COST = (-1.0, -1.0, -1.0, -1.0)  # marks visible pixels for hidden_fill.comp.glsl
 SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)  # handle a focus for each colour by themselves
 
@@ -180,11 +180,11 @@ class DefocusPipeline:
         plans = layer_plans(cuts, optics, color.size)
         out = self.scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
         found = self._passes.tiles.look_through(picture, plans, self.scratch)
+        tiles = self._passes.tiles.find(found, plans, optics, self.scratch)
+        yield self.scratch.passed("tiles")
         for number, plan in enumerate(plans):
             self._tell_progress(number, len(plans))
-            where = self._passes.tiles.find(found, plans, number, optics, self.scratch)
-            yield self.scratch.passed("tiles")
-            yield from self._blurred_layer(picture, plan, where, optics, settings, out)
+            yield from self._blurred_layer(picture, plan, tiles[number], optics, settings, out)
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
                 self._passes.far_parts.over(far, out)
             yield self.scratch.passed("composite")
@@ -199,7 +199,7 @@ class DefocusPipeline:
         self,
         picture: Fragments,
         plan: LayerPlan,
-        where: tuple[TileMask, TileList],
+        where: LayerTiles,
         optics: Optics,
         settings: DefocusSettings,
         out: moderngl.Texture,
@@ -219,7 +219,7 @@ class DefocusPipeline:
         poles = self._poles("poles", picture.coc.size, kernel_for(settings))
         blur = self._passes.blur.steps(what, BlurTargets(poles, layer.color), layer.mask)
         yield from self._named("blur", blur)
-        self._passes.composite.run(layer.color, plan, layer.listed, out)
+        self._passes.composite.run(layer, plan, out)
 
     def _far_field(
         self,
@@ -319,23 +319,24 @@ class DefocusPipeline:
         self,
         picture: Fragments,
         plan: LayerPlan,
-        where: tuple[TileMask, TileList],
+        where: LayerTiles,
         optics: Optics,
     ) -> Steps[tuple[Layer, moderngl.Texture]]:
         """Return a layer with hidden pixels filled, and its coc, in the active tiles."""
         size, scratch, reduction = plan.size(picture.coc.size), self.scratch, plan.reduction
         hidden = scratch.buffer("hidden list", list_bytes(picture.coc.size))
-        # Empty everywhere, because enlarging also reads tiles that are not active.
-        color = scratch.filled("layer", size, _NOTHING, reduction)
+        color = scratch.texture("layer", size, 4, reduction=reduction)
         state = scratch.texture("layer state", size, 2, reduction=reduction)
         told = None
         if picture.lists is not None:
             told = scratch.texture("told", size, 2, "f2", reduction)
-        layer = Layer(color, state, *where, told)
+        layer = Layer(color, state, where.mask, where.listed, told)
         split = self._passes.split.steps(picture, plan, hidden, layer)
         yield from self._named("layer split", split)
         if not plan.cut.is_nearest:
-            yield from self._named("hidden fill", self._hidden_fill(layer, hidden, plan, picture))
+            yield from self._named(
+                "hidden fill", self._hidden_fill(layer, hidden, plan, picture, where.seen)
+            )
         self.scratch.passed("hidden fill")
         layer_coc = scratch.texture("layer coc", size, 1, reduction=reduction)
         between = self._passes.solver.between_size(picture.coc.size)
@@ -347,11 +348,16 @@ class DefocusPipeline:
         return layer, layer_coc
 
     def _hidden_fill(
-        self, layer: Layer, hidden: moderngl.Buffer, plan: LayerPlan, picture: Fragments
+        self,
+        layer: Layer,
+        hidden: moderngl.Buffer,
+        plan: LayerPlan,
+        picture: Fragments,
+        seen: BufferPart,
     ) -> Iterator[None]:
         whole, blocks = picture.coc.size, block_size(layer.color.size)
         work = HiddenScratch(
-            self.scratch.buffer("hidden bits", HiddenFillPass.bits_bytes(whole)),
+            seen,
             self.scratch.buffer("hidden blocks", list_bytes(whole)),
             self.scratch.filled("hidden cost", blocks, _NO_COST, plan.reduction),
             self.scratch.filled("hidden match", blocks, _NO_COST, plan.reduction)

@@ -14,6 +14,7 @@ from typing import TypeVar
 import moderngl
 
 from heatlens.defocus import pass_list
+from heatlens.gpu.buffer_parts import BufferParts
 from heatlens.gpu.nan_fill import fill_buffer, fill_texture
 from heatlens.gpu.textures import Storage, TexturePool
 
@@ -121,6 +122,11 @@ class Scratch:
         """Return the storage buffer called `name`, of at least `size_bytes`."""
         memory = self._memory(name)
         return self._given(name, memory, self._pool.buffer(memory, size_bytes))
+
+    def parts(self, name: str, count: int, least_bytes: int) -> BufferParts:
+        """Return the storage buffer called `name` as `count` parts of at least `least_bytes`."""
+        part_bytes = BufferParts.bytes_for(least_bytes)
+        return BufferParts(self.buffer(name, count * part_bytes), part_bytes)
 
     def passed(self, name: str) -> str:
         """Free all memory that the pass `name` was the last to read; return the name."""

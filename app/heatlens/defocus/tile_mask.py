@@ -1,14 +1,12 @@
 """Mark the active tiles of a picture (lib/tile_mask.lib.glsl, lib/tile_list.lib.glsl)."""
 
-import struct
 from dataclasses import dataclass
 
 import moderngl
 
-from heatlens.gpu.program import groups_for
-from heatlens.gpu.shader_constants import TILE
+from heatlens.gpu.program import StorageBuffer, groups_for
+from heatlens.gpu.shader_constants import TILE, TILE_LIST_HEAD
 
-_LIST_HEAD = struct.Struct("7I")  # workgroups x, y, z of both passes; count
 _ALL = b"\xff" * 4  # the word of an active tile
 TileCount = tuple[int, int]  # across, down
 
@@ -18,11 +16,24 @@ def tile_count(size: tuple[int, int]) -> TileCount:
     return groups_for(size[0], TILE), groups_for(size[1], TILE)
 
 
+def seen_bytes(size: tuple[int, int]) -> int:
+    """Return the bytes of a picture's visibility masks, whose lines are whole 32-bit words."""
+    return 4 * sum(seen_words(size))
+
+
+def seen_words(size: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Return the words of the masks along each direction, as lib/hidden.lib.glsl counts them."""
+    width, height = size
+    down = groups_for(height, 32)
+    diagonal = (width + height) * down
+    return height * groups_for(width, 32), width * down, diagonal, diagonal
+
+
 @dataclass(frozen=True)
 class TileMask:
     """A word for each tile, row by row; 0 for tiles that are not active."""
 
-    words: moderngl.Buffer
+    words: StorageBuffer
     tiles: TileCount
 
     @staticmethod
@@ -41,7 +52,7 @@ class TileMask:
 class TileList:
     """The active tiles of a mask as a list, for passes with one workgroup per tile."""
 
-    words: moderngl.Buffer
+    words: StorageBuffer
 
     OF_LAYER = 0  # byte offset in `words` of the workgroup counts for a pass over the layer
     OF_PICTURE = 12  # for a pass over the picture, `reduction` x `reduction` groups per tile
@@ -49,11 +60,7 @@ class TileList:
     @staticmethod
     def bytes_for(size: tuple[int, int]) -> int:
         """Return the bytes of a list with room for every tile of a picture."""
-        return _LIST_HEAD.size + TileMask.bytes_for(size)
-
-    def clear(self, reduction: int) -> None:
-        """Empty the list; call this before the pass that appends to it."""
-        self.words.write(_LIST_HEAD.pack(0, 1, 1, 0, reduction, reduction, 0))
+        return 4 * TILE_LIST_HEAD + TileMask.bytes_for(size)
 
 
 class WholePictures:

@@ -1,5 +1,6 @@
 """Find the active tiles of each layer: near its content, and where it is uncovered."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -10,9 +11,10 @@ from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_un
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import Slices
 from heatlens.defocus.scratch import Scratch
-from heatlens.defocus.tile_mask import TileList, TileMask, tile_count
+from heatlens.defocus.tile_mask import TileList, TileMask, seen_bytes, seen_words, tile_count
+from heatlens.gpu.buffer_parts import BufferPart, BufferParts
 from heatlens.gpu.program import ComputeProgram, groups_for
-from heatlens.gpu.shader_constants import TILE, TILE_GROUP
+from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE, TILE_GROUP, WORD_GROUP
 from heatlens.model.settings import LAYERS_MAX
 
 
@@ -25,6 +27,15 @@ class TileContent:
     size: tuple[int, int]  # size of the picture in pixels
 
 
+@dataclass(frozen=True)
+class LayerTiles:
+    """The active tiles of a layer, as a mask and as a list, and room for its visible pixels."""
+
+    mask: TileMask
+    listed: TileList
+    seen: BufferPart
+
+
 class TilePass:
     """Examines the tiles of the picture once, then selects those of each layer."""
 
@@ -32,6 +43,7 @@ class TilePass:
         self._layers = ListProgram(ctx, "tile_layers.comp.glsl")
         self._rows = ComputeProgram(ctx, "tile_reach_rows.comp.glsl")
         self._reach = ComputeProgram(ctx, "tile_reach.comp.glsl")
+        self._seen = SeenBitsPass(ctx)
         self._slices = Slices(ctx)
 
     def look_through(
@@ -41,7 +53,6 @@ class TilePass:
         size, need = picture.coc.size, TileMask.bytes_for(picture.coc.size)
         content, nearest = (scratch.buffer(f"tile {name}", need) for name in ("content", "nearest"))
         found = TileContent(content, nearest, size)
-        ends = [plan.ends_px for plan in plans]
         lists = picture.lists
         self._layers.version(lists is not None).dispatch(
             _groups(tile_count(size)),
@@ -50,61 +61,96 @@ class TilePass:
             | list_buffers(lists),
             uniforms={
                 "tiles": tile_count(size),
-                "layer_ends_px": ends + [(0.0, 0.0)] * (LAYERS_MAX - len(ends)),
-                "layer_count": len(ends),
+                "layer_ends_px": _for_all([plan.ends_px for plan in plans]),
+                "layer_count": len(plans),
             }
             | list_uniforms(lists),
         )
         return found
 
     def find(
-        self,
-        found: TileContent,
-        plans: list[LayerPlan],
-        layer: int,
-        optics: Optics,
-        scratch: Scratch,
-    ) -> tuple[TileMask, TileList]:
-        """Find the active tiles of one layer, at its size; the next call overwrites them."""
-        plan = plans[layer]
-        size = plan.size(found.size)
-        tiles, need = tile_count(size), TileMask.bytes_for(size)
-        tile_px, wider = float(TILE * plan.reduction), max(optics.disc.half_extents)
-        listed = TileList(scratch.buffer("tile list", TileList.bytes_for(size)))
-        listed.clear(plan.reduction)
-        mask = TileMask(scratch.buffer("tile mask", need), tiles)
-        between = {
-            "distance_block": scratch.buffer("tile distance", need),
-            "hider_block": scratch.buffer("tile hider", need),
+        self, found: TileContent, plans: list[LayerPlan], optics: Optics, scratch: Scratch
+    ) -> list[LayerTiles]:
+        """Find the active tiles of every layer, at its size."""
+        tiles, need = tile_count(found.size), TileMask.bytes_for(found.size)
+        of_list, count = TileList.bytes_for(found.size), len(plans)
+        distance, hider, masks = (
+            scratch.parts(f"tile {name}", count, need) for name in ("distance", "hider", "mask")
+        )
+        lists = scratch.parts("tile list", count, of_list)
+        wider = max(optics.disc.half_extents)
+        groups = (*_groups(tiles), count)
+        shared: dict[str, object] = {
+            "layer_tiles": _for_all([_tiles_of(plan, found.size, optics) for plan in plans]),
+            "tile_words": masks.words,
+            "list_words": lists.words,
         }
-        reach: dict[str, object] = {
-            "tiles": tiles,
-            "reach_tiles": reach_tiles(plan, optics.nearest_px, wider, tile_px),
-        }
+        between = {"distance_block": distance.whole, "hider_block": hider.whole}
+        between["tile_list_block"] = lists.whole
         self._rows.dispatch(
-            _groups(tiles),
+            groups,
             buffers=between | {"content_block": found.content, "nearest_block": found.nearest},
-            uniforms=reach
-            | {
-                "picture_tiles": tile_count(found.size),
-                "reduction": plan.reduction,
-                "layer": layer,
-            },
+            uniforms=shared | {"picture_tiles": tiles},
         )
         self._reach.dispatch(
-            _groups(tiles),
-            buffers=between | {"tile_mask_block": mask.words, "tile_list_block": listed.words},
-            uniforms=reach
+            groups,
+            buffers=between | {"tile_mask_block": masks.whole},
+            uniforms=shared
             | {
-                "tile_px": tile_px,
-                "spread_px": SPREAD * wider * plan.widest_px,
-                "widest_px": plan.widest_px,
+                "layer_px": _for_all([(SPREAD * wider * p.widest_px, p.widest_px) for p in plans]),
                 "wider_scale": wider,
                 "margin_px": MARGIN_PX,
                 "slices": self._slices.count(found.size),
             },
         )
-        return mask, listed
+        seen = self._mark_seen(found.size, plans, masks, scratch)
+        return [
+            LayerTiles(
+                TileMask(masks[n], tile_count(plan.size(found.size))), TileList(lists[n]), seen[n]
+            )
+            for n, plan in enumerate(plans)
+        ]
+
+    def _mark_seen(
+        self, size: tuple[int, int], plans: list[LayerPlan], masks: BufferParts, scratch: Scratch
+    ) -> BufferParts:
+        bits = scratch.parts("hidden bits", len(plans), seen_bytes(size))
+        hiding = [plan.size(size) for plan in plans if not plan.cut.is_nearest]
+        self._seen.mark(hiding, masks, bits)
+        return bits
+
+
+class SeenBitsPass:
+    """Marks all pixels in the active tiles of layers as visible (lib/hidden.lib.glsl)."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
+
+    def mark(self, sizes: list[tuple[int, int]], masks: BufferParts, bits: BufferParts) -> None:
+        """Set the bits of the first layers, which have these `sizes` in pixels."""
+        if sizes:
+            words = max(max(seen_words(size)) for size in sizes)
+            self._program.dispatch(
+                (groups_for(words, WORD_GROUP), HIDDEN_DIRECTIONS, len(sizes)),
+                buffers={"tile_mask_block": masks.whole, "bits_block": bits.whole},
+                uniforms={
+                    "layer_sizes": _for_all(sizes),
+                    "tile_words": masks.words,
+                    "bits_words": bits.words,
+                },
+            )
+
+
+def _tiles_of(plan: LayerPlan, size: tuple[int, int], optics: Optics) -> tuple[int, int, int, int]:
+    """Return what lib/tile_reach.lib.glsl knows of a layer's tiles."""
+    tile_px, wider = float(TILE * plan.reduction), max(optics.disc.half_extents)
+    reach = reach_tiles(plan, optics.nearest_px, wider, tile_px)
+    return (*tile_count(plan.size(size)), reach, plan.reduction)
+
+
+def _for_all(of_layers: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
+    """Return values of layers as a uniform array for as many as there can be."""
+    return (*of_layers, *((0,) * len(of_layers[0]),) * (LAYERS_MAX - len(of_layers)))
 
 
 def _groups(tiles: tuple[int, int]) -> tuple[int, int]:

@@ -13,6 +13,7 @@ import moderngl
 from heatlens.base.errors import ShaderError
 from heatlens.base.paths import data_dir
 from heatlens.gpu import shader_reload
+from heatlens.gpu.buffer_parts import BufferPart
 from heatlens.gpu.shader_constants import PIXEL_GROUP
 from heatlens.gpu.shader_source import Kind, ShaderSource, assemble, declared_in
 from heatlens.gpu.uninterrupted import uninterrupted
@@ -20,6 +21,7 @@ from heatlens.gpu.uninterrupted import uninterrupted
 STRICT_VARIABLE = "HEATLENS_STRICT_SHADERS"
 
 Image = moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D
+StorageBuffer = moderngl.Buffer | BufferPart
 _Linked = moderngl.ComputeShader | moderngl.Program
 _WITH_UNITS: tuple[Kind, ...] = ("sampler", "image", "storage block")
 
@@ -57,7 +59,7 @@ class _Inputs:
         self,
         textures: Mapping[str, Image] | None,
         images: Mapping[str, Image] | None,
-        buffers: Mapping[str, moderngl.Buffer] | None,
+        buffers: Mapping[str, StorageBuffer] | None,
         uniforms: Mapping[str, object] | None,
     ) -> None:
         """Bind the inputs and outputs of the program's next run."""
@@ -175,7 +177,7 @@ class ComputeProgram(_Program):
         *,
         textures: Mapping[str, Image] | None = None,
         images: Mapping[str, Image] | None = None,
-        buffers: Mapping[str, moderngl.Buffer] | None = None,
+        buffers: Mapping[str, StorageBuffer] | None = None,
         uniforms: Mapping[str, object] | None = None,
     ) -> None:
         """Run on `groups` workgroups; raise ShaderError for a name that is not declared."""
@@ -185,16 +187,19 @@ class ComputeProgram(_Program):
 
     def dispatch_indirect(
         self,
-        groups: moderngl.Buffer,
+        groups: StorageBuffer,
         *,
         offset: int = 0,
         textures: Mapping[str, Image] | None = None,
         images: Mapping[str, Image] | None = None,
-        buffers: Mapping[str, moderngl.Buffer] | None = None,
+        buffers: Mapping[str, StorageBuffer] | None = None,
         uniforms: Mapping[str, object] | None = None,
     ) -> None:
         """Run on the number of workgroups in three words of `groups`, at `offset` bytes."""
         self._inputs.bind(textures, images, buffers, uniforms)
+        if isinstance(groups, BufferPart):
+            offset += groups.first
+            groups = groups.whole
         self._program.run_indirect(groups, offset)
         self._ctx.memory_barrier()
 
@@ -253,7 +258,7 @@ class DrawProgram(_Program):
         *,
         textures: Mapping[str, Image] | None = None,
         uniforms: Mapping[str, object] | None = None,
-        buffers: Mapping[str, moderngl.Buffer] | None = None,
+        buffers: Mapping[str, StorageBuffer] | None = None,
     ) -> None:
         """Bind the inputs of the next draw; raise ShaderError for a name that is not declared."""
         self._inputs.bind(textures, None, buffers, uniforms)
