@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from heatlens.model.boxes import Box
+from heatlens.plate.neighbours.agreed import middle_half
 from heatlens.plate.neighbours.found import with_neighbours
 from heatlens.plate.neighbours.view import View
+from heatlens.plate.of_arrays import plate_of_arrays
 from support.cards import POST, SIZE, WALL_M, Card, seen, wall_seen
 
 MOVED_M = 0.25  # sideways from frame to frame: a post at 2 m moves by 8 px against the wall
@@ -19,13 +23,14 @@ def frames(*numbers: int, cards=(POST,)) -> list:
 
 def behind(plate) -> tuple[np.ndarray, np.ndarray]:
     """Return depth and colour of the first surface behind each pixel; NaN where there is none."""
-    depth, color = np.full(SIZE[0] * SIZE[1], np.nan), np.full((SIZE[0] * SIZE[1], 3), np.nan)
+    shape = plate.depth_m.shape
+    depth, color = np.full(plate.depth_m.size, np.nan), np.full((plate.depth_m.size, 3), np.nan)
     if plate.fragments is not None:
         starts = (plate.fragments.starts >> 1).astype(int)
         has = np.diff(starts) > 0
         depth[has] = 1 / plate.fragments.dioptres[starts[:-1][has]]
         color[has] = plate.fragments.color[starts[:-1][has]]
-    return depth.reshape(SIZE), color.reshape(*SIZE, 3)
+    return depth.reshape(shape), color.reshape(*shape, 3)
 
 
 def test_a_wall_behind_a_card_is_found_as_it_is():
@@ -110,3 +115,54 @@ def test_what_lies_outside_the_frame_is_found():
 def test_a_border_that_nobody_saw_leaves_the_plate_as_it_is():
     here = seen(0.0)
     assert with_neighbours(here, [seen(0.0, frame=1)], 8).plate.data_window == Box(0, 0, 72, 48)
+
+
+@given(
+    st.lists(st.tuples(st.floats(1.5, 8), st.floats(-0.6, 0.4), st.floats(-0.4, 0.2)), max_size=3),
+    st.floats(0.05, 0.3),
+)
+@settings(max_examples=12, deadline=None)
+def test_rows_and_columns_are_alike(places, metres):
+    cards = [Card(z, (x, x + 0.3), (y, y + 0.5), light=z / 10) for z, x, y in places]
+    views = [seen(metres * k, cards, k) for k in (0, -1, 1)]
+    upright = with_neighbours(views[0], views[1:], 4)
+    lying = with_neighbours(transposed(views[0]), [transposed(it) for it in views[1:]], 4)
+    assert lying.frames == upright.frames
+    assert abs(lying.hidden_part - upright.hidden_part) < 0.02
+    shape = upright.plate.depth_m.shape
+    (depth, color), (its_depth, its_color) = (behind(it.plate) for it in (upright, lying))
+    assert np.allclose(its_depth.T, depth, rtol=1e-4, equal_nan=True) and depth.shape == shape
+    assert np.allclose(its_color.swapaxes(0, 1), color, atol=2e-3, equal_nan=True)
+
+
+def transposed(view: View) -> View:
+    """Return the view with rows for columns."""
+    plate, (fx, fy), (cx, cy) = view.plate, view.focal_px, view.centre_px
+    swap = np.array([[0, -1, 0, 0], [-1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    turned = plate_of_arrays(plate.color.swapaxes(0, 1).copy(), plate.depth_m.T.copy())
+    return View(view.frame, turned, swap @ view.world_to_camera, (fy, fx), (cy, cx))
+
+
+def test_a_point_fades_as_the_only_frame_that_saw_it_leaves():
+    """One frame sees the wall behind the post: the farther it is, the less it counts."""
+    beside, far = seen(0.0, frame=1), seen(0.6, frame=9)
+    alphas = []
+    for reach in (9, 10, 30):
+        others = [beside, far, seen(0.0, frame=-reach)]
+        lists = with_neighbours(seen(0.0), others).plate.fragments
+        alphas.append(float(lists.coverage.max()))
+    assert alphas[0] == pytest.approx(0.4, abs=0.01)
+    assert alphas[0] < alphas[1] < alphas[2] == 1
+
+
+@given(st.lists(st.tuples(st.floats(0, 5), st.floats(0.1, 1)), min_size=1, max_size=6))
+def test_the_middle_half_is_free_of_outliers_and_of_what_weighs_nothing(samples):
+    light, weights = np.array(samples, np.float32).T[:, :, None]
+    colors = np.repeat(light[..., None], 4, 2)
+    middle = middle_half(colors, weights)[0, 0]
+    assert light.min() - 1e-4 <= middle <= light.max() + 1e-4
+    more = np.concatenate([colors, np.full((1, 1, 4), 1e4, np.float32)])
+    outlier = np.concatenate([weights, weights.sum(0, keepdims=True) / 4])
+    assert middle_half(more, outlier)[0, 0] <= light.max() + 1e-3
+    nothing = np.concatenate([weights, np.full((1, 1), 1e-6, np.float32)])
+    assert middle_half(more, nothing)[0, 0] == pytest.approx(middle, rel=1e-3, abs=1e-3)

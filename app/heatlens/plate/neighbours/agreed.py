@@ -10,6 +10,8 @@ from heatlens.plate.neighbours.moving import Moving
 from heatlens.plate.neighbours.view import View, motion
 from heatlens.plate.plate import FloatImage
 
+_FULL = 0.25  # the weight of frames from which on a point is opaque; with less it fades
+
 
 def agreed(
     here: View,
@@ -21,7 +23,8 @@ def agreed(
     """Return the colour (N, 4) at each point; alpha 0 where nothing can be said.
 
     A frame that sees through a point shows that nothing is there. What one frame alone shows is
-    taken unless it lies beside something that moved.
+    taken unless it lies beside something that moved. Frames count the less the farther they are
+    in time, down to nothing, so that nothing pops where one enters or leaves.
     """
     x, y = canvas.middles(pixel)
     reach = max(abs(look.view.frame - here.frame) for look, _ in looks) + 1
@@ -37,6 +40,7 @@ def agreed(
         may_move |= is_seen & moving.holds(*there)
     seen_by = (weights > 0).sum(0)
     color = middle_half(colors, weights)
+    color *= np.minimum(weights.sum(0) / np.float32(_FULL), 1)[:, None]
     color[is_refuted | (seen_by == 0) | ((seen_by == 1) & may_move)] = 0
     return color
 

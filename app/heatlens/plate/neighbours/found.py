@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from heatlens.model.boxes import Box
 from heatlens.plate.behind import with_behind
 from heatlens.plate.neighbours.agreed import agreed
 from heatlens.plate.neighbours.border import widened
@@ -45,7 +46,7 @@ def with_neighbours(view: View, others: Sequence[View], border_px: int = 0) -> F
     moved, left_out = _usable(view, others)
     if not moved:
         return Found(view.plate, 0.0, (), left_out)
-    view = _widened(view, moved, border_px)
+    framed, view = view.plate.data_window, _widened(view, moved, border_px)
     canvas = canvas_of(view)
     layers = _layers(view, moved, canvas)
     plate = view.plate
@@ -53,7 +54,7 @@ def with_neighbours(view: View, others: Sequence[View], border_px: int = 0) -> F
         made = with_behind(plate, layers, _NAMES[: len(layers)])
         plate = replace(made, notes=plate.notes)
     frames = tuple(arrived.look.view.frame for arrived in moved)
-    return Found(plate, _found_part(canvas, layers), frames, left_out)
+    return Found(plate, _found_part(canvas, layers, framed), frames, left_out)
 
 
 def _usable(
@@ -104,12 +105,16 @@ def _layers(view: View, moved: Sequence[Arrived], canvas: Canvas) -> list[Plate]
     ]
 
 
-def _found_part(canvas: Canvas, layers: Sequence[Plate]) -> float:
-    asked = could_be_seen(canvas)
-    if not layers or not asked.any():
+def _found_part(canvas: Canvas, layers: Sequence[Plate], framed: Box) -> float:
+    """Return the share that was found, behind the plate without its new border."""
+    if not layers:
         return 0.0
-    is_found = layers[0].color[::BLOCK, ::BLOCK, 3] > 0
-    return float(is_found[asked].mean())
+    window = layers[0].data_window
+    rows = slice(framed.y0 - window.y0, framed.y1 - window.y0)
+    columns = slice(framed.x0 - window.x0, framed.x1 - window.x0)
+    asked = could_be_seen(canvas.front_m[rows, columns])
+    is_found = layers[0].color[rows, columns][::BLOCK, ::BLOCK, 3] > 0
+    return float(is_found[asked].mean()) if asked.any() else 0.0
 
 
 def _alone(plate: Plate, color: FloatImage, depth_m: FloatImage) -> Plate:

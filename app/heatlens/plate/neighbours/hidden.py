@@ -69,14 +69,13 @@ def surfaces(points: Points, most: int) -> list[tuple[Numbers, FloatImage]]:
     return found
 
 
-def could_be_seen(canvas: Canvas) -> Flags:
+def could_be_seen(front_m: FloatImage) -> Flags:
     """Return which pixels hide something that a lens could see: those inside near silhouettes.
 
     One of each block of pixels is told.
     """
-    front_m = canvas.front_m
     is_rim = of_nine(front_m, np.maximum) > front_m * np.float32(MIXED)
     rim_m = blocks(np.where(is_rim, front_m, np.float32(0)), np.maximum)
-    reach = max(1, round(_BAND * canvas.width / BLOCK))
+    reach = max(1, round(_BAND * front_m.shape[1] / BLOCK))
     inside: Flags = front_m[::BLOCK, ::BLOCK] <= around(rim_m, reach, np.maximum) * (1 + APART)
     return inside

@@ -10,10 +10,10 @@ from heatlens.plate.neighbours.view import NEAR_M, View
 from heatlens.plate.plate import FloatImage
 
 Flags = NDArray[np.bool_]
-MIXED = 1.05  # a pixel beside one this many times as far may be a mixture of both
+MIXED = 1.1  # a pixel beside one this many times as far may be a mixture of both
 SAME = 0.01  # of the depth: two frames see the same surface
 THROUGH = 1.02  # times as far: a frame sees what lies behind a point, which cannot be there
-_LEAST_WEIGHT = 0.3  # of the four pixels around a point, those that show its surface
+_LEAST_WEIGHT = 0.1  # of the four pixels around a point, those that show its surface
 
 
 @dataclass(frozen=True, eq=False)
