@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.camera.placement import camera_to_world, check_rigid, euler_deg, from_exr, matrix_of
+from heatlens.camera.placement import camera_to_world, check_rigid, euler_deg, matrix_of
+from heatlens.plate.header.placement import from_exr
 from support.cameras import EYE, TARGET, exr_attribute, world_to_camera
 
 # A camera at (10, 1, 0) that looks along -x: right is -z, up is y. Rows, looking along +z.

@@ -4,16 +4,15 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from heatlens.base.errors import InputError
 from heatlens.camera.float32 import shortest
-from heatlens.camera.placement import Array, Matrix, from_exr, is_rigid, matrix_of
+from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, Track, UpAxis
 from heatlens.model.frames import FRAMES_PER_SECOND
 from heatlens.model.option import Values
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header.channels import Header
+from heatlens.plate.header.placement import PLACEMENT, from_exr, is_rigid, placement_at
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import CameraHeader
@@ -21,7 +20,6 @@ from heatlens.plate.windows import box_at_header, pixel_aspect_of
 from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import find_sequence
 
-_PLACEMENT = "worldToCamera"
 _UNTOLD = ("sensor_height_mm", "squeeze", "nominal_f_stop", *OPENING_TRACKS)
 _TOLD_BY_HEADERS = [name for name in LENS_TRACKS if name not in _UNTOLD]
 
@@ -79,29 +77,20 @@ def placement_of(
     `headers` holds the headers of one file for each frame. The placement is None if any file lacks
     it, because holding the camera still at those frames would be wrong.
     """
-    told = [_attribute(found) for found in headers]
+    told = [placement_at(found) for found in headers]
     missing = [frame for frame, value in zip(frames, told, strict=True) if value is None]
     if len(missing) == len(frames):
-        return None, (f"no {_PLACEMENT} in the plate's headers: the camera has no placement.",)
+        return None, (f"no {PLACEMENT} in the plate's headers: the camera has no placement.",)
     if missing:
         where = frames_text(tuple(missing))
-        return None, (f"no usable {_PLACEMENT} at frames {where}: the camera has no placement.",)
+        return None, (f"no usable {PLACEMENT} at frames {where}: the camera has no placement.",)
     placed = [from_exr(value, scene_unit_m) for value in told if value is not None]
     if not all(is_rigid(matrix) for matrix, _ in placed):
-        return None, (f"{_PLACEMENT} scales or shears: the camera has no placement.",)
-    notes = [f"placement from {_PLACEMENT} in the plate's headers."]
+        return None, (f"{PLACEMENT} scales or shears: the camera has no placement.",)
+    notes = [f"placement from {PLACEMENT} in the plate's headers."]
     if any(is_left_handed for _, is_left_handed in placed):
         notes.append("the plate's world is left-handed: its z is reversed.")
     return tuple(matrix_of(matrix) for matrix, _ in placed), tuple(notes)
-
-
-def _attribute(headers: Sequence[Header]) -> Array | None:
-    """Return the first finite 4 x 4 matrix in the headers of a file."""
-    for header in headers:
-        value = np.asarray(header.get(_PLACEMENT, ()))
-        if value.shape == (4, 4) and value.dtype.kind == "f" and np.isfinite(value).all():
-            return value.astype(np.float64)
-    return None
 
 
 def _track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:

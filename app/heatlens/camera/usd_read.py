@@ -10,7 +10,7 @@ import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.camera.float32 import shortest
-from heatlens.camera.placement import Matrix, are_rigid, matrix_of
+from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis, fields_of
 from heatlens.camera.usd_write import (
     APERTURE_IMAGE,
@@ -32,6 +32,7 @@ from heatlens.files.usd_library import (
 from heatlens.model.frames import FrameRange, check_frame
 from heatlens.model.lens_model import LensModel
 from heatlens.model.opening_image import OpeningImage
+from heatlens.plate.header.placement import are_rigid
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
