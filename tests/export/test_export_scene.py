@@ -9,7 +9,6 @@ import pytest
 import yaml
 from PIL import Image
 
-from heatlens.camera.placement import from_exr
 from heatlens.color.view_transform import srgb_transform
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
@@ -21,6 +20,7 @@ from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.plate.header.placement import from_exr
 from heatlens.plate.read import read_plate
 from heatlens.scene.demo.demo import demo_scene, demo_shot
 from heatlens.scene.scene_bounds import track_of

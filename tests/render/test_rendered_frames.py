@@ -152,7 +152,7 @@ def filler(ctx, renderer):
 
 def job_of(path, frame: int = 4, key: str = "k") -> FrameJob:
     shot = pull(Shot(LENS, DRAFT), 2.0, 5.0, 1, 8)
-    return FrameJob(key, shot, frame, PlateFile(stamped((path,)), PlateOptions()))
+    return FrameJob(key, shot, frame, PlateFile(stamped((path,)), PlateOptions(), read_plate))
 
 
 def test_a_kept_frame_is_what_the_renderer_gives_in_half_floats(filler, renderer, tmp_path):

@@ -79,3 +79,4 @@ class ReadingOptions(TypedDict, total=False):
     eye: str | None
     despike: bool
     strict: bool
+    neighbours: int | None

@@ -25,7 +25,6 @@ from heatlens.api.python_words import python_words
 from heatlens.base.closing import Closing
 from heatlens.base.errors import InputError
 from heatlens.defocus.quality import unused_behind_notes
-from heatlens.frame_cache.reader import SequenceReader
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.frames import check_within
@@ -263,7 +262,6 @@ class Plates(Source):
         super().__init__()
         self._source = source
         self._sequence = source.sequence
-        self._reader = SequenceReader(source.options, source.first_file)
         self._shot = shot
         self._read: tuple[Path, Plate] | None = None
 
@@ -323,7 +321,7 @@ class Plates(Source):
     def _plate(self, path: Path) -> Plate:
         """Read a plate and keep it, because the lens changes more often than the frame."""
         if self._read is None or self._read[0] != path:
-            self._read = (path, self._reader(path))
+            self._read = (path, self._source.read(path))
         return self._read[1]
 
 

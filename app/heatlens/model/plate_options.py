@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import assert_never
 
 from heatlens.base.errors import InputError
-from heatlens.model.option import option
+from heatlens.model.option import option, options_of
 from heatlens.model.units import parse_scene_unit_m
 
 SPIKE_FROM = 2.0  # times as bright as the brightest neighbour: a spike,
@@ -138,6 +138,7 @@ class PlateOptions:
     eye              view of a stereo file; None: the first, or that of `color_layer`
     despike          replace lone pixels that are far too bright, see `plate.grain.despike`
     strict           refuse ambiguous input, instead of choosing the likelier reading
+    neighbours       frames on either side whose surfaces are used; None: 2 if the camera is known
 
     Raises InputError for an unknown convention, kind or curve, and for an impossible unit.
     """
@@ -253,6 +254,17 @@ class PlateOptions:
             "implausible together",
         ),
     )
+    neighbours: int | None = field(
+        default=None,
+        metadata=option(
+            "neighbours",
+            "frames on either side of a sequence from which hidden surfaces are taken, 0 for none "
+            "(default: 2 where the headers tell the camera, worldToCamera; none for a single file)",
+            metavar="N",
+            least=0,
+            most=64,
+        ),
+    )
 
     @property
     def files_beside(self) -> tuple[str, ...]:
@@ -269,6 +281,10 @@ class PlateOptions:
         }
         for name, kind in kinds.items():
             object.__setattr__(self, name, _member(kind, name, getattr(self, name)))
+        told = options_of(PlateOptions)["neighbours"]
+        if self.neighbours is not None and not told.allows(self.neighbours):
+            span = f"{told.least:g} to {told.most:g}"
+            raise InputError(f"Neighbours must be {span}, got {self.neighbours}.")
         if not 0 < self.scene_unit_m < math.inf:
             raise InputError(
                 f"The scene unit must be a number of metres above 0, got {self.scene_unit_m:g}."

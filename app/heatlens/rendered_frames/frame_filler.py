@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from heatlens.base.background import Threads
@@ -13,7 +13,6 @@ from heatlens.gpu.textures import download
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
-from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import RenderedPicture
 from heatlens.sequence.sequence import stamp_of
@@ -26,11 +25,14 @@ _WAITING = "waiting for a plate"
 class PlateFile:
     """A plate in its state when the key of its frame was made.
 
-    files  the file of the picture, then that of a separate depth
+    files    the file of the picture, then the others that it is made of
+    options  how they are read
+    read     reads the plate at a path
     """
 
     files: tuple[StampedFile, ...]
     options: PlateOptions
+    read: Callable[[Path], Plate] = field(compare=False)
 
     @property
     def path(self) -> Path:
@@ -163,4 +165,4 @@ def _read(file: PlateFile) -> Plate:
     for part in file.files:
         if stamp_of(part.path) != part.stamp:
             raise InputError(f"{part.path} has changed in the meantime.")
-    return read_plate(file.path, file.options).counted()
+    return file.read(file.path).counted()

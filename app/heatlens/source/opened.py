@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
+from heatlens.base.errors import InputError
 from heatlens.files.apart import Stop
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.frames import FrameRange
@@ -15,6 +16,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.header.start_lens import StartLens
+from heatlens.plate.plate import Plate
 from heatlens.scene.placing import Placing
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import MissingPolicy, Stamp
@@ -78,6 +80,13 @@ class Opened(ABC):
     def settled(self) -> PlateOptions:
         """The options with which every plate is read, settled by the first plate."""
         return self.options
+
+    def read(self, path: Path) -> Plate:
+        """Read one of its files as pictures at rest are made of it; only a cache has files.
+
+        Raises InputError if the file cannot be read.
+        """
+        raise InputError(f"{path} is none of the files of {self.text}.")
 
     @property
     def frames(self) -> FrameRange | None:

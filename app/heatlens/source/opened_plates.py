@@ -8,7 +8,7 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.base.faults import faults_reported
 from heatlens.frame_cache.cache import Damaged, FrameCache
-from heatlens.frame_cache.reader import SequenceReader, settled_options
+from heatlens.frame_cache.reader import settled_options
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
@@ -84,6 +84,10 @@ class OpenedPlates(Opened):
             return ()
         return () if path is None else self.again.files_of(path)
 
+    def read(self, path: Path) -> Plate:
+        """Read a plate with what its neighbours show."""
+        return self.again.read(path)
+
     def lens(self, given: Mapping[str, object]) -> StartLens:
         """Return the given lens, completed from the header."""
         return start_lens(self.plate, given)
@@ -112,11 +116,11 @@ def opened_plates(opening: Opening) -> OpenedPlates:
     text, options = opening.text, opening.options
     source = PlateSource(text, sequence_of_one_size(text), options)
     first, news = _first_frame(source.sequence, text, opening.frame), News(opening.wake)
-    reader = SequenceReader(options, source.first_file)  # as an export reads the sequence
     # A fault of the program in one frame makes that frame damaged; the others are still shown.
-    read = faults_reported("A frame could not be read")(reader)
+    # What neighbours show comes at rest: see `PlateFeed`.
+    read = faults_reported("A frame could not be read")(source.read.alone)
     cache = FrameCache(
-        source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.files_of
+        source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.own_files
     )
     try:
         found = cache.wait(first, window=0)

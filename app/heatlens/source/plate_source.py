@@ -9,7 +9,7 @@ import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
-from heatlens.frame_cache.reader import SequenceReader
+from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.model.frames import FrameRange
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
@@ -43,9 +43,19 @@ class PlateSource:
         return Path(self.sequence.pattern)
 
     @cached_property
-    def files_of(self) -> PlateFiles:
-        """Return a function that lists the files of the plate at a path, its own file first."""
+    def read(self) -> NeighbourReader:
+        """A function that reads the plate at a path, with what its neighbours show."""
+        return NeighbourReader(self.options, self.sequence)
+
+    @cached_property
+    def own_files(self) -> PlateFiles:
+        """A function that lists the files of the plate at a path alone, its own file first."""
         return PlateFiles(self.options.files_beside)
+
+    def files_of(self, path: Path) -> tuple[Path, ...]:
+        """Return the files of the plate at a path, its own file first; then its neighbours'."""
+        others = self.read.files_of(path)
+        return (*self.own_files(path), *(it for other in others for it in self.own_files(other)))
 
     @property
     def frames(self) -> FrameRange | None:
@@ -102,8 +112,8 @@ class PlateSource:
     ) -> FrameLoader:
         """See `Source`; the next plates are read while a frame is rendered."""
         needed = tuple(sorted({origin.frame for origin in origins}))
-        read = SequenceReader(self.options, self.first_file)
-        return _PlateLoader(replace(self.sequence, frames=needed, present=needed), read, renderer)
+        part = replace(self.sequence, frames=needed, present=needed)
+        return _PlateLoader(part, self.read, renderer)
 
     def _is_still(self, shot: Shot) -> bool:
         """Return True for a single file that is shown at every frame."""
@@ -121,7 +131,7 @@ class PlateSource:
 class _PlateLoader:
     """See `FrameLoader`."""
 
-    def __init__(self, sequence: Sequence, read: SequenceReader, renderer: Renderer) -> None:
+    def __init__(self, sequence: Sequence, read: NeighbourReader, renderer: Renderer) -> None:
         self._renderer = renderer
         self._loaded: tuple[Plate | None, bool] = (None, False)
         self._sequence = sequence

@@ -17,17 +17,20 @@ from heatlens.commands.output.say import say
 from heatlens.commands.sources.shot_plate import plate_shot
 from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.defocus.quality import unused_behind_notes
+from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.reader import SequenceReader, settled_options
 from heatlens.model.following import Distances
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens_model import LensModel
 from heatlens.model.marks import Mark
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.inspection import inspect
 from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
+from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import find_sequence
 
 if TYPE_CHECKING:
@@ -60,7 +63,7 @@ class PlateCommands(SourceCommands):
                 "a 3D scene, seen from many."
             )
         options = plate_options(args)
-        plate = read_plate(args.plate, options)
+        plate = _read_named(Path(args.plate), options)
         lens, said = lens_of(args, plate)
         say_plate(plate, lens, said, options)
         say(*unused_behind_notes(plate, settings))
@@ -104,6 +107,19 @@ class PlateCommands(SourceCommands):
         with file_of_input(Path(text)) as path:
             facts = inspect(path, plate_options(args))
         return facts, plate_lines(facts)
+
+
+def _read_named(path: Path, options: PlateOptions) -> Plate:
+    """Read a plate; with --neighbours, also what the frames beside it in its sequence show."""
+    if not options.neighbours:
+        return read_plate(path, options)
+    read = NeighbourReader(options, find_sequence(path))
+    found = read.found(read.alone(path))
+    say(read.neighbourhood.words)
+    if found.frames:
+        where = frames_text(found.frames)
+        say(f"frames {where} show {found.hidden_part:.0%} of what near silhouettes could hide.")
+    return found.plate
 
 
 def plate_lines(facts: Facts) -> list[Line]:

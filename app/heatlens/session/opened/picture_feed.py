@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass, replace
 
+from heatlens.base.background import Background
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import Damaged, Direction
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Framing
 from heatlens.model.settings import PROXY_MIN
 from heatlens.model.shot import Shot
+from heatlens.plate.plate import Plate
 from heatlens.rendered_frames.kept_picture import KeptPicture
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
@@ -19,6 +21,9 @@ from heatlens.source.opened import Opened
 from heatlens.source.opened_plates import OpenedPlates
 from heatlens.source.opened_scene import OpenedScene
 from heatlens.source.stream_source import OpenedStream
+
+# A plate, and the same with what its neighbours show.
+_WithNeighbours = tuple[Plate, Plate]
 
 
 @dataclass(frozen=True)
@@ -108,6 +113,9 @@ class PlateFeed(PictureFeed):
     def __init__(self, picture: GpuPicture, opened: OpenedPlates) -> None:
         super().__init__(picture)
         self._opened = opened
+        self._finder: Background[_WithNeighbours] = Background(opened.counter.tell)
+        self._found: _WithNeighbours | None = None
+        self._looked_at: Plate | None = None
 
     def begin(self) -> None:
         """See `PictureFeed`."""
@@ -131,15 +139,28 @@ class PlateFeed(PictureFeed):
         if wanted != self.wanted:
             cache.want(*wanted)
             self.wanted = wanted
-        self._take(stands_in)
+        self._take(stands_in, playhead.is_playing)
 
-    def _take(self, frame: int) -> None:
+    def _take(self, frame: int, is_playing: bool) -> None:
         found = self._opened.cache.get(frame)
         self.picture.is_settled = found is not None
         if isinstance(found, Damaged):
             self.picture.problem = found.sentence
-        elif found is not None and found is not self.picture.plate:
-            self.picture.load(found)
+        elif found is not None:
+            shown = found if is_playing else self._with_neighbours(found)
+            if shown is not self.picture.plate:
+                self.picture.load(shown)
+
+    def _with_neighbours(self, plate: Plate) -> Plate:
+        """Return the plate with what its neighbours show, once that is found on a thread."""
+        self._found = self._finder.poll() or self._found
+        if self._found is not None and self._found[0] is plate:
+            return self._found[1]
+        if plate is not self._looked_at:
+            self._looked_at = plate
+            found = self._opened.again.read.found
+            self._finder.start(lambda: (plate, found(plate).plate))
+        return plate
 
 
 class SceneFeed(PictureFeed):

@@ -149,7 +149,7 @@ class PullJobs:
             return None  # no file, which is reported where the frame is shown
         name = os.path.abspath(files[0].path) if files else opened.text
         source = KeySource(name, (*opened.stamps, *(file.stamp for file in files)))
-        plate = PlateFile(files, opened.settled) if files else None
+        plate = PlateFile(files, opened.settled, opened.read) if files else None
         return FrameJob(frame_key(self._shot_key, source, lens, view), self._shot, frame, plate)
 
     def _files(self, frame: int) -> tuple[StampedFile, ...]:

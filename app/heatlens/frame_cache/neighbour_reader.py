@@ -1,0 +1,217 @@
+"""Read the plates of a sequence with what their neighbouring frames show of hidden surfaces."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.base.errors import InputError
+from heatlens.frame_cache.plate_shelf import plate_bytes
+from heatlens.frame_cache.reader import SequenceReader
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.header.placement import from_exr, is_rigid, placement_at
+from heatlens.plate.neighbours.choice import chosen_frames, standing, step_of
+from heatlens.plate.neighbours.found import Found, with_neighbours
+from heatlens.plate.neighbours.view import FloatMatrix, View
+from heatlens.plate.parts.header_read import read_headers
+from heatlens.plate.plate import Plate
+from heatlens.sequence.sequence import Sequence, Stamp, stamp_of
+
+USUAL_COUNT = 2  # frames on either side where the headers tell the camera
+_SHELF_BYTES = 1 << 30  # six plates of 4K
+_UNASKED = "No neighbouring frames are used."
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """Which frames of a sequence tell of each other.
+
+    count    frames on either side; 0 where none are used
+    step     frames from one to the next of them
+    cameras  world to camera by frame; empty for a camera that stands
+    words    a sentence: which frames are used, or why none are
+    """
+
+    count: int = 0
+    step: int = 1
+    cameras: dict[int, FloatMatrix] = field(default_factory=dict)
+    words: str = _UNASKED
+
+    def around(self, frame: int, present: tuple[int, ...]) -> tuple[int, ...]:
+        """Return the frames that tell of `frame`."""
+        told = self.cameras or present
+        if not self.count or frame not in told:
+            return ()
+        return chosen_frames(frame, tuple(told), self.count, self.step)
+
+
+class NeighbourReader:
+    """Reads plates as a `SequenceReader` does, with the surfaces that other frames show behind.
+
+    The frames are chosen from the whole sequence, so that parts of an export equal the whole. May
+    be called from several threads; each plate is read once as long as it fits into memory.
+    """
+
+    def __init__(self, options: PlateOptions, sequence: Sequence) -> None:
+        self._options = options
+        self._sequence = sequence
+        self._read = SequenceReader(options, sequence.path_at(sequence.present[0]))
+        self._shelf = _Shelf(self._read)
+        self._lock = threading.Lock()
+
+    def __call__(self, path: Path) -> Plate:
+        """Read the plate at `path` with what is found. Raises InputError as `read_plate` does."""
+        return self.found(self.alone(path)).plate
+
+    def alone(self, path: Path) -> Plate:
+        """Read the plate at `path` without its neighbours."""
+        return self._shelf(path) if self.neighbourhood.count else self._read(path)
+
+    def found(self, plate: Plate) -> Found:
+        """Return a plate that was read alone with what is found, and which frames showed it.
+
+        A neighbour that cannot be read is named, and the others serve.
+        """
+        path, frames = plate.path, self._frames(plate.path)
+        view = None if not frames else self._view(self._frame(path), plate)
+        if view is None:
+            return Found(plate, 0.0, ())
+        views, unread = [], []
+        for frame in frames:
+            try:
+                views.append(self._view(frame, self._shelf(self._sequence.path_at(frame))))
+            except InputError as error:
+                unread.append((frame, str(error)))
+        found = with_neighbours(view, [it for it in views if it is not None])
+        left_out = tuple(sorted((*found.left_out, *unread)))
+        notes = tuple(f"Frame {frame} tells nothing of {path}: {why}" for frame, why in left_out)
+        with_notes = replace(found.plate, notes=(*found.plate.notes, *notes))
+        return replace(found, plate=with_notes.counted(), left_out=left_out)
+
+    def files_of(self, path: Path) -> tuple[Path, ...]:
+        """Return the files of the neighbours that the plate at `path` is made with."""
+        return tuple(self._sequence.path_at(frame) for frame in self._frames(path))
+
+    @property
+    def neighbourhood(self) -> Neighbourhood:
+        """Which frames tell of each other; the first call reads headers and a plate or two."""
+        with self._lock:
+            return self._neighbourhood
+
+    @cached_property
+    def _neighbourhood(self) -> Neighbourhood:
+        asked, present = self._options.neighbours, self._sequence.present
+        if asked == 0 or len(present) < 2 or not self._sequence.form.padding:
+            return Neighbourhood()
+        count, cameras = asked or USUAL_COUNT, self._cameras()
+        if not cameras and asked is None:
+            return Neighbourhood()
+        plate = self._shelf(self._sequence.path_at(present[0]))
+        if asked is None and plate.fragments is not None:  # it knows what is hidden
+            return Neighbourhood()
+        focal = _focal_px(plate, self._options)
+        if not plate.has_distances:
+            return Neighbourhood(words=f"{_UNASKED} The plates hold circles of confusion.")
+        if cameras and focal is None:
+            why = "The focal length of the camera is unknown: give --focal-length and a film back."
+            return Neighbourhood(words=f"{_UNASKED} {why}")
+        if not cameras and not standing(plate, self._shelf(self._sequence.path_at(present[-1]))):
+            return Neighbourhood(words=f"{_UNASKED} {_NO_CAMERA}")
+        step = step_of(cameras, plate, 1.0 if focal is None else focal[0], count)
+        every = "" if step == 1 else f", every {step} frames"
+        how = "whose place the headers tell" if cameras else "which stands still"
+        words = f"Uses {count} frames on either side{every}, of a camera {how}."
+        return Neighbourhood(count, step, cameras, words)
+
+    def _cameras(self) -> dict[int, FloatMatrix]:
+        """Return world to camera by frame; {} if the header of any frame lacks it."""
+        cameras = {}
+        for frame in self._sequence.present:
+            try:
+                told = placement_at(read_headers(self._sequence.path_at(frame)))
+            except InputError:  # reported where the frame is shown; the others serve
+                continue
+            if told is None:
+                return {}
+            matrix, _ = from_exr(told, self._options.scene_unit_m)
+            if not is_rigid(matrix):
+                return {}
+            cameras[frame] = matrix
+        return cameras
+
+    def _frame(self, path: Path) -> int:
+        frame = self._sequence.frame_at(path)
+        assert frame is not None  # `_frames` has found some around it
+        return frame
+
+    def _frames(self, path: Path) -> tuple[int, ...]:
+        frame = self._sequence.frame_at(path)
+        return () if frame is None else self.neighbourhood.around(frame, self._sequence.present)
+
+    def _view(self, frame: int, plate: Plate) -> View | None:
+        cameras, box = self.neighbourhood.cameras, plate.display_window
+        centre = box.width / 2, box.height / 2
+        if not cameras:
+            return View(frame, plate, np.eye(4), (float(box.width),) * 2, centre)
+        focal = _focal_px(plate, self._options)
+        return None if focal is None else View(frame, plate, cameras[frame], focal, centre)
+
+
+_NO_CAMERA = (
+    "The camera moves, and the headers do not tell where it is: render the plates with an entry "
+    "worldToCamera."
+)
+
+
+def _focal_px(plate: Plate, options: PlateOptions) -> tuple[float, float] | None:
+    """Return the focal length in pixels along x and y; None if it is not known."""
+    length_mm = plate.camera.focal_length_mm or options.focal_length_mm
+    width_mm = plate.camera.sensor_width_mm or options.sensor_width_mm
+    if length_mm is None or width_mm is None:
+        return None
+    focal_px = length_mm / width_mm * plate.display_window.width
+    return focal_px, focal_px * plate.pixel_aspect_ratio
+
+
+class _Shelf:
+    """Keeps the plates that were read last within a number of bytes, and reads each once."""
+
+    def __init__(self, read: Callable[[Path], Plate]) -> None:
+        self._read = read
+        self._lock = threading.Lock()
+        self._held: OrderedDict[tuple[Path, Stamp | None], Future[Plate]] = OrderedDict()
+
+    def __call__(self, path: Path) -> Plate:
+        """Return the plate at `path`, which is read if it is not held, or has changed."""
+        key = path, stamp_of(path)
+        with self._lock:
+            coming = self._held.get(key)
+            is_mine = coming is None
+            coming = coming or Future()
+            self._held[key] = coming
+            self._held.move_to_end(key)
+        if is_mine:
+            self._fill(key, coming)
+        return coming.result()
+
+    def _fill(self, key: tuple[Path, Stamp | None], coming: "Future[Plate]") -> None:
+        try:
+            coming.set_result(self._read(key[0]))
+        except BaseException as error:
+            coming.set_exception(error)
+        with self._lock:
+            if coming.exception() is not None:
+                self._held.pop(key, None)
+            while len(self._held) > 1 and self.bytes_in_use > _SHELF_BYTES:
+                self._held.popitem(last=False)
+
+    @property
+    def bytes_in_use(self) -> int:
+        """Bytes of all plates that have been read."""
+        done = [it for it in self._held.values() if it.done() and it.exception() is None]
+        return sum(plate_bytes(it.result()) for it in done)
