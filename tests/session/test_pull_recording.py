@@ -1,5 +1,7 @@
 """A pull that is performed: taken down at each frame, kept as few keys, one step of undo."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from heatlens.model.coc import sharp_dioptres
@@ -145,6 +147,88 @@ def test_a_hand_that_does_nothing_changes_nothing(session):
     perform(session, distance_m=None)
     assert session.editing.history == before and "not moved" in session.messages.text
     assert session.time.recording.state is RecordingState.OFF
+
+
+def test_frames_before_and_after_the_hand_moves_make_no_keys_and_the_ends_ease(session):
+    first, last = FIRST + 5, LAST - 4
+
+    def moved_m(frame):
+        part = min(max((frame - first) / (last - first), 0.0), 1.0)
+        return 1.0 / (0.25 + 0.25 * part)
+
+    perform(session, distance_m=moved_m)
+    keys = focus_keys(session)
+    assert first <= keys[0].frame <= first + 1 and last - 1 <= keys[-1].frame <= last
+    assert keys[0].ease_out.handle(1.0)[1] == keys[-1].ease_in.handle(1.0)[1] == 0.0
+    assert len(keys) <= 5
+    for frame in range(FIRST, LAST + 1):
+        off = 1 / session.facts.shot.lens_at(frame).focus_distance_m - 1 / moved_m(frame)
+        assert abs(off) <= session.time.recording.tolerance_dioptres * (1 + 1e-6)
+
+
+def test_what_stands_still_is_held_where_keys_come_before_and_after(session):
+    shot = session.facts.shot
+    for frame, distance_m in ((FIRST, 2.0), (LAST, 9.0)):
+        shot = shot.with_key(frame, FOCUS, distance_m)
+    session.editing.begin(shot)
+    frames = range(FIRST + 2, LAST - 1)
+
+    def moved_m(frame):
+        return 3.0 if frame < FIRST + 8 else 5.0
+
+    perform(session, frames, moved_m)
+    for frame in frames:
+        off = 1 / session.facts.shot.lens_at(frame).focus_distance_m - 1 / moved_m(frame)
+        assert abs(off) <= session.time.recording.tolerance_dioptres * (1 + 1e-6)
+    assert [focus_keys(session)[0].value, focus_keys(session)[-1].value] == [2.0, 9.0]
+
+
+@pytest.fixture
+def counted(session, monkeypatch):
+    """Return the session, armed with a count-in, and its clock."""
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(session.time.recording, "_clock", lambda: clock.now)
+    session.time.recording.beats = 3
+    session.time.recording.arm()
+    session.time.timeline.play(1)
+    session.time.recording.poll()
+    return session, clock
+
+
+def test_three_beats_are_counted_before_the_shot_plays(counted):
+    session, clock = counted
+    recording, seen = session.time.recording, []
+    before = session.editing.history
+    while recording.state is RecordingState.COUNTING:
+        assert not session.time.timeline.playback.direction and session.facts.frame == FIRST
+        seen.append(recording.beats_left)
+        session.lens.commands.focus(3.0)  # the hand takes hold: no key, no change of the shot
+        wait_s = recording.seconds_until_needed()
+        assert 0 < wait_s <= 1.0
+        clock.now += wait_s + 1e-6
+        recording.poll()
+    assert seen == [3, 2, 1] and session.editing.history == before
+    assert recording.state is RecordingState.RECORDING and recording.beats_left == 0
+    assert session.time.timeline.playback.direction == 1
+    assert recording.samples == [(FIRST, 3.0)]
+
+
+def test_playing_again_ends_the_count_and_arming_again_drops_it(counted):
+    session, clock = counted
+    clock.now += 0.5
+    session.time.timeline.play(1)
+    session.time.recording.poll()
+    assert session.time.recording.state is RecordingState.RECORDING
+    session.time.recording.drop()
+    session.time.recording.arm()
+    session.time.timeline.play(1)
+    session.time.recording.poll()
+    assert session.time.recording.state is RecordingState.COUNTING
+    session.time.recording.arm()
+    assert session.time.recording.state is RecordingState.OFF
+    clock.now += 10.0
+    session.time.recording.poll()
+    assert session.time.timeline.playback.direction == 0
 
 
 def test_another_change_of_the_shot_ends_the_choice_of_the_tolerance(session):

@@ -25,6 +25,7 @@ def ready(session: Session, *keyed: LensParameter, **lens: Any) -> Session:
     """Return the session at its first frame: nothing recorded, no keys of `keyed`, this lens."""
     session.time.recording.keep()
     session.time.recording._chosen_tolerance = None
+    session.time.recording.beats = 0
     session.time.timeline.playback.stop()
     session.time.timeline.playback.ending = Ending.LOOP
     session.editing.frame = FIRST

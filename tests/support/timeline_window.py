@@ -51,12 +51,14 @@ def reset_timeline(gui: Gui) -> None:
     session.time.keys._copied = ()
     session.time.keys.rows.choose(LensParameter.FOCUS_DISTANCE)
     session.time.keys.rows.shows_curve = False
+    gui.frame(2)  # the timeline becomes as high as before the curve
     marks.pull_from, marks.pull_to, marks.pull_ease_percent = None, "", EASE_PERCENT
     marks.lengthen_pull(PULL_FRAMES)
     session.time.scene_tracks._seen_by = None
     held_by = session.editing, session.time.keys, session.messages.say
     gui.ui.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))
     session.time.recording.keep()
+    session.time.recording.beats = 0
     gui.ui.opens_pull = False
 
 

@@ -62,7 +62,7 @@ def marks_of(p: Palette) -> dict:
         "an icon on a button": (p.handle, p.style[_Col.button]),
         "limits of what is sharp": (p.in_focus, p.groove),
         "a key": (p.key, p.groove),
-        "a chosen key": (p.accent, p.groove),
+        "a chosen key": (p.handle, p.groove),
         "hyperfocal distance": (p.hyperfocal, p.groove),
         "depths on the focus bar": (p.histogram, p.groove),
         "frames in memory": (p.ready, p.groove),

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.interpolation import Interpolation
-from heatlens.model.marks import PointMark
+from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.model.shot import LensParameter
 from heatlens.session.time.focus_track import FocusTrack
 from support.gui import Gui
@@ -37,7 +37,7 @@ def gui(ctx, film) -> Gui:
         shot = shot.with_key(number, FOCUS, distance_m)
     gui.session.editing.begin(shot)
     gui.key(K.c, shift=True)
-    gui.frame(2)
+    gui.frame(4)
     return gui
 
 
@@ -177,6 +177,7 @@ def test_the_names_of_lines_are_not_cut_off_at_the_top(gui):
     gui.session.editing.begin(gui.session.facts.shot)
     gui.session.time.marks.set_point(BALL)
     gui.until(lambda: bool(gui.session.time.mark_tracks()), "the line of the mark")
+    gui.ui.timeline.frame_all()
     gui.frame(2)
     top = gui.rect("timeline ruler")[3]
     assert gui.rect("name A on the curve")[1] >= top
@@ -186,7 +187,102 @@ def test_names_of_marks_at_one_distance_stand_beside_each_other(gui):
     for _ in range(3):
         gui.session.time.marks.set_here()
     gui.frame(3)
-    rects = [gui.rect(f"name {name} on the curve") for name in "ABC"]
+    rects = [gui.rect(f"name {name} on the curve") for name in "CBA"]
     for left, right in pairwise(rects):
         assert left[2] < right[0] and left[1] == right[1]
-    assert rects[0][0] > gui.rect("timeline ruler")[0] + imgui.get_font_size()  # room for a grip
+    assert rects[-1][2] < gui.rect("keys")[2] - imgui.get_font_size()  # room for a grip
+
+
+def height(gui) -> float:
+    _, y0, _, y1 = gui.rect("keys")
+    return y1 - y0
+
+
+def test_a_curve_has_room_and_gives_it_back(gui):
+    em, curve = imgui.get_font_size(), height(gui)
+    picture = gui.rect("picture")
+    assert curve >= 220 / 13 * em - em
+    gui.key(K.c, shift=True)
+    gui.frame(4)
+    assert height(gui) < 0.7 * curve
+    assert gui.rect("picture")[3] > picture[3] + 0.3 * curve
+    gui.key(K.c, shift=True)
+    gui.frame(4)
+    assert height(gui) == pytest.approx(curve, abs=1.0)
+    assert gui.rect("picture") == pytest.approx(picture, abs=1.0)
+
+
+def test_the_axis_fits_the_keys_and_f_over_it_brings_the_marks_in(gui):
+    near_and_far = DistanceMark("near", 0.5), DistanceMark("far", 80.0)
+    gui.session.editing.edit(replace(gui.session.facts.shot, marks=near_and_far))
+    gui.move(gui.middle("keys"))
+    gui.drawn.clear()
+    gui.frame(2)
+    fitted = per_dioptre(gui)
+    assert (1 / 1.5 - 1 / 3.0) * fitted > 0.4 * height(gui)
+    assert "name near on the curve" not in gui.drawn
+    zoom = gui.session.facts.view.zoom
+    gui.key(K.f)
+    gui.frame(2)
+    assert {"name near on the curve", "name far on the curve"} <= gui.drawn.keys()
+    assert per_dioptre(gui) < fitted / 2
+    gui.key(K.f)
+    gui.frame(2)
+    assert per_dioptre(gui) == pytest.approx(fitted)
+    assert gui.session.facts.view.zoom == zoom
+
+
+def test_f_beside_the_curve_fits_the_picture(gui):
+    gui.do("1:1")
+    gui.move(gui.middle("picture"))
+    gui.key(K.f)
+    assert gui.session.facts.view.zoom is None and not gui.ui.timeline.frames_all
+
+
+def test_alt_and_the_wheel_zoom_the_values_at_the_pointer_and_alt_alone_does_nothing(gui):
+    at, before, scale = place(gui, 1004), per_dioptre(gui), gui.ui.timeline.scale
+    gui.move(at)
+    gui.io.add_key_event(K.mod_alt, True)
+    gui.hold(K.left_alt)
+    gui.later()
+    gui.later()
+    assert not gui.session.pictures.view.is_lens_held_off
+    gui.wheel(at, -2)  # so that both keys stay in sight
+    gui.io.add_key_event(K.mod_alt, False)
+    gui.hold(K.left_alt, False)
+    assert per_dioptre(gui) == pytest.approx(before / 1.25**2, rel=0.01)
+    assert place(gui, 1004) == pytest.approx(at, abs=1.0)
+    assert gui.ui.timeline.scale is scale  # the frames stay as they are
+    gui.key(K.f)
+    gui.key(K.f)
+    gui.frame(2)
+    assert per_dioptre(gui) == pytest.approx(before)
+
+
+def test_the_value_stands_beside_the_key_that_is_dragged(gui):
+    x, y = place(gui, 1004)
+    gui.move(gui.middle("picture"))
+    gui.drawn.clear()
+    gui.frame(2)
+    assert "value beside the key" not in gui.drawn
+    gui.press((x, y))
+    gui.move((x, y + 12))
+    gui.frame(2)
+    x0, y0, _, y1 = gui.rect("value beside the key")
+    assert x0 - x < 20 and y0 < y + 12 < y1
+    gui.release()
+
+
+def test_a_short_handle_can_be_caught_beside_its_key(gui):
+    gui.do("Select all keys")
+    gui.do("Interpolate bezier after key")
+    key = gui.session.facts.shot.curves.focus_distance_m.key_at(1004)
+    flat = replace(key, ease_out=replace(key.ease_out, influence_percent=0.0))
+    curve = gui.session.facts.shot.curves.focus_distance_m.with_key(flat)
+    gui.session.editing.edit(gui.session.facts.shot.with_curve(FOCUS, curve))
+    gui.frame(30)
+    (x, y), (key_x, key_y) = gui.middle("handle out 1004"), place(gui, 1004)
+    assert math.hypot(x - key_x, y - key_y) > imgui.get_font_size()
+    gui.drag((x, y), (x + 20, y - 9))
+    bent = gui.session.facts.shot.curves.focus_distance_m.key_at(1004)
+    assert bent.ease_out.influence_percent > 0 and bent.value == key.value

@@ -32,18 +32,20 @@ def reduced_keys(
     samples: Iterable[tuple[float, float]],
     tolerance_dioptres: float,
     scale: Scale = Scale.RECIPROCAL,
+    eases: bool = False,
 ) -> tuple[Key, ...]:
     """Return few keys of the focus that pass every sample within a tolerance.
 
     `samples` are pairs of a frame and a focus distance in metres, which may be infinite. They may
     come in any order, and of several at one frame the last one counts. `scale` is that of the
     curve which the keys are for. The first and the last sample are kept as they are, unless all
-    samples lie within the tolerance of the first: then that is the only key. Without samples there
-    are no keys. Raises InputError for a tolerance below 0, and for distances outside the scale.
+    samples lie within the tolerance of the first: then that is the only key. With `eases` the
+    curve begins and ends without slope. Without samples there are no keys. Raises InputError for a
+    tolerance below 0, and for distances outside the scale.
     """
     if not tolerance_dioptres >= 0:
         raise InputError(f"A tolerance must be 0 or more dioptres, got {tolerance_dioptres:g}.")
-    recording = _Recording(sorted(dict(samples).items()), tolerance_dioptres, scale)
+    recording = _Recording(sorted(dict(samples).items()), tolerance_dioptres, scale, eases)
     if not recording.samples:
         return ()
     if recording.is_still:
@@ -69,6 +71,7 @@ class _Recording:
     samples: Samples
     tolerance: float
     scale: Scale
+    eases: bool = False
 
     @property
     def is_still(self) -> bool:
@@ -116,10 +119,13 @@ class _Recording:
         s01 = sum(a * b for a, b, _ in rows)
         s11 = sum(b * b for _, b, _ in rows)
         t0, t1 = sum(a * off for a, _, off in rows), sum(b * off for _, b, off in rows)
-        out = into = rise  # a straight line
+        goes_on = start > 0 or not self.eases, end < len(self.samples) - 1 or not self.eases
+        out, into = (rise if free else 0.0 for free in goes_on)  # a straight line
         for _ in range(_SWEEPS if rows and rise else 0):
-            out = _within((t0 - s01 * into) / s00, rise)
-            into = _within((t1 - s01 * out) / s11, rise)
+            if goes_on[0]:
+                out = _within((t0 - s01 * into) / s00, rise)
+            if goes_on[1]:
+                into = _within((t1 - s01 * out) / s11, rise)
         return _Piece(start, end, out / frames, into / frames)
 
     def _inside(
@@ -224,3 +230,25 @@ def _slope(frames: tuple[int, ...], places: list[float], start: int, end: int) -
 def _slack(value: float, scale: Scale) -> float:
     """Return the largest difference on the scale that rounds to the same float32 value."""
     return _SAME * abs(scale.slope_at(value) * value) if math.isfinite(value) else 0.0
+
+
+def moving_part(samples: Samples, tolerance_dioptres: float) -> Samples:
+    """Return the samples without the frames at both ends at which the focus does not move yet.
+
+    Each sample that is left out lies within the tolerance of the first or the last that stays.
+    """
+    places = [Scale.RECIPROCAL.place_of(distance_m) for _, distance_m in samples]
+    start = _still_until(places, tolerance_dioptres)
+    end = len(places) - 1 - _still_until(places[::-1], tolerance_dioptres)
+    return samples[start : end + 1] if start < end else samples
+
+
+def _still_until(places: Sequence[float], tolerance: float) -> int:
+    """Return the last index of which no earlier place is farther away than the tolerance."""
+    low, high = places[0], places[0]
+    still = 0
+    for index, place in enumerate(places):
+        low, high = min(low, place), max(high, place)
+        if max(high - place, place - low) <= tolerance:
+            still = index
+    return still

@@ -9,7 +9,7 @@ from heatlens.base.errors import InputError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation
-from heatlens.model.key_reduction import Samples, reduced_keys
+from heatlens.model.key_reduction import Samples, moving_part, reduced_keys
 from heatlens.model.shot import LensParameter, Shot
 
 _SNAP_AFTER = 0.7  # of the frames, for which a late snap waits
@@ -129,22 +129,38 @@ def held_focus(shot: Shot, frame: float) -> Shot:
     return keyed.with_curve(LensParameter.FOCUS_DISTANCE, held)
 
 
-def performed(shot: Shot, samples: Samples, tolerance_dioptres: float) -> Shot:
+def performed(
+    shot: Shot, samples: Samples, tolerance_dioptres: float, by_hand: bool = False
+) -> Shot:
     """Return the shot with a recorded focus as few keys, in the place of those there were.
 
     `samples` are (frame, focus distance in metres) in the order of the frames, at least one. The
-    focus is off by no more than the tolerance at each of them. Raises LensError if no lens can
-    be focused, InputError for infinity on a scale of metres.
+    focus is off by no more than the tolerance at each of them. A pull that was performed `by_hand`
+    has its keys where the hand moves, and its ends ease. Raises LensError if no lens can be
+    focused, InputError for infinity on a scale of metres.
     """
     curve, (first, last) = shot.curves.focus_distance_m, (samples[0][0], samples[-1][0])
-    keys = list(reduced_keys(samples, tolerance_dioptres, curve.scale))
-    if len(keys) == 1 and last > first:  # still: also where keys come before and after
-        keys = [replace(keys[0], interpolation=Interpolation.HOLD), Key(last, keys[0].value)]
+    moved = moving_part(samples, tolerance_dioptres) if by_hand else samples
+    keys = list(reduced_keys(moved, tolerance_dioptres, curve.scale, by_hand))
     kept = curve.without_keys([key.frame for key in curve.keys if first <= key.frame <= last])
+    keys = _held(keys, first, last, kept)
     after = shot.with_curve(LensParameter.FOCUS_DISTANCE, kept.pasted(keys, 0))
     for frame, _ in samples:
         after.lens_at(frame)
     return after
+
+
+def _held(keys: list[Key], first: float, last: float, others: Curve) -> list[Key]:
+    """Return the keys of a recording, held to its ends where keys come before and after."""
+    if len(keys) == 1 and last > first:  # still
+        return [replace(keys[0], interpolation=Interpolation.HOLD), Key(last, keys[0].value)]
+    held = list(keys)
+    if keys[0].frame > first and any(key.frame < first for key in others.keys):
+        held.insert(0, Key(first, keys[0].value, Interpolation.HOLD))
+    if keys[-1].frame < last and any(key.frame > last for key in others.keys):
+        held[-1] = replace(held[-1], interpolation=Interpolation.HOLD)
+        held.append(Key(last, keys[-1].value))
+    return held
 
 
 def recorded(shot: Shot, parameter: LensParameter, track: Mapping[int, float]) -> Shot:

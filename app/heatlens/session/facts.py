@@ -97,6 +97,11 @@ class Facts:
         return None if keyed_m == self.lens.focus_distance_m else keyed_m
 
     @property
+    def beats_left(self) -> int:
+        """The number of the count-in before a pull is recorded: 3, 2, 1; 0 without one."""
+        return self._time.recording.beats_left
+
+    @property
     def reference(self) -> Reference | None:
         """The reference picture, to be shown as B; None if none is loaded."""
         return self._pictures.references.current

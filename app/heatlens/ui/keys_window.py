@@ -29,6 +29,7 @@ _MOUSE: Rows = (
 )
 _MOUSE_OF_TIME: Rows = (
     ("drag on the ruler", "scrub"),
+    ("F, Alt+wheel on a curve", "bring marks in, zoom values"),
     ("wheel, middle drag", "zoom, pan"),
     ("Shift+click on keys, box", "select several"),
     ("Ctrl+drag of a key", "move all later keys as well"),

@@ -13,13 +13,15 @@ from heatlens.ui import probe, topmost, widgets
 from heatlens.ui.actions import Action
 from heatlens.ui.menus import MENUS
 from heatlens.ui.state import UiState
+from heatlens.ui.timeline.view import TimelineView
 
 PICTURE = "Picture"
 PICTURE_ALONE = "Picture alone"
 _PANEL_EM = 23.6  # width of the column of panels
 _COLUMN_MOST, _TIMELINE_MOST = 0.45, 0.54  # largest shares of the window
 _SPEED_PART = 0.42  # share of the column's height for the lower panels, such as Speed
-_TIMELINE_EM = 16.5  # height of the timeline under the picture
+_TIMELINE_EM, _CURVE_EM = 16.5, 25.2  # height of the timeline under the picture; with a curve
+_CURVE_MOST = 0.5  # largest share of the window that the timeline grows to for the curve
 _LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and length of its folder's text
 
@@ -155,6 +157,18 @@ def _arrange(dock: int, size: ImVec2) -> None:
     for place in (upper, lower, below):  # each tab has its own close button
         _flag(place, inner.DockNodeFlagsPrivate_.no_close_button)
     inner.dock_builder_finish(dock)
+
+
+def grow_for_curve(view: TimelineView, shows_curve: bool, window_height: float) -> None:
+    """Make the timeline higher when it begins to show a curve, and as high as before at its end."""
+    window = imgui.internal.find_window_by_name("Timeline")
+    node = None if window is None else window.dock_node
+    if node is None or shows_curve == (view.height_before is not None):
+        return
+    height = min(_CURVE_EM * imgui.get_font_size(), _CURVE_MOST * window_height)
+    height = max(height, node.size.y) if view.height_before is None else view.height_before
+    view.height_before = node.size.y if view.height_before is None else None
+    imgui.internal.dock_builder_set_node_size(node.id_, ImVec2(node.size.x, height))
 
 
 def leave_room_for_picture(panels: Iterable[str]) -> None:

@@ -30,6 +30,7 @@ class Palette:
     guide          guide lines over the picture; `pixel_grid` lines between its pixels
     fringe_red     rims of a disc with axial colour, also `fringe_blue`
     disc_ground    background of the drawing of a bokeh disc
+    tolerance_band how far keys may be off it, in another green than that of what is sharp
     recorded       a recorded focus pull; `armed` is the record button when armed
     tried          a value that holds at this frame only and has no key
     status_ground  background of the status bar; `start_ground` of the start screen
@@ -63,7 +64,7 @@ class Palette:
     fringe_blue: int
     disc_ground: int
     recorded: int
-    recorded_band: int
+    tolerance_band: int
     status_ground: int
     start_ground: int
     armed: ImVec4
@@ -90,7 +91,7 @@ DARK = Palette(
     handle=_rgba(235, 235, 235, 0.9),
     shadow=_rgba(0, 0, 0, 0.65),
     mark=_rgba(120, 178, 232),
-    key=_rgba(196, 196, 200),
+    key=_rgba(120, 178, 232),
     box=_rgba(200, 200, 210, 0.12),
     on_disk=_rgba(74, 74, 76),
     queued=_rgba(112, 112, 116),
@@ -103,7 +104,7 @@ DARK = Palette(
     fringe_blue=_rgba(70, 110, 250),
     disc_ground=_rgba(0, 0, 0, 0.0),
     recorded=_rgba(240, 92, 82),
-    recorded_band=_rgba(240, 92, 82, 0.32),
+    tolerance_band=_rgba(206, 226, 92, 0.42),
     status_ground=_rgba(0, 0, 0, 0.0),
     start_ground=_rgba(0, 0, 0, 0.0),
     armed=ImVec4(0.42, 0.14, 0.12, 1.0),
@@ -172,7 +173,7 @@ LIGHT = Palette(
     handle=_rgba(32, 32, 32, 0.95),
     shadow=_rgba(0, 0, 0, 0.35),
     mark=_rgba(20, 92, 160),
-    key=_rgba(70, 70, 74),
+    key=_rgba(20, 92, 160),
     box=_rgba(60, 60, 80, 0.14),
     on_disk=_rgba(176, 176, 178),
     queued=_rgba(140, 140, 144),
@@ -185,7 +186,7 @@ LIGHT = Palette(
     fringe_blue=_rgba(70, 110, 250),
     disc_ground=_rgba(37, 37, 37),
     recorded=_rgba(200, 40, 30),
-    recorded_band=_rgba(200, 40, 30, 0.26),
+    tolerance_band=_rgba(140, 160, 0, 0.40),
     status_ground=_rgba(218, 218, 219),
     start_ground=_rgba(243, 243, 243),
     armed=ImVec4(0.97, 0.74, 0.70, 1.0),

@@ -8,7 +8,7 @@ from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.model.coc import sharp_px
 from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes, inner_rect
 from heatlens.model.view import Compare
-from heatlens.model.view_geometry import PictureShape, geometry
+from heatlens.model.view_geometry import PictureShape, Viewport, geometry
 from heatlens.session.desks import PictureDesk
 from heatlens.session.door.door import Door
 from heatlens.session.door.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
@@ -54,6 +54,20 @@ def draw_guides(guides: Guides, shape: PictureShape, place: PictureView) -> None
     probe.note_at("matte in the picture", inner_rect(picture, guides.aspect))
 
 
+def draw_beat(number: int, place: Viewport) -> None:
+    """Draw a number of the count-in over the middle of the picture."""
+    font, size, text = imgui.get_font(), _BEAT_EM * imgui.get_font_size(), str(number)
+    half = imgui.calc_text_size(text).x * _BEAT_EM / 2
+    (x, y), (width, height) = place.corner, place.size
+    at = ImVec2(x + width / 2 - half, y + (height - size) / 2)
+    draw, edge = imgui.get_window_draw_list(), 0.02 * size
+    shadow = ImVec2(at.x + edge, at.y + edge)
+    draw.add_text(font, size, shadow, theme.OVER_PICTURE.shadow, text)
+    draw.add_text(font, size, at, theme.OVER_PICTURE.handle, text)
+    probe.note_at(f"beat {text}", (at.x, at.y, at.x + 2 * half, at.y + size))
+
+
+_BEAT_EM = 8.0  # size of a number of the count-in
 _Window = imgui.WindowFlags_
 
 
@@ -160,6 +174,8 @@ class PictureWindow:
         if not (pictures.tiles or is_free):
             draw_point_marks(self._facts, self._desk.view)
             self._legend()
+        if self._facts.beats_left:
+            draw_beat(self._facts.beats_left, place.viewport)
         if not (self._ui.is_bare or pictures.tiles):
             draw_lessons(self._lessons, self._desk.view.viewport, is_free)
         stream = self._facts.stream

@@ -19,7 +19,7 @@ from heatlens.ui.docked_panels import DockedPanels
 from heatlens.ui.export_bar import export_words
 from heatlens.ui.files.questions import quit_question, shot_question
 from heatlens.ui.keys_window import keys_window
-from heatlens.ui.layout import dock_panels, leave_room_for_picture, menu_bar
+from heatlens.ui.layout import dock_panels, grow_for_curve, leave_room_for_picture, menu_bar
 from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
 from heatlens.ui.seek import forget_after_click
@@ -92,6 +92,8 @@ class Screen:
         if not self.ui.is_bare:
             self._panels.draw(self.picture.hovered, self.picture.pictures)
             self._fit_panels()
+            shows_curve = session.time.keys.rows.shows_curve and self.ui.is_timeline_shown
+            grow_for_curve(self.ui.timeline, shows_curve, imgui.get_main_viewport().work_size.y)
         if is_new_layout:
             for name in ("Lens", "Look"):  # bring them in front of the other tabs
                 imgui.set_window_focus(name)
@@ -132,7 +134,13 @@ class Screen:
         """Return the actions whose keys were pressed, in order; none under a popup."""
         if topmost.is_any_open() or self._session.files.documents.offer is not None:
             return []
-        return in_order((a for a in pressed(self.actions) if not self._is_asleep(a)), self.typed)
+        keyed = in_order((a for a in pressed(self.actions) if not self._is_asleep(a)), self.typed)
+        view = self.ui.timeline
+        if view.pointed_at and any(action.name == "Fit" for action in keyed):
+            view.frame_all()
+            keyed = [action for action in keyed if action.name != "Fit"]
+        view.pointed_at = False  # the curve tells again where it is drawn
+        return keyed
 
     def _draw_popups(self) -> None:
         session, ui = self._session, self.ui

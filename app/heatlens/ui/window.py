@@ -223,9 +223,10 @@ class Loop:
         size = glfw.get_window_size(self._window)
         if is_seen and not is_maximized and min(size) >= WINDOW_LEAST:
             window["window_size"] = size
-        layout = imgui.save_ini_settings_to_memory()
         hidden = self._ui.hidden_panels
-        window |= {"layout": layout, "layout_em": self._ui.scale.em}
+        if self._ui.timeline.height_before is None:  # it has grown only for the curve
+            layout = imgui.save_ini_settings_to_memory()
+            window |= {"layout": layout, "layout_em": self._ui.scale.em}
         self._session.remember(hidden_panels=hidden, **window)
 
     def _seconds_to_sleep(self) -> float | None:

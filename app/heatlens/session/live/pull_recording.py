@@ -1,11 +1,13 @@
 """Record a focus pull while the shot plays, and reduce it to a few keys when it stops.
 
-Once armed, it waits for the shot to play, and then records the user's focus at each frame. At the
-end the samples become keys within a tolerance, which can be changed until something else changes
-the shot. All of this is one undo step. If a lens ring is followed, its samples are placed by their
-timecode, and its iris and focal length become keys too.
+Once armed, it waits for the shot to play, counts 3, 2, 1, and then records the user's focus at each
+frame. At the end the samples become keys within a tolerance, which can be changed until something
+else changes the shot. All of this is one undo step. If a lens ring is followed, its samples are
+placed by their timecode, and its iris and focal length become keys too.
 """
 
+import math
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -24,6 +26,7 @@ from heatlens.session.shot.editing import Editing, Performance
 from heatlens.session.time.timeline import Timeline
 
 TOLERANCE_LEAST, TOLERANCE_MOST = 1e-4, 1.0  # dioptres
+BEATS = 3  # seconds of the count-in
 _SHARP_SHARE = 0.5  # first tolerance, as a share of the depth of field on one side: invisible
 
 
@@ -31,14 +34,15 @@ class RecordingState(Enum):
     """The stages of a recording."""
 
     OFF = auto()
-    ARMED = auto()  # recording begins when the shot plays
+    ARMED = auto()  # the count-in begins when the shot is to play
+    COUNTING = auto()  # the hand takes hold of the focus; the shot plays at the end
     RECORDING = auto()
     RECORDED = auto()  # the keys are set, and their tolerance can still be changed
 
     @property
     def is_waiting(self) -> bool:
         """True before the end of a recording."""
-        return self in (RecordingState.ARMED, RecordingState.RECORDING)
+        return self not in (RecordingState.OFF, RecordingState.RECORDED)
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,11 @@ class PullRecording(Worker):
         rows: RowChoice,
         ring: RingTake,
         say: Callable[[str], None],
+        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
+        self._clock = clock
+        self.beats = BEATS
+        self._counted_from: float | None = None  # time of the clock at which the count-in began
         self._editing = editing
         self._timeline = timeline
         self._rows = rows
@@ -82,11 +90,29 @@ class PullRecording(Worker):
     def state(self) -> RecordingState:
         """The stage of the recording."""
         performance = self._editing.performance
+        if self._counted_from is not None:
+            return RecordingState.COUNTING
         if performance is not None and not performance.is_over:
             return RecordingState.RECORDING
         if self._is_armed:
             return RecordingState.ARMED
         return RecordingState.OFF if self._take is None else RecordingState.RECORDED
+
+    @property
+    def beats_left(self) -> int:
+        """The number to show of the count-in: 3, 2, 1; 0 while it does not run."""
+        return math.ceil(self._counting_s)
+
+    @property
+    def _counting_s(self) -> float:
+        """The seconds until the count-in ends."""
+        begun = self._counted_from
+        return 0.0 if begun is None else max(self.beats - (self._clock() - begun), 0.0)
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the seconds until the next number of the count-in."""
+        left = self._counting_s
+        return None if self._counted_from is None else left - max(math.ceil(left) - 1, 0)
 
     @property
     def why_not(self) -> str:
@@ -144,7 +170,7 @@ class PullRecording(Worker):
     def keep(self) -> None:
         """Keep the keys as they are and end the recording."""
         self._is_armed, self._take, self._samples = False, None, {}
-        self._editing.performance = None
+        self._editing.performance = self._counted_from = None
 
     def tolerate(self, tolerance_dioptres: float) -> None:
         """Compute the keys again with this tolerance in dioptres."""
@@ -160,6 +186,8 @@ class PullRecording(Worker):
         is_playing = self._timeline.playback.direction != 0
         if self._is_armed and is_playing:
             self._begin()
+        if self.state is RecordingState.COUNTING:
+            is_playing = self._count(is_playing)
         if self.state is RecordingState.RECORDING:
             self._record(is_playing)
         elif self._take is not None and self._editing.shot != self._take.after:
@@ -167,11 +195,23 @@ class PullRecording(Worker):
 
     def _begin(self) -> None:
         self._is_armed, self._samples = False, {}
-        self._ring.begin()
         self._direction = self._timeline.playback.direction
         self._editing.settle()
         self._begun = self._editing.history
         self._editing.performance = Performance()
+        self._counted_from = self._clock()
+        if self.beats:
+            self._timeline.playback.stop()
+
+    def _count(self, is_playing: bool) -> bool:
+        """Play at the end of the count-in, or as soon as the user plays; return True if it does."""
+        if not is_playing and self._counting_s == 0.0:
+            self._timeline.play(self._direction)
+        is_playing = self._timeline.playback.direction != 0
+        if is_playing:
+            self._counted_from = None
+            self._ring.begin()
+        return is_playing
 
     def _record(self, is_playing: bool) -> None:
         """Record a sample; end the recording if playback stops or wraps around."""
@@ -214,7 +254,7 @@ class PullRecording(Worker):
         The step includes the iris and the focal length, which the ring changed live like the focus.
         """
         try:
-            after = performed(base, samples, self.tolerance_dioptres)
+            after = performed(base, samples, self.tolerance_dioptres, by_hand=True)
             for parameter, track in others.items():
                 after = recorded(after, parameter, track)
         except HeatlensError as error:

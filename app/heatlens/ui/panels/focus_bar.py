@@ -208,6 +208,8 @@ class _Bar:
         """Draw the distance at the pointer beside the other figures, never over the scale."""
         x, em = imgui.get_mouse_pos().x, self._em
         words = self._pointed_words(x)
+        if words == self._words(self.lens.focus_distance_m):
+            return  # it stands there already
         width = self._text_width(words)
         self._line(x, theme.colors.text_dim, 1.0)
         x0, gap = x - width / 2, _GAP_EM * em

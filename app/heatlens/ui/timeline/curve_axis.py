@@ -21,11 +21,13 @@ _DISTANCES_M = (
     *(0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 7, 10, 20, 50),
     _INFINITY,
 )
+_FINE_M = tuple(round(x * 10.0**power / 20, 4) for power in (-1, 0, 1) for x in range(20, 200))
 _FOCAL_LENGTHS_MM = (
     *(4, 6, 8, 10, 12, 14, 16, 18, 21, 24, 28, 32, 35, 40, 50, 65, 75, 85, 100, 135, 150, 180),
     *(200, 250, 300, 400, 500, 600, 800, 1200),
 )
 _SQUEEZES = (1, 1.1, 1.2, 1.25, 1.3, 1.33, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2)
+_LABELS_LEAST = 3
 _NEAREST = 1e-6  # dioptres; stands for infinity, which has no place on a scale of metres
 
 
@@ -40,6 +42,7 @@ class CurveAxis:
     span_least  the smallest visible range of places
     labels      lists of values to label, from few to many; the longest that fits is used
     words       formats a value, given the unit of distances
+    fine        values to label instead where fewer than _LABELS_LEAST are visible
     """
 
     parameter: LensParameter
@@ -49,6 +52,7 @@ class CurveAxis:
     span_least: float
     labels: tuple[tuple[float, ...], ...]
     words: Callable[[float, str], str]
+    fine: tuple[float, ...] = ()
 
     def place_of(self, value: float) -> float:
         """Return the place of a value."""
@@ -75,6 +79,15 @@ class CurveAxis:
         fitting = [values for values in self.labels if self._least_gap(values) >= places_apart]
         return fitting[-1] if fitting else self.labels[0]
 
+    def visible_labels(self, low: float, high: float, places_apart: float) -> list[float]:
+        """Return the values to label from one place to another."""
+        values: list[float] = []
+        for choice in (self.labels_for(places_apart), self.fine):
+            values = [v for v in choice if low <= self.place_of(v) <= high] or values
+            if len(values) >= _LABELS_LEAST:
+                break
+        return values
+
     def _least_gap(self, values: tuple[float, ...]) -> float:
         places = sorted(self.place_of(value) for value in values)
         return min(b - a for a, b in pairwise(places))
@@ -85,7 +98,7 @@ AXES = {
     for axis in (
         CurveAxis(
             LensParameter.FOCUS_DISTANCE, Scale.RECIPROCAL, 1.0, 0.0, 0.04, (_DISTANCES_M,),
-            format_distance,
+            format_distance, _FINE_M,
         ),
         CurveAxis(  # one stop doubles the light, which goes with the square of the f-number
             LensParameter.F_STOP, Scale.LOGARITHMIC, -2.0, -math.inf, 2.0,

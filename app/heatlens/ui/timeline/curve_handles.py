@@ -1,5 +1,6 @@
 """Draw the Bezier handles of a curve, which the user drags to bend it between two keys."""
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,8 @@ from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_axis import CurveAxis
 from heatlens.ui.timeline.scale import TimeScale
 
-_TIP_EM = 0.3
+_TIP_EM, _CATCH_EM = 0.36, 0.9  # radius of a tip, and of the circle in which it is caught
+_LEAST_EM = 1.7  # least distance of a tip from its key on the screen, so that both can be caught
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,10 @@ class Heights:
 
     def y_at(self, place: float) -> float:
         """Return the y of a place, limited to the height of the editor."""
-        place = min(max(place, self.low), self.high)
+        return self.line_y(min(max(place, self.low), self.high))
+
+    def line_y(self, place: float) -> float:
+        """Return the y of a place, which may lie outside the editor."""
         return self.y + (place - self.low) * self.per_place
 
     def place_at(self, y: float) -> float:
@@ -98,12 +103,15 @@ def curve_handles(desk: TimeDesk, axis: CurveAxis, scale: TimeScale, heights: He
 def _handle(
     desk: TimeDesk, axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
 ) -> None:
-    draw, side = imgui.get_window_draw_list(), _TIP_EM * imgui.get_font_size()
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    reach = _CATCH_EM * em
     curve_scale = desk.editing.shot.curves.of(axis.parameter).scale
     frame, place = handle.tip(curve_scale)
-    tip = ImVec2(scale.x_at(frame), heights.y_at(axis.from_scale(place, curve_scale)))
-    imgui.set_cursor_screen_pos(ImVec2(tip.x - 2 * side, tip.y - 2 * side))
-    imgui.invisible_button(handle.name, ImVec2(4 * side, 4 * side))
+    key = scale.x_at(handle.key.frame), heights.y_at(axis.place_of(handle.key.value))
+    at = scale.x_at(frame), heights.y_at(axis.from_scale(place, curve_scale))
+    tip = ImVec2(*_apart(key, at, _LEAST_EM * em, 1 if handle.is_out else -1))
+    imgui.set_cursor_screen_pos(ImVec2(tip.x - reach, tip.y - reach))
+    imgui.invisible_button(handle.name, ImVec2(2 * reach, 2 * reach))
     probe.note(handle.name)
     if imgui.is_item_activated():
         desk.editing.settle()
@@ -111,10 +119,22 @@ def _handle(
     if is_held and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
         mouse = imgui.get_mouse_pos()
         _pull(desk, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
-    color = theme.colors.accent if is_held or imgui.is_item_hovered() else theme.colors.key
-    y = heights.y_at(axis.place_of(handle.key.value))
-    draw.add_line(ImVec2(scale.x_at(handle.key.frame), y), tip, theme.colors.queued, 1.0)
-    draw.add_circle_filled(tip, side, color)
+    is_lit = is_held or imgui.is_item_hovered()
+    draw.add_line(ImVec2(*key), tip, theme.colors.mark, 1.0)
+    draw.add_circle_filled(tip, _TIP_EM * em, theme.colors.handle if is_lit else theme.colors.mark)
+
+
+def _apart(
+    key: tuple[float, float], at: tuple[float, float], least: float, side: int
+) -> tuple[float, float]:
+    """Return where a tip is drawn that lies `at`: in the same direction, not too near its key."""
+    across, down = at[0] - key[0], at[1] - key[1]
+    length = math.hypot(across, down)
+    if length >= least:
+        return at
+    if length < 1.0:
+        return key[0] + side * least, key[1]
+    return key[0] + across * least / length, key[1] + down * least / length
 
 
 def _pull(desk: TimeDesk, axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:

@@ -38,7 +38,7 @@ def _dot(desk: TimeDesk, middle: ImVec2) -> None:
     probe.note("dot camera")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Key of the camera at this frame")
-    color = theme.colors.accent if desk.editing.shot.camera_key_frames else theme.colors.queued
+    color = theme.colors.key if desk.editing.shot.camera_key_frames else theme.colors.queued
     draw = imgui.get_window_draw_list()
     if is_here:
         draw.add_quad_filled(*diamond(middle, 0.6 * side), color)
@@ -180,7 +180,7 @@ def key_dot(desk: TimeDesk, parameter: LensParameter, middle: ImVec2, name: str)
     curve = desk.editing.shot.curves.of(parameter)
     is_here = curve.key_at(desk.editing.frame) is not None
     draw = imgui.get_window_draw_list()
-    color = theme.colors.accent if curve.keys else theme.colors.queued
+    color = theme.colors.key if curve.keys else theme.colors.queued
     corners = diamond(middle, 0.6 * side)
     if is_here:
         draw.add_quad_filled(*corners, color)
@@ -197,7 +197,7 @@ def draw_keys(
     edge = ImVec2(scale.x - reach, y)
     draw.push_clip_rect(edge, ImVec2(scale.x + scale.width + reach, y + height), True)
     for key, place in places.items():
-        color = theme.colors.accent if key in chosen else theme.colors.key
+        color = theme.colors.handle if key in chosen else theme.colors.key
         _draw_key(desk.editing.shot, key, ImVec2(*place), reach, color)
     begin = drag.box_from
     if begin is not None:

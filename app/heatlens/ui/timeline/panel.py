@@ -69,7 +69,7 @@ def _answer_wheel(desk: TimeDesk, view: TimelineView, scale: TimeScale) -> None:
     least, most = reach.first - 0.5, reach.last + 0.5
     if not imgui.is_window_hovered():
         return
-    if io.mouse_wheel:
+    if io.mouse_wheel and not io.key_alt:
         scale = scale.zoomed(_ZOOM**io.mouse_wheel, io.mouse_pos.x, least, most)
     elif imgui.is_mouse_dragging(imgui.MouseButton_.middle, 0.0) and io.mouse_delta.x:
         scale = scale.panned(io.mouse_delta.x, least, most)
@@ -115,7 +115,7 @@ def _color_of(state: str) -> int:
     colors = theme.colors
     known = {
         "ready": colors.ready,
-        "reading": colors.accent,
+        "reading": colors.text_dim,
         "queued": colors.queued,
         "damaged": colors.damaged,
     }
@@ -153,8 +153,8 @@ def _draw_playhead(desk: TimeDesk, scale: TimeScale, y0: float, y1: float) -> No
     x = scale.x_at(desk.editing.frame)
     if not scale.x - 1 <= x <= scale.x + scale.width + 1:
         return
-    draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.colors.accent, 1.5)
+    draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.colors.handle, 1.5)
     draw.add_rect_filled(
-        ImVec2(x - half, y0), ImVec2(x + half, y0 + 1.15 * em), theme.colors.accent, 3.0
+        ImVec2(x - half, y0), ImVec2(x + half, y0 + 1.15 * em), theme.colors.handle, 3.0
     )
     draw.add_text(ImVec2(x - half + 0.3 * em, y0 + 0.06 * em), theme.colors.on_accent, text)

@@ -20,8 +20,9 @@ from heatlens.ui.timeline.tool_row import Tool, button_width, tool_row
 
 _TOLERANCE_EM, _FIGURE_EM = 7.0, 7.2
 _ARMED = "Ready to record: play (Space) and move the focus. Escape leaves."
+_COUNTING = "Take hold of the focus. Space begins at once, Escape leaves."
 _TOLERANCE_TIP = (
-    "How far the keys may deviate from the performance: the red band.\n"
+    "How far the keys may deviate from the performance: the yellow-green band.\n"
     "Starts at half the depth of field on one side, which is invisible."
 )
 
@@ -32,10 +33,14 @@ def recording_row(recording: PullRecording) -> None:
     if state is RecordingState.RECORDED:
         tool_row("recording", _recorded(recording))
         return
-    count = len(recording.samples)
-    words = f"Recording: {count} frames. Space keeps them, Escape drops them."
+    words = {
+        RecordingState.ARMED: _ARMED,
+        RecordingState.COUNTING: f"{recording.beats_left} ... {_COUNTING}",
+    }.get(
+        state, f"Recording: {len(recording.samples)} frames. Space keeps them, Escape drops them."
+    )
     imgui.align_text_to_frame_padding()
-    widgets.colored_text(_ARMED if state is RecordingState.ARMED else words, theme.colors.bad)
+    widgets.colored_text(words, theme.colors.bad)
     probe.note("recording words")
 
 
@@ -103,9 +108,11 @@ def draw_recorded(recording: PullRecording, scale: TimeScale, heights: Heights) 
     def at(place: tuple[float, float], off: float) -> ImVec2:
         return ImVec2(scale.x_at(place[0]), heights.y_at(place[1] + off))
 
+    smooth, draw.flags = draw.flags, 0  # or each seam between two quads would be drawn twice
     for a, b in pairwise(places):
         corners = at(a, -reach), at(b, -reach), at(b, reach), at(a, reach)
-        draw.add_quad_filled(*corners, theme.colors.recorded_band)
+        draw.add_quad_filled(*corners, theme.colors.tolerance_band)
+    draw.flags = smooth
     line: list[Any] = [at(place, 0.0) for place in places]
     draw.add_polyline(line, theme.colors.recorded, 1.2, 0)
     draw.pop_clip_rect()

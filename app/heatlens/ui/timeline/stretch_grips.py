@@ -50,4 +50,4 @@ def _grip(stretch: KeyStretch, scale: TimeScale, name: str, corner: ImVec2, is_l
     elif imgui.is_item_deactivated():
         stretch.release()
     draw, end = imgui.get_window_draw_list(), ImVec2(corner.x + size.x, corner.y + size.y)
-    draw.add_rect_filled(corner, end, theme.colors.accent if is_lit else theme.colors.key, 2.0)
+    draw.add_rect_filled(corner, end, theme.colors.handle if is_lit else theme.colors.key, 2.0)
