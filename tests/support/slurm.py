@@ -57,7 +57,7 @@ def _found(name: str) -> str | None:
     return shutil.which(name, path=f"{os.environ['PATH']}{os.pathsep}/usr/sbin")
 
 
-def _free_ports(count: int) -> list[int]:
+def free_ports(count: int) -> list[int]:
     sockets = [socket.socket() for _ in range(count)]
     for one in sockets:
         one.bind(("127.0.0.1", 0))
@@ -74,7 +74,7 @@ class Slurm:
         self.folder = folder
         (folder / "state").mkdir()
         (folder / "spool").mkdir()
-        conf = _CONF.format(folder=folder, ports=_free_ports(2), host=socket.gethostname())
+        conf = _CONF.format(folder=folder, ports=free_ports(2), host=socket.gethostname())
         (folder / "slurm.conf").write_text(conf)
         paths = (str(BIN), os.environ["PATH"], "/usr/sbin")
         told = {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": os.pathsep.join(paths)}

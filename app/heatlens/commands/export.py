@@ -5,7 +5,7 @@ With `--submit` the export is written as a job for a render farm instead.
 
 import argparse
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 from heatlens.base.errors import InputError
@@ -13,22 +13,27 @@ from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.commands.export_options import add_export_options, job_of, part_of
 from heatlens.commands.options.display_options import say_seen_through
 from heatlens.commands.options.field_options import fill_fields
-from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.output.export_progress import failure_reported, progress_of
 from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
 from heatlens.commands.output.say import say
-from heatlens.commands.submit import submit
+from heatlens.commands.submit import submit, task_words
+from heatlens.commands.worker import made_part
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.export.job import read_job
 from heatlens.export.plan import ExportPlan, planned
-from heatlens.export.run import export_frames
+from heatlens.export.run import FrameDone, export_frames
+from heatlens.farm.cluster import ClusterMaker, PartTask, connected, new_topic
+from heatlens.farm.elsewhere import Make, made_elsewhere
+from heatlens.farm.job import typed
+from heatlens.farm.processes import ProcessMaker
 from heatlens.gpu.context import headless_context
 from heatlens.live.ring.address import opentrackio_address
 from heatlens.live.ring.sender import SOURCE, LensOutput, LensSender
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
+from heatlens.version import __version__
 
 _DESCRIPTION = """\
 Renders the frames of a shot: EXR scene-linear with the lens of each frame in its header, PNG,
@@ -46,7 +51,13 @@ examples:
   heatlens export scene.glb -o pinhole.####.exr --frames 1-48 --pinhole
   heatlens export shot.heatlens.json -o out/name.####.exr --submit openjd --chunk 5 > job.yaml
 """
-_OF_JOBS = ("chunk", "memory", "cpus", "gpus", "bundle")
+# Options that need one of others, and those that cannot go together.
+_NEEDED = {
+    **dict.fromkeys(("memory", "cpus", "gpus", "bundle"), ("submit",)),
+    "chunk": ("submit", "cluster"),
+    "fetch": ("cluster",),
+}
+_WAYS = ("submit", "cluster", "processes", "part")
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -94,8 +105,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _export(args: argparse.Namespace) -> None:
-    if args.submit is None:
-        refuse_given(args, _OF_JOBS, "Without --submit, which writes a job for a farm")
+    _check_together(args)
     if args.send is not None and args.submit is not None:
         raise InputError("--send is for frames that are rendered here; --submit renders none.")
     job = job_of(args)
@@ -110,11 +120,40 @@ def _export(args: argparse.Namespace) -> None:
     with (
         sending(args.send, plan.job.shot, min(plan.job.frames)) as send,
         progress_of(args.progress, plan) as tell,
-        closing(export_frames(plan, _renderer)) as steps,
+        _steps(args, plan) as steps,
     ):
         for done in steps:
             tell(done)
             send(done.frame)
+
+
+@contextmanager
+def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[FrameDone]]:
+    """Yield what makes the frames: this process, or others."""
+    if args.cluster is None and args.processes is None:
+        with closing(export_frames(plan, _renderer)) as steps:
+            yield steps
+        return
+    words = tuple(typed(task_words(args, plan)))
+    with ExitStack() as stack:
+        make: Make = ProcessMaker(words, args.processes or 1, say)
+        if args.cluster is not None:
+            task = PartTask(words, "", __version__, args.fetch, new_topic())
+            client = stack.enter_context(connected(args.cluster))
+            make = ClusterMaker(client, made_part, task, args.chunk, say)
+        yield stack.enter_context(closing(made_elsewhere(plan, make, _renderer)))
+
+
+def _check_together(args: argparse.Namespace) -> None:
+    """Refuse options that do nothing without another one, and ways to work that exclude others."""
+    for name, others in _NEEDED.items():
+        if getattr(args, name) and all(getattr(args, other) is None for other in others):
+            raise InputError(f"--{name} needs --{' or --'.join(others)}.")
+    ways = [f"--{way}" for way in _WAYS if getattr(args, way) is not None]
+    if len(ways) > 1:
+        raise InputError(f"{' and '.join(ways)} cannot go together: give one of them.")
+    if args.processes is not None and args.processes < 1:
+        raise InputError(f"--processes must be 1 or more, got {args.processes}.")
 
 
 def _say_of_shot(plan: ExportPlan) -> None:

@@ -111,6 +111,23 @@ def _add_farm_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--cpus", type=whole, metavar="N", help="processors of a task (default 2)")
     group.add_argument("--gpus", type=whole, metavar="N", help="GPUs of each task (default 0)")
     group.add_argument(
+        "--processes",
+        type=whole,
+        metavar="N",
+        help="let N processes on this machine make the frames, which uses many processors better",
+    )
+    group.add_argument(
+        "--cluster",
+        metavar="tcp://HOST:8786",
+        help="let the workers of this Dask scheduler make the frames; `heatlens worker` starts one",
+    )
+    group.add_argument(
+        "--fetch",
+        action="store_true",
+        help="with --cluster: workers do not see the folder of the output, so frames come back "
+        "over the network (default: they write them there)",
+    )
+    group.add_argument(
         "--part",
         metavar="RANGE",
         help="make only these of the frames, as the tasks of a farm do; those of a movie are kept "

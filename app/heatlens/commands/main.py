@@ -47,7 +47,7 @@ examples:
 _OPTIONS_LISTED = 16  # in the usage; with more of them it says [options]
 _COMMANDS = (
     *("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench"),
-    *("kits", "doctor"),
+    *("kits", "doctor", "worker"),
 )
 _QUIET = ("-q", "--quiet")
 _ABOUT_ALL = ("-h", "--help", "-V", "--version", "--print-completion")

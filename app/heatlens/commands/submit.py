@@ -35,7 +35,8 @@ from heatlens.sequence.names import frames_text
 # Options that are set for each task, or are useless there.
 _REPLACED = (
     *("--frames", "--plate", "--ocio", "--progress", "--submit", "--bundle", "--moved"),
-    *("--chunk", "--memory", "--cpus", "--gpus", "--part"),
+    *("--chunk", "--memory", "--cpus", "--gpus", "--part", "--cluster", "--fetch"),
+    "--processes",
 )
 ENGINES: dict[str, Callable[[FarmJob], str]] = {
     "openjd": lambda job: job_template(job, Path.cwd()),
@@ -71,6 +72,11 @@ def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
 def _check(args: argparse.Namespace, plan: ExportPlan) -> None:
     if args.bundle is not None and args.submit != "openjd":
         raise InputError("--bundle is for --submit openjd.")
+    check_elsewhere(args, plan)
+
+
+def check_elsewhere(args: argparse.Namespace, plan: ExportPlan) -> None:
+    """Raise InputError for what only this process could make."""
     if args.lens_kit is not None and args.lens_kit.partition(":")[0] in kit_shelf().own:
         raise InputError(
             f"--lens-kit {args.lens_kit} is a kit of this machine alone. Put it into a shot, which "
@@ -118,6 +124,12 @@ def farm_job(args: argparse.Namespace, plan: ExportPlan) -> FarmJob:
         needs=Needs(processors=args.cpus or _CPUS, gpus=args.gpus or 0),
         inputs=(*shot, *beside, *tables),
     )
+
+
+def task_words(args: argparse.Namespace, plan: ExportPlan) -> tuple[Word, ...]:
+    """Return the words with which another process makes frames of this export."""
+    check_elsewhere(args, plan)
+    return farm_job(args, plan).words[:-1]
 
 
 def _folders(plan: ExportPlan, files: Iterable[Path]) -> Iterator[Place]:

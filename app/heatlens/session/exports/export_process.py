@@ -6,23 +6,21 @@ A separate process has its own OpenGL, does not block the window, and leaves who
 import json
 import signal
 import subprocess
-import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from threading import Thread, current_thread, main_thread
+from threading import Thread
 
 from heatlens.base.errors import FAULT_CODE
 from heatlens.base.faults import faults_reported, told_error
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.export.output import MOVIE_SUFFIXES
+from heatlens.farm.children import PATIENCE_S, started, stop
 from heatlens.model.shot import Shot
 
-_PATIENCE_S = 2.0  # time to stop before the export is killed
 _KILLED_S = 1.0  # time for the system to remove a killed process
-_STOPS = (signal.SIGINT, signal.SIGTERM)
 _TITLES = {"shot sheet": "pull sheet"}
 _STOPPED = (128 + signal.SIGTERM, -signal.SIGTERM, -signal.SIGKILL)
 
@@ -86,13 +84,13 @@ class ExportRun:
         If it has not stopped after a while, it is killed. This method does not wait.
         """
         if self._process is not None and self.is_busy:
-            _stop(self._process)
+            stop(self._process)
 
     def close(self) -> None:
         """Stop the process and wait for its end, which does not take long."""
         self.cancel()
         if self._follower is not None:
-            self._follower.join(_PATIENCE_S + _KILLED_S)
+            self._follower.join(PATIENCE_S + _KILLED_S)
 
     def _start(
         self, command: str, shot: Shot, output: str, words: Sequence[str], job: str = ""
@@ -108,7 +106,7 @@ class ExportRun:
                 job_path = Path(folder.name) / "job.json"
                 job_path.write_text(job, encoding="utf-8")
                 words = (*words, "--job", str(job_path))
-            process = _started([*command.split(), str(path), "-o", output, *words])
+            process = started([*command.split(), str(path), "-o", output, *words])
             undone.enter_context(process)  # closes its pipes
             undone.callback(process.kill)
             state = ExportState(title, output=output)
@@ -143,7 +141,7 @@ class ExportRun:
                 _take(line, state)
                 self._wake()
         except Exception:
-            _stop(process)
+            stop(process)
             raise
         finally:
             errors.join()
@@ -152,48 +150,6 @@ class ExportRun:
         assert process.stderr is not None
         for line in process.stderr:
             state.said = line.strip().removeprefix("heatlens: ")
-
-
-def _started(words: Sequence[str]) -> "subprocess.Popen[str]":
-    """Start the heatlens command with these words as a process."""
-    # -P: do not run a file in the current folder that has the name of a Python module.
-    line = [sys.executable, "-P", "-m", "heatlens", *words]
-    with _signals_heard_by_children():
-        return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-@contextmanager
-def _signals_heard_by_children() -> Iterator[None]:
-    """Start processes that obey stop signals, even if this process ignores them.
-
-    A child inherits ignored signals, for example from `heatlens x &` in a script; a signal with a
-    handler has its usual effect in the child. Only the main thread may set handlers.
-    """
-    if current_thread() is not main_thread():
-        yield
-        return
-    ignored = [number for number in _STOPS if signal.getsignal(number) is signal.SIG_IGN]
-    for number in ignored:
-        signal.signal(number, lambda *_: None)
-    try:
-        yield
-    finally:
-        for number in ignored:
-            signal.signal(number, signal.SIG_IGN)
-
-
-def _stop(process: "subprocess.Popen[str]") -> None:
-    """Ask `process` to stop; kill it after a while if it has not."""
-    process.terminate()  # works from the first moment on, unlike Ctrl-C
-    Thread(target=_kill_late, args=(process,), daemon=True).start()
-
-
-def _kill_late(process: "subprocess.Popen[str]") -> None:
-    """Kill a process that was asked to stop and still runs; runs on a thread."""
-    try:
-        process.wait(_PATIENCE_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
 
 
 def _closing_sentence(code: int, state: ExportState) -> str:

@@ -1,0 +1,123 @@
+"""`heatlens worker`: make frames for exports on other machines, as a worker of a Dask cluster."""
+
+import argparse
+import asyncio
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import replace
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
+
+from heatlens.base.errors import InputError
+from heatlens.base.stopping import temporary_folder
+from heatlens.commands.export_options import job_of
+from heatlens.commands.output.say import say
+from heatlens.defocus.solver_choice import settled_solver
+from heatlens.export.job import ExportJob
+from heatlens.export.plan import ExportPlan, planned
+from heatlens.export.run import FrameDone, export_frames
+from heatlens.farm.cluster import PartDone, PartTask, library
+from heatlens.gpu.context import headless_context
+from heatlens.render import FrameRenderer
+from heatlens.sequence.names import parse_frames
+from heatlens.version import __version__
+
+_DESCRIPTION = """\
+Makes frames for `heatlens export --cluster` on other machines, until you stop it or the scheduler
+ends. Start the scheduler with `dask scheduler` on one machine, and this on each that shall work,
+several times on one with many processors. Whoever reaches the port of a scheduler or a worker can
+run programs there: use them in a network that you trust, or with the certificates of Dask.
+"""
+_PATIENCE_S = 10  # for the scheduler to answer
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `worker` to the command line."""
+    parser = commands.add_parser(
+        "worker", help="make frames for exports on other machines", description=_DESCRIPTION
+    )
+    parser.add_argument("address", metavar="tcp://HOST:8786", help="address of the Dask scheduler")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Work until the scheduler ends."""
+    library()
+    try:
+        asyncio.run(_work(args.address))
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(
+            f"No Dask scheduler answers at {args.address}. Start one with `dask scheduler`, and "
+            "name its address, such as tcp://192.168.1.20:8786."
+        ) from error
+    say("the scheduler has ended")
+    return 0
+
+
+async def _work(address: str) -> None:
+    """Work with one thread, because only the thread that made an OpenGL context can draw."""
+    told: dict[str, Any] = {"nthreads": 1, "memory_limit": 0, "death_timeout": _PATIENCE_S}
+    async with library().Worker(address, **told) as worker:
+        say(f"works for {address}")
+        await worker.finished()
+
+
+def made_part(task: PartTask) -> list[PartDone]:
+    """Make the frames of a task, on the thread of a worker. Raises InputError that names it."""
+    worker = library().get_worker()
+    try:
+        return _made(task, lambda done: worker.log_event(task.topic, done))
+    except InputError as error:
+        raise InputError(f"{error} (worker {worker.address})") from None
+
+
+def _made(task: PartTask, tell: Any) -> list[PartDone]:
+    if task.version != __version__:
+        raise InputError(
+            f"A worker has heatlens {__version__}, but {task.version} sent the work: install the "
+            "same version on both."
+        )
+    found = []
+    with _plan(task) as plan, closing(export_frames(plan, renderer)) as steps:
+        for done in steps:
+            if not task.fetch:
+                tell({"frame": done.frame, "was_there": done.was_there})
+            found.append(_part_done(done, task.fetch))
+    return found
+
+
+def _part_done(done: FrameDone, fetch: bool) -> PartDone:
+    return PartDone(done.frame, done.was_there, done.path.read_bytes() if fetch else None)
+
+
+@contextmanager
+def _plan(task: PartTask) -> Iterator[ExportPlan]:
+    """Yield the plan of a task; what is to be fetched is written to a folder that is deleted."""
+    if not task.fetch:
+        yield _planned(task)
+        return
+    with temporary_folder() as folder:
+        yield _planned(task, folder)
+
+
+def _planned(task: PartTask, folder: Path | None = None) -> ExportPlan:
+    job = _job(task.words, task.topic)
+    if folder is not None:
+        job = replace(job, output=replace(job.output, folder=folder))
+    return planned(job, parse_frames(task.frames))
+
+
+@lru_cache(maxsize=1)
+def _job(words: tuple[str, ...], topic: str) -> ExportJob:
+    """Return the job of an export, which is the same for all of its tasks."""
+    from heatlens.commands.main import build_parser
+
+    return job_of(build_parser(["export"]).parse_args(words))
+
+
+@cache
+def renderer() -> FrameRenderer:
+    """Return the renderer of this process, which stays warm from task to task."""
+    ctx = headless_context()
+    return FrameRenderer(ctx, settled_solver(ctx))

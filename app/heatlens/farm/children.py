@@ -1,0 +1,53 @@
+"""Start the heatlens command as processes beside this one, and stop them."""
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from threading import Thread, current_thread, main_thread
+
+PATIENCE_S = 2.0  # time to stop before a process is killed
+_STOPS = (signal.SIGINT, signal.SIGTERM)
+
+
+def started(words: Sequence[str]) -> "subprocess.Popen[str]":
+    """Start the heatlens command with these words as a process."""
+    # -P: do not run a file in the current folder that has the name of a Python module.
+    line = [sys.executable, "-P", "-m", "heatlens", *words]
+    with _signals_heard_by_children():
+        return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@contextmanager
+def _signals_heard_by_children() -> Iterator[None]:
+    """Start processes that obey stop signals, even if this process ignores them.
+
+    A child inherits ignored signals, for example from `heatlens x &` in a script; a signal with a
+    handler has its usual effect in the child. Only the main thread may set handlers.
+    """
+    if current_thread() is not main_thread():
+        yield
+        return
+    ignored = [number for number in _STOPS if signal.getsignal(number) is signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, lambda *_: None)
+    try:
+        yield
+    finally:
+        for number in ignored:
+            signal.signal(number, signal.SIG_IGN)
+
+
+def stop(process: "subprocess.Popen[str]") -> None:
+    """Ask `process` to stop; kill it after a while if it has not."""
+    process.terminate()  # works from the first moment on, unlike Ctrl-C
+    Thread(target=_kill_late, args=(process,), daemon=True).start()
+
+
+def _kill_late(process: "subprocess.Popen[str]") -> None:
+    """Kill a process that was asked to stop and still runs; runs on a thread."""
+    try:
+        process.wait(PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()

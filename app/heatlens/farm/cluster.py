@@ -1,0 +1,174 @@
+"""Hand the frames of an export to the workers of a Dask cluster, and follow them.
+
+Dask's scheduler gives tasks to workers, and again to others if a worker is lost. Workers tell of
+each frame by an event, so that progress is shown before a task of several frames is done.
+"""
+
+import logging
+import queue
+import uuid
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.extras import import_extra
+from heatlens.export.plan import PlannedFrame
+from heatlens.export.run import FrameDone
+from heatlens.files.atomic_file import write_whole
+from heatlens.sequence.names import frames_text
+
+_PATIENCE_S = 10  # for the scheduler to answer
+_LOOK_S = 2.0  # between two looks for lost workers
+_TASKS_OF_A_WORKER, _FRAMES_MOST = 4, 8  # tasks are short, so that all workers end at one time
+
+
+def library(module: str = "distributed") -> Any:
+    """Import Dask. Raises InputError that says what to install."""
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it tells of every lost connection
+    return import_extra(module, "A cluster", "cluster")
+
+
+@dataclass(frozen=True)
+class PartTask:
+    """What a worker is sent.
+
+    words    of `heatlens`, with the paths of this machine
+    frames   those to make, as `parse_frames` takes them
+    version  of heatlens, which must be that of the worker
+    fetch    the files come back over the network, and are not written where the words say
+    topic    of the events that tell of finished frames
+    """
+
+    words: tuple[str, ...]
+    frames: str
+    version: str
+    fetch: bool
+    topic: str
+
+
+@dataclass(frozen=True)
+class PartDone:
+    """A frame that a worker has made; `data` is its file if it is to be fetched."""
+
+    frame: int
+    was_there: bool
+    data: bytes | None = None
+
+
+Work = Callable[[PartTask], list[PartDone]]
+
+
+@contextmanager
+def connected(address: str) -> Iterator[Any]:
+    """Yield a client of the scheduler at `address`. Raises InputError if it does not answer."""
+    try:
+        client = library().Client(address, timeout=_PATIENCE_S, set_as_default=False)
+    except (OSError, ValueError, TypeError, TimeoutError) as error:
+        raise InputError(
+            f"No Dask scheduler answers at {address}. Start one with `dask scheduler`, and name "
+            "its address, such as tcp://192.168.1.20:8786."
+        ) from error
+    try:
+        yield client
+    finally:
+        client.close(timeout=_PATIENCE_S)
+
+
+class ClusterMaker:
+    """Makes frames on a cluster; `say` tells the user that it waits for workers."""
+
+    def __init__(
+        self, client: Any, work: Work, task: PartTask, chunk: int | None, say: Callable[[str], None]
+    ) -> None:
+        """Keep what to do; `task` is that of all frames."""
+        self._client = client
+        self._work = work
+        self._task = task
+        self._chunk = chunk
+        self._say = say
+        self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
+
+    def __call__(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
+        """Yield the frames as they are finished. Raises InputError where one fails."""
+        self._wait_for_workers()
+        waiting = {frame.frame: frame.path for frame in frames}
+        self._client.subscribe_topic(self._task.topic, lambda event: self._news.put(event[1]))
+        pending = self._sent([frame.frame for frame in frames])
+        while pending:
+            news = self._next()
+            if isinstance(news, dict):
+                found = [PartDone(news["frame"], news["was_there"])]
+            else:
+                pending.remove(news)
+                found = _result(news)
+            for done in found:
+                if done.frame in waiting:
+                    yield _stored(done, waiting.pop(done.frame))
+
+    def _sent(self, frames: Sequence[int]) -> set[Any]:
+        """Send the tasks; return their futures, which report themselves when they are done."""
+        share = -(-len(frames) // (_TASKS_OF_A_WORKER * len(self._client.nthreads())))
+        size = self._chunk or min(_FRAMES_MOST, max(1, share))
+        texts = [frames_text(frames[at : at + size]) for at in range(0, len(frames), size)]
+        futures = {
+            self._client.submit(self._work, _of_part(self._task, text), pure=False, key=key)
+            for text in texts
+            for key in [f"{self._task.topic}-{text}"]
+        }
+        for future in futures:
+            future.add_done_callback(self._news.put)
+        return futures
+
+    def _wait_for_workers(self) -> None:
+        if not self._client.nthreads():
+            address = self._client.scheduler.address
+            self._say(f"no worker is there yet; start one with: heatlens worker {address}")
+            self._client.wait_for_workers(1)
+
+    def _next(self) -> Any:
+        """Return the next event or finished future; say so if the last worker is lost."""
+        while True:
+            try:
+                return self._news.get(timeout=_LOOK_S)
+            except queue.Empty:
+                if self._client.status == "running":
+                    self._wait_for_workers()
+
+
+def _of_part(task: PartTask, frames: str) -> PartTask:
+    return PartTask(task.words, frames, task.version, task.fetch, task.topic)
+
+
+def _result(future: Any) -> list[PartDone]:
+    """Return what a task has made. Raises InputError in words for what Dask reports."""
+    name = "frames " + str(future.key).rpartition("-")[2]
+    try:
+        found: list[PartDone] = future.result()
+    except HeatlensError:
+        raise
+    except library().scheduler.KilledWorker as error:
+        raise InputError(
+            f"{name}: the workers that made them died, {error.last_worker.address} the last; "
+            "their memory may be too small. Finished frames are kept."
+        ) from error
+    except Exception as error:
+        if type(error).__name__ not in ("FutureCancelledError", "CancelledError"):
+            raise
+        raise InputError(
+            "The scheduler has gone. Finished frames are kept; start it and export again."
+        ) from error
+    return found
+
+
+def _stored(done: PartDone, path: Path) -> FrameDone:
+    if done.data is not None:
+        write_whole(path, done.data)
+    return FrameDone(done.frame, path, done.was_there)
+
+
+def new_topic() -> str:
+    """Return a name that no other export has."""
+    return f"heatlens-{uuid.uuid4().hex}"

@@ -1,0 +1,134 @@
+"""`export --cluster` and `heatlens worker`: a Dask scheduler and workers on loopback."""
+
+import signal
+
+import pytest
+
+from heatlens.documents.shot_file import write_shot
+from support.dask_cluster import dask_cluster, wait_for
+from support.exports import MANY, exported, files_in, refused, shot_of, write_plates
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    with dask_cluster(tmp_path_factory.mktemp("cluster"), workers=2) as found:
+        yield found
+
+
+@pytest.fixture
+def lost(tmp_path):
+    """A cluster of its own, whose parts are killed."""
+    with dask_cluster(tmp_path / "cluster", workers=1) as found:
+        yield found
+
+
+@pytest.fixture
+def many(tmp_path):
+    shot = tmp_path / "s.heatlens.json"
+    write_shot(shot, shot_of(write_plates(tmp_path / "plates", MANY), MANY))
+    return shot
+
+
+@pytest.mark.parametrize(
+    ("output", "fetch"),
+    [("n.####.exr", ()), ("n.####.png", ("--fetch",)), ("m.mov", ("--fetch",))],
+)
+def test_a_cluster_makes_what_one_machine_makes(
+    capsys, shot_file, tmp_path, cluster, output, fetch
+):
+    exported(capsys, shot_file, tmp_path / "whole" / output)
+    said = cluster.exported(shot_file, "-o", tmp_path / "out" / output, *fetch)
+    assert "6 frames written" in said
+    assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")
+    assert not list((tmp_path / "out").glob("*.frames"))
+    again = cluster.exported(shot_file, "-o", tmp_path / "out" / output, *fetch)
+    assert "0 frames written, 6 were finished before" in again
+
+
+def test_names_with_any_character_arrive(capsys, tmp_path, cluster):
+    odd = tmp_path / "a 'b' \"c\" % {{d}} $e\n#"
+    odd.mkdir()
+    shot = odd / "s.heatlens.json"
+    write_shot(shot, shot_of(write_plates(odd / "plates")))
+    exported(capsys, shot, tmp_path / "whole" / "n.####.exr")
+    cluster.exported(shot, "-o", odd / "out" / "n.####.exr")
+    assert files_in(odd / "out") == files_in(tmp_path / "whole")
+
+
+def test_a_plate_that_a_worker_cannot_read_is_named_with_the_worker(shot_file, tmp_path, cluster):
+    """Its length is right, and its pixels are not: nobody can see that before it is read."""
+    plate = tmp_path / "plates" / "plate.1004.exr"
+    data = bytearray(plate.read_bytes())
+    data[-400:] = bytes(400)
+    plate.write_bytes(data)
+    assert cluster.export("failing", shot_file, "-o", tmp_path / "n.####.exr").wait(60) == 2
+    last = cluster.said("failing").splitlines()[-1]
+    assert "plate.1004.exr" in last and "worker tcp://127.0.0.1" in last
+    assert not list(tmp_path.glob(".heatlens-*"))
+
+
+@pytest.mark.parametrize("words", [("--cluster", "tcp://127.0.0.1:1"), ("--cluster", "nonsense")])
+def test_a_scheduler_that_is_not_there(capsys, shot_file, tmp_path, monkeypatch, words):
+    monkeypatch.setattr("heatlens.farm.cluster._PATIENCE_S", 1)
+    said = refused(capsys, shot_file, tmp_path / "n.####.exr", *words)
+    assert "No Dask scheduler answers" in said and not list(tmp_path.glob("n.*"))
+
+
+def test_a_worker_without_a_scheduler_says_so(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr("heatlens.commands.worker._PATIENCE_S", 1)
+    from heatlens.commands.main import main
+
+    assert main(["worker", "tcp://127.0.0.1:1"]) == 2
+    assert "No Dask scheduler answers" in capsys.readouterr().err
+
+
+def test_it_waits_for_the_first_worker_and_says_so(shot_file, tmp_path, lost):
+    lost.kill("worker 0")
+    export = lost.export("waiting", shot_file, "-o", tmp_path / "out" / "n.####.exr")
+    wait_for(lambda: "no worker is there yet" in lost.said("waiting"))
+    lost.work("late")
+    assert export.wait(60) == 0
+    assert len(files_in(tmp_path / "out")) == 6
+
+
+@pytest.mark.parametrize("made", [1, 9])
+def test_a_killed_worker_loses_nothing(capsys, many, tmp_path, lost, made):
+    """Another one makes what it had begun; whatever was finished stays."""
+    exported(capsys, many, tmp_path / "whole" / "n.####.exr")
+    out = tmp_path / "out"
+    export = lost.export("export", many, "-o", out / "n.####.exr", "--chunk", 3)
+    wait_for(lambda: len(list(out.glob("n.*"))) >= made)
+    lost.kill("worker 0")
+    before = {path: path.stat().st_ino for path in out.glob("n.*")}
+    lost.work("another")
+    assert export.wait(60) == 0, lost.said("export")
+    assert files_in(out) == files_in(tmp_path / "whole")
+    assert all(path.stat().st_ino == inode for path, inode in before.items())
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_a_stopped_export_goes_on_where_it_was(capsys, many, tmp_path, lost, how):
+    exported(capsys, many, tmp_path / "whole" / "n.####.exr")
+    out = tmp_path / "out"
+    export = lost.export("export", many, "-o", out / "n.####.exr", "--chunk", 2)
+    wait_for(lambda: len(list(out.glob("n.*"))) > 2)
+    lost.kill("export", how)
+    assert export.returncode == (130 if how == signal.SIGINT else -9)
+    lost.exported(many, "-o", out / "n.####.exr")
+    assert files_in(out) == files_in(tmp_path / "whole")
+
+
+@pytest.mark.parametrize("made", [1, 7])
+def test_a_scheduler_that_dies_is_told_and_nothing_is_lost(capsys, many, tmp_path, lost, made):
+    exported(capsys, many, tmp_path / "whole" / "n.####.exr")
+    out = tmp_path / "out"
+    export = lost.export("export", many, "-o", out / "n.####.exr", "--chunk", 2)
+    wait_for(lambda: len(list(out.glob("n.*"))) >= made)
+    lost.kill("scheduler")
+    assert export.wait(60) == 2
+    assert "The scheduler has gone" in lost.said("export").splitlines()[-1]
+    assert lost.ended("worker 0") == 0 and "the scheduler has ended" in lost.said("worker 0")
+    lost.schedule()
+    lost.work()
+    lost.exported(many, "-o", out / "n.####.exr")
+    assert files_in(out) == files_in(tmp_path / "whole")

@@ -1,0 +1,102 @@
+"""A Dask cluster on loopback, for tests: a scheduler and workers, each a process of its own."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from support.slurm import free_ports
+
+PATIENCE_S = 60.0
+HEATLENS = (sys.executable, "-P", "-m", "heatlens")
+
+
+class DaskCluster:
+    """The processes; `output` of each goes to a file of the folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.port = free_ports(1)[0]
+        self.address = f"tcp://127.0.0.1:{self.port}"
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+
+    def schedule(self) -> None:
+        words = ("--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard")
+        line = [sys.executable, "-m", "distributed.cli.dask_scheduler", *words]
+        self._start("scheduler", line)
+        wait_for(lambda: "Scheduler at" in self.said("scheduler"))
+
+    def work(self, name: str = "one", **environment: str) -> None:
+        self._start(name, [*HEATLENS, "worker", self.address], environment)
+
+    def export(self, name: str, *words: object) -> "subprocess.Popen[bytes]":
+        """Start an export on this cluster."""
+        line = [*HEATLENS, "export", *map(str, words), "--cluster", self.address]
+        return self._start(name, line)
+
+    def exported(self, *words: object) -> str:
+        """Export, which must succeed; return what is said."""
+        process = self.export("export", *words)
+        assert process.wait(PATIENCE_S) == 0, self.said("export")
+        return self.said("export")
+
+    def _start(
+        self, name: str, line: list[str], environment: dict[str, str] | None = None
+    ) -> "subprocess.Popen[bytes]":
+        with (self.folder / f"{name}.log").open("wb") as log:
+            self._running[name] = subprocess.Popen(
+                line, stdout=log, stderr=log, env=os.environ | (environment or {})
+            )
+        return self._running[name]
+
+    def said(self, name: str) -> str:
+        return (self.folder / f"{name}.log").read_text()
+
+    def ended(self, name: str) -> int:
+        """Wait until a process has ended by itself; return its exit code."""
+        return self._running.pop(name).wait(PATIENCE_S)
+
+    def kill(self, name: str, how: signal.Signals = signal.SIGKILL) -> None:
+        """Kill a process with what it has started; SIGINT only asks it."""
+        process = self._running.pop(name)
+        if how == signal.SIGKILL:
+            for child in children_of(process.pid):
+                os.kill(child, how)
+        process.send_signal(how)
+        process.wait(PATIENCE_S)
+
+    def stop(self) -> None:
+        for name in list(self._running):
+            self.kill(name)
+
+
+def children_of(process: int) -> list[int]:
+    try:
+        text = Path(f"/proc/{process}/task/{process}/children").read_text()
+    except OSError:  # it has ended
+        return []
+    return [int(word) for word in text.split()]
+
+
+@contextmanager
+def dask_cluster(folder: Path, workers: int) -> Iterator[DaskCluster]:
+    folder.mkdir(exist_ok=True)
+    cluster = DaskCluster(folder)
+    try:
+        cluster.schedule()
+        for number in range(workers):
+            cluster.work(f"worker {number}")
+        yield cluster
+    finally:
+        cluster.stop()
+
+
+def wait_for(is_true: Callable[[], object]) -> None:
+    end = time.monotonic() + PATIENCE_S
+    while not is_true():
+        assert time.monotonic() < end, "it never became true"
+        time.sleep(0.05)
