@@ -84,13 +84,15 @@ def _widened(view: View, moved: Sequence[Arrived], border_px: int) -> View:
 
 def _layers(view: View, moved: Sequence[Arrived], canvas: Canvas) -> list[Plate]:
     """Return plates of the found surfaces alone: the nearest of each pixel, and the next."""
-    places = [(canvas, arrived, *arrived.over(canvas)) for arrived in moved]
-    points = np.concatenate([hidden_points(*place) for place in places])
-    looks = [(place[1].look, moving(*place)) for place in places]
+    points, looks = [], []
+    for arrived in moved:
+        place = arrived.over(canvas)
+        points.append(hidden_points(canvas, arrived, *place))
+        looks.append((arrived.look, moving(canvas, arrived, *place)))
     count = np.zeros(canvas.front_m.size, np.int8)
     colors = np.zeros((len(_NAMES), canvas.front_m.size, 4), np.float32)
     depths = np.full((len(_NAMES), canvas.front_m.size), np.inf, np.float32)
-    for pixel, z in surfaces(points, _TRIED):
+    for pixel, z in surfaces(np.concatenate(points), _TRIED):
         color = agreed(view, looks, canvas, pixel, z)
         is_found = (color[:, 3] > 0) & (count[pixel] < len(_NAMES))
         pixel, z = pixel[is_found], z[is_found]
