@@ -12,6 +12,7 @@ from heatlens.plate.neighbours.agreed import middle_half
 from heatlens.plate.neighbours.found import with_neighbours
 from heatlens.plate.neighbours.view import View
 from heatlens.plate.of_arrays import plate_of_arrays
+from heatlens.plate.plate import ReadPixels
 from support.cards import POST, SIZE, WALL_M, Card, seen, wall_seen
 
 MOVED_M = 0.25  # sideways from frame to frame: a post at 2 m moves by 8 px against the wall
@@ -166,3 +167,36 @@ def test_the_middle_half_is_free_of_outliers_and_of_what_weighs_nothing(samples)
     assert middle_half(more, outlier)[0, 0] <= light.max() + 1e-3
     nothing = np.concatenate([weights, np.full((1, 1), 1e-6, np.float32)])
     assert middle_half(more, nothing)[0, 0] == pytest.approx(middle, rel=1e-3, abs=1e-3)
+
+
+def test_the_sky_behind_a_card_is_found_at_infinity():
+    def with_sky(view: View) -> View:
+        depth = np.where(view.plate.depth_m > 9, np.float32(np.inf), view.plate.depth_m)
+        color = np.where(np.isinf(depth)[..., None], np.float32(1.0), view.plate.color)
+        return replace(view, plate=replace(view.plate, pixels=ReadPixels(color, depth)))
+
+    here, *others = (with_sky(it) for it in frames(0, -1, 1))
+    with np.errstate(divide="ignore"):
+        depth, color = behind(with_neighbours(here, others).plate)
+    assert np.isinf(depth[here.plate.depth_m < 9]).all()
+    assert np.allclose(color[here.plate.depth_m < 9], 1.0, atol=1e-3)
+
+
+def test_frames_with_overscan_are_placed_by_their_windows():
+    here = frames(0)[0]
+    narrow = with_neighbours(here, frames(-1, 1), 8).plate
+    wide = with_neighbours(here, [with_overscan(k) for k in (-1, 1)], 8).plate
+    (depth, color), (its_depth, its_color) = behind(narrow), behind(wide)
+    both = np.isfinite(depth) & np.isfinite(its_depth)
+    assert both.sum() > 500
+    assert np.allclose(depth[both], its_depth[both]) and np.allclose(color[both], its_color[both])
+    truth = seen(0.0, size=(SIZE[0], SIZE[1] + 16)).plate
+    assert np.allclose(wide.color[8:-8], truth.color, atol=2e-3)
+
+
+def with_overscan(number: int) -> View:
+    """Return a frame with eight more pixels on the left and on the right."""
+    view = seen(number * MOVED_M, frame=number, size=(SIZE[0], SIZE[1] + 16))
+    data, shown = Box(-8, 0, SIZE[1] + 8, SIZE[0]), Box(0, 0, SIZE[1], SIZE[0])
+    plate = replace(view.plate, data_window=data, display_window=shown)
+    return replace(view, plate=plate, centre_px=(SIZE[1] / 2, SIZE[0] / 2))

@@ -12,6 +12,7 @@ from heatlens.plate.plate import FloatImage
 _SAME_DEPTH = 0.02
 _LEAST_SHARED = 0.3  # of the pixels that both frames see, those with the same depth
 _BETTER = 0.85  # times the difference of light without the camera's move, or beside it
+_ALIKE = 0.0003  # stops: where light differs less, it says nothing of the camera
 _ASIDE_PX = 2
 _NO_MOVE = 0.001  # of the depth
 _LEAST_STILL = 0.8  # of what is far, by a camera that stands
@@ -120,11 +121,11 @@ def _is_light_explained(asked: _Asked, is_same: Flags, aside_px: int) -> bool:
     has_moved = is_same & (np.hypot(x - asked.still_x, y - asked.still_y) > 1)
     if has_moved.sum() > _TELLING:
         still = asked.difference(has_moved, asked.still_x, asked.still_y)
-        if asked.difference(has_moved, x, y) > _BETTER * still:
+        if asked.difference(has_moved, x, y) > max(_BETTER * still, _ALIKE):
             return False
     steps = ((aside_px, 0), (-aside_px, 0), (0, aside_px), (0, -aside_px))
     aside = min(asked.difference(is_same, x + right, y + down) for right, down in steps)
-    return asked.difference(is_same, x, y) <= _BETTER * aside
+    return asked.difference(is_same, x, y) <= max(_BETTER * aside, _ALIKE)
 
 
 def _light(color: FloatImage) -> FloatImage:
