@@ -1,5 +1,6 @@
 """Which neighbours a plate is read with: by itself, by option, in parts, of damaged files."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -145,8 +146,57 @@ def test_a_named_frame_takes_them_from_its_sequence_only_if_asked(dolly, tmp_pat
     assert not np.array_equal(pictures["with"], pictures["off"])
 
 
+def test_what_was_found_can_be_written_and_read_as_pictures_behind(dolly, tmp_path, capsys):
+    shared = ("render", path_of(dolly, 4), *LENS)
+    out, clean = tmp_path / "with.exr", tmp_path / "clean.####.exr"
+    stderr_of_run(capsys, 0, *shared, "-o", out, "--neighbours", "2", "--behind-out", clean)
+    written = tmp_path / "clean.0004.exr"
+    again = tmp_path / "again.exr"
+    stderr_of_run(capsys, 0, *shared, "-o", again, "--behind", written)
+    depth = PlateOptions(depth_source=str(path_of(dolly, 4)))
+    one, other = (read_plate(path, depth).color for path in (out, again))
+    assert np.abs(one - other).max() < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--behind-out", "clean.exr"), "add --neighbours"),
+        (("--neighbours", "2", "--behind-out", "clean.png"), "EXR"),
+        (("--neighbours", "-1"), "0 to 64"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(dolly, tmp_path, capsys, words, told):
+    shared = ("render", path_of(dolly, 4), "-o", tmp_path / "o.exr", *LENS)
+    assert told in stderr_of_run(capsys, 2, *shared, *words)
+    assert not (tmp_path / "o.exr").exists()
+
+
+def test_nothing_hidden_is_no_picture(tmp_path, capsys):
+    still = path_of(write_dolly(tmp_path, moves=False), 4)
+    words = ("--neighbours", "2", "--behind-out", tmp_path / "clean.exr")
+    said = stderr_of_run(capsys, 2, "render", still, "-o", tmp_path / "o.exr", *LENS, *words)
+    assert "clean.exr" in said and not (tmp_path / "clean.exr").exists()
+
+
+def test_info_tells_which_neighbours_are_used_and_what_they_show(dolly, untold, capsys):
+    assert main(["info", dolly, "--json"]) == 0
+    near = json.loads(capsys.readouterr().out)["neighbours"]
+    assert near["count"] == 2 and near["step"] >= 1 and 0.1 < near["found"] <= 1
+    assert main(["info", dolly]) == 0
+    assert "2 frames on either side" in capsys.readouterr().out
+    assert main(["info", untold]) == 0
+    assert "either side" not in capsys.readouterr().out
+
+
+def test_a_damaged_first_frame_does_not_keep_the_others_from_it(tmp_path):
+    pattern = write_dolly(tmp_path)
+    path_of(pattern, FIRST).write_bytes(b"damaged")
+    assert hidden(source(pattern).read(path_of(pattern, 4))) is not None
+
+
 def test_an_export_in_parts_is_the_export_as_a_whole(dolly, tmp_path, capsys):
-    words = ("export", dolly, *LENS, "-q")
+    words = ("export", dolly, *LENS)
     assert main([*words, "-o", str(tmp_path / "whole.####.exr"), "--frames", "3-5"]) == 0
     for part in ("3", "4-5"):
         assert main([*words, "-o", str(tmp_path / "parts.####.exr"), "--frames", part]) == 0

@@ -56,6 +56,13 @@ def choose(gui, control, item):
     gui.frame(3)
 
 
+def test_neighbours_are_chosen(gui):
+    choose(gui, "neighbours", "2 on either side")
+    assert gui.session.facts.shot.plate_options.neighbours == 2
+    choose(gui, "neighbours", "none")
+    assert gui.session.facts.shot.plate_options.neighbours == 0
+
+
 def enter(gui, control, text):
     gui.click(gui.middle(control))
     gui.type(text)

@@ -159,6 +159,10 @@ def _lines(facts: Facts) -> list[Line]:
         span = f"{near} (frame {facts['near_frame']}) to {far} (frame {facts['far_frame']})"
         lines.append(("  range", span))
     lines += [("behind", f"{name} {words}") for name, words in facts["behind"].items()]
+    near = facts["neighbours"]
+    if near["count"]:
+        lines.append(("neighbours", near["words"]))
+        lines.append(("  found", f"{near['found']:.0%} of what near silhouettes could hide"))
     lines += _with_frames("note", facts["notes"])
     lines += [(f"frame {frame}", sentence) for frame, sentence in facts["damaged"].items()]
     return lines

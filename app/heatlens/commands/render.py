@@ -90,6 +90,13 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         help=".exr; .png, .jpg or .tif for viewing, with 8 bits and without overscan; or - for "
         "an EXR on standard output. Replaces an existing file, and makes one missing folder",
     )
+    parser.add_argument(
+        "--behind-out",
+        type=Path,
+        metavar="FILE",
+        help="with --neighbours: also write what they show behind the plate, RGBA and Z, as "
+        "clean.exr or clean.####.exr: the clean plate that --behind reads",
+    )
     add_pinhole_options(parser)
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
     parser.add_argument(

@@ -111,7 +111,9 @@ class NeighbourReader:
         count, cameras = asked or USUAL_COUNT, self._cameras()
         if not cameras and asked is None:
             return Neighbourhood()
-        plate = self._shelf(self._sequence.path_at(present[0]))
+        plate = self._first_readable(present)
+        if plate is None:
+            return Neighbourhood()
         if asked is None and plate.fragments is not None:  # it knows what is hidden
             return Neighbourhood()
         focal = _focal_px(plate, self._options)
@@ -120,13 +122,22 @@ class NeighbourReader:
         if cameras and focal is None:
             why = "The focal length of the camera is unknown: give --focal-length and a film back."
             return Neighbourhood(words=f"{_UNASKED} {why}")
-        if not cameras and not standing(plate, self._shelf(self._sequence.path_at(present[-1]))):
+        last = plate if cameras else self._first_readable(present[::-1])
+        if not cameras and (last is None or not standing(plate, last)):
             return Neighbourhood(words=f"{_UNASKED} {_NO_CAMERA}")
         step = step_of(cameras, plate, 1.0 if focal is None else focal[0], count)
         every = "" if step == 1 else f", every {step} frames"
         how = "whose place the headers tell" if cameras else "which stands still"
         words = f"Uses {count} frames on either side{every}, of a camera {how}."
         return Neighbourhood(count, step, cameras, words)
+
+    def _first_readable(self, frames: tuple[int, ...]) -> Plate | None:
+        for frame in frames:
+            try:
+                return self._shelf(self._sequence.path_at(frame))
+            except InputError:  # reported where the frame is shown
+                continue
+        return None
 
     def _cameras(self) -> dict[int, FloatMatrix]:
         """Return world to camera by frame; {} if the header of any frame lacks it."""

@@ -1,11 +1,12 @@
 """What is in the frames of a shot and how heatlens would read them, as plain values for JSON."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
+from statistics import fmean
 
 from heatlens.base.errors import InputError
-from heatlens.frame_cache.reader import SequenceReader
+from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import span_doubts
 from heatlens.plate.plate import BehindReport, Plate, depth_span
@@ -24,11 +25,11 @@ def sequence_facts(
     frame has are None. A sentence that applies to several frames is given once.
     """
     survey = _Survey(options)
-    reader = SequenceReader(options)
+    reader = NeighbourReader(options, sequence)
     for frame in sequence.present:
         tell(frame)
         try:
-            survey.add(frame, reader(sequence.path_at(frame)))
+            survey.add(frame, reader.alone(sequence.path_at(frame)))
         except InputError as error:
             survey.damaged[frame] = str(error)
     return {
@@ -37,7 +38,19 @@ def sequence_facts(
         "frame_count": len(sequence.present),
         "missing": frames_text(sequence.missing) if sequence.missing else None,
         **survey.facts(),
+        "neighbours": _neighbours(sequence, reader, survey.damaged),
     }
+
+
+def _neighbours(sequence: Sequence, reader: NeighbourReader, damaged: Collection[int]) -> Facts:
+    """Return which neighbours are used, and the mean of what they show, at three frames."""
+    near, good = reader.neighbourhood, [it for it in sequence.present if it not in damaged]
+    told: Facts = {"count": near.count, "step": near.step, "words": near.words, "found": None}
+    if near.count and good:
+        asked = sorted({good[0], good[len(good) // 2], good[-1]})
+        plates = (reader.alone(sequence.path_at(frame)) for frame in asked)
+        told["found"] = fmean(reader.found(plate).hidden_part for plate in plates)
+    return told
 
 
 class _Survey:

@@ -27,7 +27,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     ),
     "Plate": (
         *("channel", "convention", "near", "far", "kind", "scene unit", "in metres"),
-        *("colour layer", "take out bright grains"),
+        *("colour layer", "take out bright grains", "neighbours"),
     ),
     "Scene": ("camera", "clip", "size", "up axis", "unit"),
     "Export": (

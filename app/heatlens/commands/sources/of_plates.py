@@ -26,6 +26,7 @@ from heatlens.model.marks import Mark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.plate.exr.behind_write import behind_path, write_behind
 from heatlens.plate.inspection import inspect
 from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.plate import Plate
@@ -63,7 +64,7 @@ class PlateCommands(SourceCommands):
                 "a 3D scene, seen from many."
             )
         options = plate_options(args)
-        plate = _read_named(Path(args.plate), options)
+        plate = _read_named(Path(args.plate), options, getattr(args, "behind_out", None))
         lens, said = lens_of(args, plate)
         say_plate(plate, lens, said, options)
         say(*unused_behind_notes(plate, settings))
@@ -109,16 +110,25 @@ class PlateCommands(SourceCommands):
         return facts, plate_lines(facts)
 
 
-def _read_named(path: Path, options: PlateOptions) -> Plate:
-    """Read a plate; with --neighbours, also what the frames beside it in its sequence show."""
+def _read_named(path: Path, options: PlateOptions, behind_out: Path | None) -> Plate:
+    """Read a plate; with --neighbours, also what the frames beside it in its sequence show.
+
+    That is written to `behind_out` too. Raises InputError if it cannot be.
+    """
     if not options.neighbours:
+        if behind_out is not None:
+            raise InputError("--behind-out writes what neighbouring frames show: add --neighbours.")
         return read_plate(path, options)
+    target = None if behind_out is None else behind_path(behind_out, path)
     read = NeighbourReader(options, find_sequence(path))
     found = read.found(read.alone(path))
     say(read.neighbourhood.words)
     if found.frames:
         where = frames_text(found.frames)
         say(f"frames {where} show {found.hidden_part:.0%} of what near silhouettes could hide.")
+    if target is not None:
+        write_behind(target, found.layers)
+        say(f"{target} shows what lies behind {path}.")
     return found.plate
 
 

@@ -30,12 +30,14 @@ class Found:
     hidden_part  share that was found of the pixels that near silhouettes could hide, 0..1
     frames       the frames that were used
     left_out     the frames that were not, each with a sentence that says why
+    layers       plates of the found surfaces alone: the nearest of each pixel, then the next
     """
 
     plate: Plate
     hidden_part: float
     frames: tuple[int, ...]
     left_out: tuple[tuple[int, str], ...] = ()
+    layers: tuple[Plate, ...] = ()
 
 
 def with_neighbours(view: View, others: Sequence[View], border_px: int = 0) -> Found:
@@ -54,7 +56,8 @@ def with_neighbours(view: View, others: Sequence[View], border_px: int = 0) -> F
         made = with_behind(plate, layers, _NAMES[: len(layers)])
         plate = replace(made, notes=plate.notes)
     frames = tuple(arrived.look.view.frame for arrived in moved)
-    return Found(plate, _found_part(canvas, layers, framed), frames, left_out)
+    part = _found_part(canvas, layers, framed)
+    return Found(plate, part, frames, left_out, tuple(layers))
 
 
 def _usable(

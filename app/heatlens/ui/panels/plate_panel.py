@@ -26,6 +26,11 @@ _BAR_EM = 4.2
 _BY_NAME, _CUSTOM = "found by name", "another"
 _CONVENTIONS = {convention: convention.facts.label for convention in DepthConvention}
 _KINDS = {kind: kind.label for kind in DepthKind}
+_NEIGHBOURS = {None: "automatic", 0: "none"} | {it: f"{it} on either side" for it in (1, 2, 4, 8)}
+_NEIGHBOURS_TIP = (
+    "Frames of the sequence that show what is hidden here. Automatic: 2 on either side, where the "
+    "headers tell the camera."
+)
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": FOOT_M, "in": INCH_M}
 Say = Callable[[str], None]
 Key = TypeVar("Key")
@@ -63,8 +68,10 @@ def plate_panel(
     probe.note("Guess again")
     reports = {report.name: report for report in facts.plate.behind}
     behind = behind_rows(options.behind, reports, facts.problem if is_of_behind else "", ask_behind)
+    words = _NEIGHBOURS | {options.neighbours: _NEIGHBOURS.get(options.neighbours) or "other"}
+    neighbours = _keyed("neighbours", options.neighbours, words, _NEIGHBOURS_TIP)
     _file(facts)
-    return replace(options, behind=behind)
+    return replace(options, behind=behind, neighbours=neighbours)
 
 
 # What was read
