@@ -1,17 +1,20 @@
 """The picture that follows the hand: at once with what fits the time, then whole, bit for bit."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import Shot
+from heatlens.preview.level_choice import soonest
 from heatlens.preview.levels import cheaper
 from heatlens.session.pictures.live_picture import LivePicture, PlateVersion
 
@@ -106,11 +109,27 @@ def test_every_change_is_answered_at_once(full_seconds, wished):
         assert (live.shown.shot, live.shown.frame) == (shot, 7) and live.shown is not before
 
 
-@given(SPEEDS)
-def test_the_first_picture_of_a_machine_is_the_quickest(full_seconds):
+@given(SPEEDS, WISHES)
+def test_the_first_picture_of_a_machine_needs_the_fewest_programs(full_seconds, wished):
+    """The next, for the next change, tells how fast the machine is."""
     machine, live = machine_and_picture(full_seconds)
+    first, second = shots(2, wished)
+    live.request(first, 0, BUDGET_S)
+    (coarse,) = machine.made
+    assert coarse.method is Method.PYRAMID and coarse.proxy < wished.proxy
+    assert not live.shown.is_whole and not live.cost.seconds_per_px
+    live.request(second, 0, BUDGET_S)
+    assert machine.made[1] == possible(wished)[-1] and live.cost.seconds_per_px
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (3840, 2160)])
+def test_a_plate_that_may_take_long_has_a_quick_picture_before_the_whole_one(size):
+    machine, live = machine_and_picture(0.1)
+    machine.loaded.color.size = size
     live.request(shots(1)[0], 0, BUDGET_S)
-    assert machine.made == [possible(FILM)[-1]]
+    machine.now += 1.0
+    live.work(math.inf)
+    assert machine.made[1] == (FILM if size[0] < 1920 else possible(FILM)[-1])
 
 
 @given(SPEEDS, st.integers(1, 640))
@@ -153,7 +172,7 @@ def test_an_answer_never_keeps_the_window_longer_than_it_may(full_seconds, wishe
         assert live.wants_work(is_plate_whole=False) and live.seconds_to_rest() == 0.0
         before, _ = machine.now, live.work(within_s, is_plate_whole=False)
     assert (live.shown.shot, live.shown.frame) == (shot, 7)
-    assert machine.made == [possible(wished)[-1]]
+    assert machine.made == [soonest(wished, SIZE)]
 
 
 @settings(max_examples=30)

@@ -7,7 +7,7 @@ They know nothing of the renderer, and give the same answers for the same number
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
@@ -40,6 +40,17 @@ def recognisable(requested: DefocusSettings, size: tuple[int, int]) -> list[Defo
     levels = cheaper(requested)
     large = [it for it in levels if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX]
     return large or [it for it in levels if it.proxy == levels[0].proxy]
+
+
+def soonest(requested: DefocusSettings, size: tuple[int, int]) -> DefocusSettings:
+    """Return the settings of the first picture on a machine of which nothing is known.
+
+    Drivers take seconds to build the programs of diffusion, and a pyramid needs only two.
+    """
+    quickest = recognisable(requested, size)[-1]
+    if requested.method.needs_scene:
+        return quickest
+    return replace(quickest, method=Method.PYRAMID, proxy=min(requested.proxy, 2 * quickest.proxy))
 
 
 def level_while_moving(

@@ -19,13 +19,20 @@ import moderngl
 from heatlens.base.errors import HeatlensError
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.steps import Steps
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import Shot
-from heatlens.preview.level_choice import CostModel, level_at_rest, level_while_moving, recognisable
+from heatlens.preview.level_choice import (
+    CostModel,
+    level_at_rest,
+    level_while_moving,
+    recognisable,
+    soonest,
+)
 from heatlens.preview.shown import PictureKey, Shown, whole_picture, without_notes
 from heatlens.render import FrameRenderer
 
 _REST_S = 0.08  # without a change for this long, the input rests; a drag sends several changes
+_MANY_PX = 1 << 20  # a larger picture may take long on a machine of which nothing is known yet
 
 
 class PlateVersion(NamedTuple):
@@ -225,16 +232,20 @@ class LivePicture:
 
     def _best_level(self, requested: DefocusSettings, budget_s: float) -> DefocusSettings:
         """Return the best preview level that fits the time budget, see `level_while_moving`."""
-        levels = recognisable(requested, self._renderer.loaded.color.size)
-        if not self.cost.seconds_per_px:
-            return levels[-1]  # nothing has been measured on this machine yet
+        size = self._renderer.loaded.color.size
+        levels = recognisable(requested, size)
+        if not self.cost.seconds_per_px:  # nothing has been measured on this machine yet
+            return soonest(requested, size) if self.shown is None else levels[-1]
         return level_while_moving(levels, self._level, budget_s, self._predicted)
 
     def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
         """Return what to render at rest, see `level_at_rest`."""
         assert self._request is not None
+        requested = self._request.settings
+        if not self.cost.seconds_per_px and self._pixels(requested) > _MANY_PX:
+            return self._best_level(requested, self._budget_s)
         shown = None if self.shown is None else self.shown.settings
-        return level_at_rest(self._request.settings, shown, is_plate_whole, self._predicted)
+        return level_at_rest(requested, shown, is_plate_whole, self._predicted)
 
     def _predicted(self, settings: DefocusSettings) -> float:
         return self.cost.predicted(settings, self._pixels(settings))
@@ -269,7 +280,8 @@ class LivePicture:
             self._renderer.ctx.finish()
             work.seconds += self._clock() - start
             made = replace(work.settings, views=work.settings.views - work.views_before)
-            self.cost.learn(made, self._pixels(made), work.seconds)
+            if made.method is work.key.settings.method or made.method is not Method.PYRAMID:
+                self.cost.learn(made, self._pixels(made), work.seconds)
             is_latest = _bare(work.key) == _bare(self._request)
             of = self._request if is_latest else work.key
             self.shown = Shown(end.value, of.shot, of.frame, work.settings, work.seconds, of.plate)
