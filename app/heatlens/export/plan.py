@@ -10,6 +10,7 @@ scene that comes with the program is identified by its version.
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from heatlens.base.errors import InputError
@@ -21,6 +22,7 @@ from heatlens.files.json_record import plain
 from heatlens.model.framing import Framing
 from heatlens.model.guides import NO_GUIDES
 from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.exr.exr_whole import cut_short
 from heatlens.plate.picture.picture_digest import digest, without_advice
@@ -135,9 +137,10 @@ def _check_whole(plan: ExportPlan) -> None:
 
 
 def _check_sources_stay(plan: ExportPlan) -> None:
-    paths = {file.path for frame in plan.frames for file in frame.origin.files}
+    there = [frame for frame in plan.frames if os.path.lexists(frame.path)]
+    paths = {file.path for frame in plan.frames for file in frame.origin.files} if there else ()
     read = {os.path.realpath(path) for path in paths}
-    for frame in plan.frames:
+    for frame in there:
         if os.path.realpath(frame.path) in read:
             raise InputError(
                 f"{frame.path} is an input of this export: give another name for the output."
@@ -154,16 +157,24 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
             "plate": stamps[0] if stamps else None,
             **({"beside": stamps[1:]} if stamps[1:] else {}),
             "is_black": origin.is_black,
-            # Files beside the plate are known by their stamps: folders differ between machines.
-            "plate_options": plain(job.shot.plate_options.with_files_beside(os.path.basename)),
+            "plate_options": _plain_options(job.shot.plate_options),
             "lens": plain(without_advice(lens)),
-            "framing": plain(job.shot.framing or Framing()),
-            "defocus": None if job.pinhole else plain(job.shot.defocus),
+            "framing": _plain_of_all(job.shot.framing or Framing()),
+            "defocus": None if job.pinhole else _plain_of_all(job.shot.defocus),
             **({"around_and_behind": plain(job.beside)} if job.beside != PinholeOptions() else {}),
             "output": _output_facts(job),
             **({"timecode": _start_of(job)} if job.shot.start_timecode else {}),
         }
     )
+
+
+_plain_of_all = lru_cache(maxsize=8)(plain)  # of what is the same for all frames
+
+
+@lru_cache(maxsize=8)
+def _plain_options(options: PlateOptions) -> object:
+    """Return the options without folders, which differ between machines: files have stamps."""
+    return plain(options.with_files_beside(os.path.basename))
 
 
 def _start_of(job: ExportJob) -> str:

@@ -85,7 +85,11 @@ class Sequence:
         """Return the frame whose file is `path`; None if it is none of the wanted ones."""
         name = Path(path).name
         found = self.form.frames_in([name]) if self.form.padding else (_STILL_FRAME,)
-        return next((f for f in found if f in self.frames and self.path_at(f).name == name), None)
+        return next((f for f in found if f in self._wanted and self.path_at(f).name == name), None)
+
+    @cached_property
+    def _wanted(self) -> frozenset[int]:
+        return frozenset(self.frames)
 
     def has(self, frame: int) -> bool:
         """Return True if `frame` is wanted and had a file."""

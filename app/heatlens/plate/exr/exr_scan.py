@@ -84,11 +84,11 @@ def _header(file: BinaryIO) -> RawHeader:
 
 
 def _name(file: BinaryIO) -> str:
-    letters = bytearray()
-    while (letter := file.read(1)) != b"\0":
-        letters += letter
-        if not letter or len(letters) > _NAME_MOST:
-            raise CutError("a name in it does not end")
+    start = file.tell()
+    letters, zero, _ = file.read(_NAME_MOST + 1).partition(b"\0")
+    if not zero:
+        raise CutError("a name in it does not end")
+    file.seek(start + len(letters) + 1)
     return letters.decode("utf-8", "backslashreplace")
 
 
