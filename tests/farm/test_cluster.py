@@ -1,10 +1,16 @@
 """`export --cluster` and `heatlens worker`: a Dask scheduler and workers on loopback."""
 
 import signal
+from dataclasses import replace
 
 import pytest
 
+from heatlens.base.errors import InputError
+from heatlens.commands.main import main
+from heatlens.commands.worker import made_part
 from heatlens.documents.shot_file import write_shot
+from heatlens.farm.cluster import PartTask, connected
+from heatlens.version import __version__
 from support.dask_cluster import dask_cluster, wait_for
 from support.exports import MANY, exported, files_in, refused, shot_of, write_plates
 
@@ -67,6 +73,46 @@ def test_a_plate_that_a_worker_cannot_read_is_named_with_the_worker(shot_file, t
     assert not list(tmp_path.glob(".heatlens-*"))
 
 
+@pytest.mark.parametrize(
+    ("changes", "expected"), [({"version": "9.9"}, "9.9"), ({}, "plate.1001.exr")]
+)
+def test_what_a_worker_cannot_do_is_told_with_its_address(tmp_path, cluster, changes, expected):
+    """Another version, and a disk without the plates."""
+    missing = str(tmp_path / "plate.1001.exr")
+    words = ("export", missing, f"--output={tmp_path}/n.exr", "--f-stop=2", "--focus-distance=2")
+    task = replace(PartTask(words, "1", __version__, False, "topic"), **changes)
+    with connected(cluster.address) as client, pytest.raises(InputError) as told:
+        client.submit(made_part, task, pure=False).result()
+    assert expected in str(told.value) and "worker tcp://127.0.0.1" in str(told.value)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("fetch", [(), ("--fetch",)])
+def test_a_full_disk_of_a_worker_is_told_and_leaves_nothing_half(shot_file, tmp_path, lost, fetch):
+    """A limit on the size of files stands for it: the library's writes fail likewise."""
+    lost.kill("worker 0")
+    lost.work("full", limit="ulimit -f 1")
+    out = tmp_path / "out"
+    assert lost.export("export", shot_file, "-o", out / "n.####.exr", *fetch).wait(60) == 2
+    last = lost.said("export").splitlines()[-1]
+    assert "could not be written" in last and "worker tcp://" in last
+    assert files_in(out) == {}
+    lost.kill("full")
+    lost.work("another")
+    assert "6 frames written" in lost.exported(shot_file, "-o", out / "n.####.exr", *fetch)
+
+
+def test_workers_need_no_encoder(capsys, shot_file, tmp_path, lost):
+    """They make lossless frames; the movie is joined where the export was started."""
+    (tmp_path / "without").mkdir()
+    (tmp_path / "without" / "av.py").write_text("raise ImportError('no such codec here')")
+    lost.kill("worker 0")
+    lost.work("poor", PYTHONPATH=str(tmp_path / "without"))
+    exported(capsys, shot_file, tmp_path / "whole.mp4")
+    lost.exported(shot_file, "-o", tmp_path / "m.mp4")
+    assert (tmp_path / "m.mp4").read_bytes() == (tmp_path / "whole.mp4").read_bytes()
+
+
 @pytest.mark.parametrize("words", [("--cluster", "tcp://127.0.0.1:1"), ("--cluster", "nonsense")])
 def test_a_scheduler_that_is_not_there(capsys, shot_file, tmp_path, monkeypatch, words):
     monkeypatch.setattr("heatlens.farm.cluster._PATIENCE_S", 1)
@@ -76,8 +122,6 @@ def test_a_scheduler_that_is_not_there(capsys, shot_file, tmp_path, monkeypatch,
 
 def test_a_worker_without_a_scheduler_says_so(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr("heatlens.commands.worker._PATIENCE_S", 1)
-    from heatlens.commands.main import main
-
     assert main(["worker", "tcp://127.0.0.1:1"]) == 2
     assert "No Dask scheduler answers" in capsys.readouterr().err
 

@@ -30,8 +30,11 @@ class DaskCluster:
         self._start("scheduler", line)
         wait_for(lambda: "Scheduler at" in self.said("scheduler"))
 
-    def work(self, name: str = "one", **environment: str) -> None:
-        self._start(name, [*HEATLENS, "worker", self.address], environment)
+    def work(self, name: str = "one", limit: str = "", **environment: str) -> None:
+        """Start a worker; `limit` is a command of the shell before, such as ulimit."""
+        line = [*HEATLENS, "worker", self.address]
+        line = ["bash", "-c", f'{limit}; exec "$@"', "bash", *line] if limit else line
+        self._start(name, line, environment)
 
     def export(self, name: str, *words: object) -> "subprocess.Popen[bytes]":
         """Start an export on this cluster."""
