@@ -165,6 +165,14 @@ class Gui:
         self.screen._door.do(next(a for a in self.screen.actions if a.name == name))
         self.frame(2)
 
+    def unfolded(self, header: str, control: str) -> None:
+        """Open a header of a panel unless its control is drawn."""
+        self.drawn.pop(control, None)
+        self.frame()
+        if control not in self.drawn:
+            self.click(self.middle(header))
+            self.frame(2)
+
     def rest(self) -> None:
         """Let a gesture end, as if time had passed."""
         self.session.editing.history = self.session.editing.history.at_rest()

@@ -23,7 +23,7 @@ def wall_file(path, metres=9.0):
 @pytest.fixture
 def gui(ctx, tmp_path):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), size=SIZE) as gui:
-        for other in ("Look", "Speed"):
+        for other in ("Display", "Speed"):
             gui.ui.panels[other] = False
         gui.frame(3)
         yield gui

@@ -6,9 +6,11 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 from PIL import Image
 
 from heatlens.base.paths import data_dir, folder_to_write_in
@@ -88,6 +90,30 @@ def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) 
         assert main(["render", str(plate), "-o", str(out), *map(str, words)]) == 0
         assert np.array_equal(pixels(tmp_path / "room_dof" / f"room.{frame}.exr"), pixels(out))
     capsys.readouterr()
+
+
+def test_what_a_tip_tells_leaves_the_button_under_it_free(gui: Gui) -> None:
+    exporter = gui.session.files.exports
+    exporter.settings = replace(exporter.settings, kind="PNG, as it looks")
+    gui.frame(2)
+    name = "guides and desqueeze of the window"
+    gui.move(gui.middle(name))
+    gui.frame(60)
+    tips = [window for window in _open_windows() if window.name.startswith("##Tooltip")]
+    assert [tip.pos.y + tip.size.y <= gui.rect(name)[1] + 1 for tip in tips] == [True]
+
+
+def _open_windows() -> list[Any]:
+    return [window for window in imgui.get_current_context().windows if window.active]
+
+
+def test_the_text_of_the_burn_in_has_the_width_of_the_panel(gui: Gui) -> None:
+    exporter = gui.session.files.exports
+    exporter.settings = replace(exporter.settings, kind="PNG, as it looks", burn_in=True)
+    gui.frame(2)
+    x0, _, x1, _ = gui.rect("burn-in text")
+    panel = imgui.internal.find_window_by_name("Export").content_region_rect
+    assert x1 - x0 > 0.95 * (panel.max.x - panel.min.x)
 
 
 def test_the_lens_goes_out_as_a_camera(gui: Gui, tmp_path: Path) -> None:

@@ -153,7 +153,7 @@ def test_a_click_that_comes_with_its_movement_reaches_a_tab(hand):
         box = window.dc.dock_tab_item_rect
         return (box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2
 
-    for name in ("Plate", "Export", "Look"):
+    for name in ("Plate", "Export", "Display"):
         hand.tap(K.left_shift)
         hand.queue.add(Motion(at_tab(name)))
         hand.queue.add(Button(0, True))

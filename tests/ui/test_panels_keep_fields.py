@@ -21,9 +21,9 @@ from heatlens.model.view import Against, ViewState
 from heatlens.plate.read import read_plate
 from heatlens.session.exports.export_settings import ExportSettings
 from heatlens.session.pictures.color_choice import ColorChoice
+from heatlens.ui.panels.display_panel import display_panel
 from heatlens.ui.panels.export_panel import export_panel
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
-from heatlens.ui.panels.look_panel import look_panel
 from heatlens.ui.panels.opening_panel import opening_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from support.gui import Gui, gui_of
@@ -114,7 +114,9 @@ def test_the_view(screen):
         "input_space": color.input_spaces()[0],
         "against": Against.REFERENCE,
     }
-    kept_fields(lambda value: look_panel(value, color, "reference.exr", True, print), view, names)
+    kept_fields(
+        lambda value: display_panel(value, color, "reference.exr", True, print), view, names
+    )
 
 
 @pytest.mark.parametrize("kind", ["EXR, scene-linear", "PNG, as it looks"])

@@ -42,7 +42,7 @@ def preferences():
 @pytest.fixture
 def gui(ctx, plate, preferences):
     with gui_of(ctx, plate, preferences, size=SIZE) as gui:
-        for other in ("Look", "Speed"):
+        for other in ("Display", "Speed"):
             gui.ui.panels[other] = False
         gui.frame(3)
         yield gui
@@ -116,7 +116,7 @@ def test_along_the_ray_is_turned_into_along_the_axis(gui):
 def test_along_the_ray_takes_the_lens_in_hand_where_the_header_tells_none(ctx, tmp_path):
     bare = write_file(tmp_path / "bare.exr", channels())
     with gui_of(ctx, bare, size=SIZE, lens={"focal_length_mm": 35.0}) as gui:
-        gui.ui.panels["Look"] = gui.ui.panels["Speed"] = False
+        gui.ui.panels["Display"] = gui.ui.panels["Speed"] = False
         gui.frame(3)
         choose(gui, "kind", "along the ray")
         window = gui.session.source.plate.display_window
@@ -223,7 +223,7 @@ def test_a_part_of_the_histogram_is_a_part_of_the_dioptres(distance_m):
 def test_a_plate_of_blur_has_no_histogram(ctx, tmp_path):
     coc = write_file(tmp_path / "coc.exr", rgb(HEIGHT, WIDTH) | {"coc": 4 * RAMP})
     with gui_of(ctx, coc, size=SIZE, plate_options=PlateOptions(depth_convention="coc")) as gui:
-        gui.ui.panels["Look"] = gui.ui.panels["Speed"] = False
+        gui.ui.panels["Display"] = gui.ui.panels["Speed"] = False
         gui.frame(4)
         x0, y0, x1, y1 = (round(v) for v in gui.rect("plate because"))
         assert gui.screenshot()[y0:y1, x0:x1].max() > 150  # the text is there
@@ -258,7 +258,7 @@ def test_what_cannot_be_and_what_may_be_two_things_stand_at_their_controls(ctx, 
         **lens_attributes(50, 2, 500, 36, 24),
     )
     with gui_of(ctx, asked, Preferences(), size=SIZE) as gui:
-        gui.ui.panels["Look"] = False
+        gui.ui.panels["Display"] = False
         gui.drawn.clear()
         gui.frame(3)
         assert "question about the convention" in gui.drawn

@@ -10,6 +10,7 @@ from heatlens.live.ring.address import Protocol
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import source_id
 from heatlens.live.ring.sender import LensSender
+from heatlens.ui.panels.ring_panel import _words
 from support.ring_window import following, until
 from support.session_files import room_file
 
@@ -68,6 +69,11 @@ def test_another_source_can_be_chosen(followed, ring):
     session.lens.ring.listen_to(B)
     until(followed, lambda: session.facts.lens.focus_distance_m == 1.0)
     session.lens.ring.listen_to(None)
+
+
+def test_a_sender_without_a_name_is_told_by_the_beginning_of_its_number():
+    assert _words("urn:uuid:9f1c6d1e-1f53-4b5e-8a3c-0d7c5b1a2e3f") == "sender 9f1c6d1e"
+    assert _words("A camera") == "A camera" and _words("") == "without a name"
 
 
 def test_a_port_that_is_taken_is_explained_before_the_window_opens(receiver, tmp_path):

@@ -58,7 +58,7 @@ def test_what_the_panels_show_is_in_the_list(gui, drawn):
         imgui.set_window_focus(panel)
         gui.frame(2)
     panels = {panel: words for panel, words in drawn.items() if panel in gui.ui.panels}
-    assert panels.keys() >= {"Lens", "Look", "Plate", "Guides", "Export", "Speed"}
+    assert panels.keys() >= {"Lens", "Display", "Plate", "Guides", "Export", "Speed"}
     missing = {panel: words - set(SETTINGS[panel]) for panel, words in panels.items()}
     assert not any(missing.values()), missing
 

@@ -33,14 +33,15 @@ def words_of(p: Palette) -> dict:
         "words of a menu": (p.style[_Col.text], p.style[_Col.popup_bg]),
         "words of the menu bar": (p.style[_Col.text], p.style[_Col.menu_bar_bg]),
         "words of a chosen row": (p.style[_Col.text], p.style[_Col.header_active]),
+        "words of a sought label": (p.tried, window),
         "words of a tab": (p.style[_Col.text], p.style[_Col.tab]),
         "figures on a progress bar": (p.style[_Col.text], p.style[_Col.plot_histogram]),
         "text that is selected": (p.style[_Col.text], p.style[_Col.text_selected_bg]),
         "grey words": (p.style[_Col.text_disabled], window),
         "grey words of the status bar": (p.style[_Col.text_disabled], bar),
         "dim words": (p.dim, window),
-        "what was said": (p.accent_text, bar),
-        "a question in a panel": (p.accent_text, window),
+        "what was said": (p.told, bar),
+        "a question in a panel": (p.told, window),
         "a problem": (p.bad, window),
         "a problem in the status bar": (p.bad, bar),
         "a value that is only tried": (p.tried, p.style[_Col.frame_bg]),
@@ -100,6 +101,19 @@ def test_words_can_be_read(p):
 @PALETTES
 def test_lines_and_marks_can_be_seen(p):
     assert not [name for name, pair in marks_of(p).items() if contrast(*pair) < 3.0]
+
+
+@PALETTES
+def test_amber_is_the_live_lens_alone_and_keys_and_marks_are_blue(p):
+    hues = {name: rgb(getattr(p, name)) for name in ("accent", "live", "key", "mark", "told")}
+    for name in ("accent", "live"):
+        assert hues[name][0] > hues[name][1] > hues[name][2]
+    for name in ("key", "mark"):
+        assert hues[name][0] < hues[name][1] < hues[name][2]
+    assert len(set(hues["told"])) == 1
+    controls = ("slider_grab", "check_mark", "overline", "nav_cursor", "separator_active")
+    slots = [slot for slot in p.style if any(name in _Col(slot).name for name in controls)]
+    assert len(slots) >= 6 and all(len(set(p.style[slot])) == 1 for slot in slots)
 
 
 def test_black_on_white_is_21():

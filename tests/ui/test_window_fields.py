@@ -56,6 +56,7 @@ def test_a_drag_of_the_focus_bar_is_one_step_over_dioptres(gui):
 def test_a_drag_of_a_slider_is_one_step_and_undo_takes_it_back(gui, name, field):
     gui.ui.panels = {panel: panel == "Lens" for panel in gui.ui.panels}  # it has all the room
     gui.frame(3)
+    gui.unfolded("Film back, squeeze, sharpness", "sharp up to")
     before = gui.session.facts.shot
     x, y = gui.middle(name)
     gui.drag((x - 20, y), (x + 35, y), steps=6)

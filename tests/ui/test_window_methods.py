@@ -148,19 +148,19 @@ def test_a_whole_b_is_not_made_again(gui, asked):
 
 def test_both_methods_are_chosen_in_the_panels(gui, own):
     gui.session.pictures.view.state = replace(gui.session.facts.view, compare=Compare.FLIP)
-    with_panel(gui, "Look")
-    picked(gui, "B is", "method gather")
+    with_panel(gui, "Display")
+    picked(gui, "compare with", "method gather")
     assert (gui.session.facts.view.against, gui.session.facts.view.b_method) == (
         Against.METHOD,
         Method.GATHER,
     )
     gui.settled()
     np.testing.assert_array_equal(region(gui), alone(gui, own, Method.GATHER))
-    picked(gui, "B is", "method raytraced")
+    picked(gui, "compare with", "method raytraced")
     assert (
         gui.session.facts.view.b_method is Method.GATHER
     )  # there is no scene, and the list stays open
-    gui.click(gui.middle("B is: pinhole"))
+    gui.click(gui.middle("compare with: pinhole"))
     gui.frame(2)
     assert gui.session.facts.view.against is Against.PINHOLE
     with_panel(gui, "Lens")

@@ -68,7 +68,7 @@ def test_how_it_plays_comes_back(ctx, tmp_path):
 
 def test_a_layout_counts_while_it_knows_every_panel():
     assert lists_all("[Window][Picture]\n\n[Window][Lens]\nPos=1,1\n", ["Lens"])
-    assert not lists_all("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Look"])
+    assert not lists_all("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Display"])
     assert not lists_all("", ["Lens"])
 
 

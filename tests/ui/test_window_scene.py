@@ -48,7 +48,7 @@ def pose(gui: Gui) -> Pose:
 
 
 def test_the_tab_of_the_scene_comes_with_it_and_all_five_fit(scene_gui):
-    scene, look = (imgui.internal.find_window_by_name(name) for name in ("Scene", "Look"))
+    scene, look = (imgui.internal.find_window_by_name(name) for name in ("Scene", "Display"))
     assert scene.dock_id == look.dock_id
     bar = scene.dock_node.tab_bar
     assert bar.tabs.size() == 5 and bar.width_all_tabs <= bar.bar_rect.get_width()
@@ -244,7 +244,7 @@ def test_the_buttons_under_the_objects_are_seen_however_many_there_are(ctx, tmp_
     for number in range(40):
         writer.node(name=f"object {number}", mesh=mesh, translation=[0.1 * number, 0.0, -3.0])
     with gui_of(ctx, writer.write(tmp_path / "many.glb"), defocus=QUICK) as gui:
-        for name in ("Look", "Plate", "Export", "Speed"):
+        for name in ("Display", "Plate", "Export", "Speed"):
             gui.ui.panels[name] = False
         gui.frame(4)
         panel = imgui.internal.find_window_by_name("Scene")

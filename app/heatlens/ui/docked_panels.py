@@ -10,11 +10,11 @@ from heatlens.model.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
 from heatlens.session.loop.messages import window_words
 from heatlens.session.session import Session
+from heatlens.ui.panels.display_panel import display_panel
 from heatlens.ui.panels.export_panel import draw_exports
 from heatlens.ui.panels.guides_panel import guides_panel
 from heatlens.ui.panels.kit_panel import kit_panel
-from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
-from heatlens.ui.panels.look_panel import look_panel
+from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, film_back_panel, lens_panel
 from heatlens.ui.panels.looks_panel import LookStills, looks_panel
 from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.opening_panel import opening_panel
@@ -56,8 +56,8 @@ class DockedPanels:
         session, panels = self._session, self._ui.panels
         if panels["Lens"]:
             self._lens()
-        if panels["Look"]:
-            self._look()
+        if panels["Display"]:
+            self._display()
         if panels["Plate"]:
             self._plate(hovered)
         if panels["Scene"] and session.facts.has_camera:
@@ -102,10 +102,12 @@ class DockedPanels:
             session.editing.edit_lens(
                 opening_panel(session.facts.lens, session.messages.say, ask_image)
             )
+            with listening() as folded:
+                session.editing.edit_lens(film_back_panel(session.facts.lens, session.messages.say))
             defocus = blur_panel(session.facts.shot.defocus, session.facts.has_many_views)
             session.editing.edit(replace(session.facts.shot, defocus=defocus))
             if session.facts.histogram is not None and session.time.timeline.has_time:
-                lens_dots(session.time, drawn)
+                lens_dots(session.time, drawn | folded)
         imgui.end()
 
     def _ring(self) -> None:
@@ -132,11 +134,11 @@ class DockedPanels:
             session.facts.lens, depth_span(plate, session.facts.shot.plate_options.scene_unit_m)
         )
 
-    def _look(self) -> None:
+    def _display(self) -> None:
         session = self._session
-        if self._begin("Look"):
+        if self._begin("Display"):
             name = None if session.facts.reference is None else session.facts.reference.path.name
-            session.pictures.view.state = look_panel(
+            session.pictures.view.state = display_panel(
                 session.facts.view,
                 session.pictures.color,
                 name,

@@ -58,7 +58,7 @@ def export_bar(run: ExportRun, ui: UiState) -> None:
     if not words or state is None:
         return
     imgui.align_text_to_frame_padding()
-    imgui.text_colored(theme.colors.bad if state.code else theme.colors.accent_text, words)
+    imgui.text_colored(theme.colors.bad if state.code else theme.colors.told, words)
     if run.is_busy:
         imgui.same_line()
         part = state.done / state.frames if state.frames else 0.0

@@ -20,8 +20,7 @@ def field_row(kind: type, name: str, value: Any) -> Any:
     if of_type is bool:
         _, value = imgui.checkbox(told.label, value)
         probe.note(told.label)
-        if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-            imgui.set_tooltip(told.tip)
+        widgets.tip_above(told.tip)
         return value
     if get_origin(of_type) is Literal:
         return widgets.choice(told.label, value, get_args(of_type), told.tip)
@@ -30,7 +29,7 @@ def field_row(kind: type, name: str, value: Any) -> Any:
     if of_type in (float, int) and low is not None and high is not None:
         return of_type(widgets.slider(told.label, value, low, high, told.shown, told.tip))
     if of_type is str:
-        widgets.label(told.label, told.tip)
+        widgets.label(told.label, told.tip, is_above=True)
         _, value = imgui.input_text(f"##{told.label}", value)
         probe.note(told.label)
         return value

@@ -151,7 +151,7 @@ def _arrange(dock: int, size: ImVec2) -> None:
     inner.dock_builder_dock_window("Timeline", below)
     for name in ("Lens", "Marks", "Looks", "Guides"):
         inner.dock_builder_dock_window(name, upper)
-    for name in ("Look", "Plate", "Scene", "Export", "Speed"):
+    for name in ("Display", "Plate", "Scene", "Export", "Speed"):
         inner.dock_builder_dock_window(name, lower)
     _flag(centre, inner.DockNodeFlagsPrivate_.no_tab_bar)
     for place in (upper, lower, below):  # each tab has its own close button

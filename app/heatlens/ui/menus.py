@@ -148,7 +148,7 @@ Window
   Names of looks in the second window
   -
   Lens
-  Look
+  Display
   Plate
   Scene
   Export

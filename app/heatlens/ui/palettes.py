@@ -23,7 +23,7 @@ def _rgba(red: int, green: int, blue: int, alpha: float = 1.0) -> int:
 class Palette:
     """The colours of a theme: packed integers for draw lists, ImVec4 for text and controls.
 
-    accent         focus, the amber of a focus puller's marks; `on_accent` is text on it
+    accent, live   the live lens alone; `on_accent` is text on it, and on keys and marks
     groove         background of bars and curves; `played` is the played range of frames
     handle         emphasised items: names of rows with keys, icons, draggable lines
     key, mark      keys of a curve, and keys that follow a focus mark
@@ -32,6 +32,7 @@ class Palette:
     disc_ground    background of the drawing of a bokeh disc
     tolerance_band how far keys may be off it, in another green than that of what is sharp
     recorded       a recorded focus pull; `armed` is the record button when armed
+    told           what the program says; `bad` for faults
     tried          a value that holds at this frame only and has no key
     status_ground  background of the status bar; `start_ground` of the start screen
     dimming        drawn over everything behind a dialog
@@ -70,13 +71,15 @@ class Palette:
     armed: ImVec4
     tried: ImVec4
     bad: ImVec4
-    accent_text: ImVec4
+    told: ImVec4
+    live: ImVec4
     dim: ImVec4
     dimming: ImVec4
     style: Mapping[int, tuple[float, float, float]]
     is_light: bool = False
 
 
+_BRIGHT_KNOB = (0.74, 0.74, 0.74)
 DARK = Palette(
     accent=_rgba(242, 169, 59),
     on_accent=_rgba(24, 18, 8),
@@ -110,7 +113,8 @@ DARK = Palette(
     armed=ImVec4(0.42, 0.14, 0.12, 1.0),
     tried=ImVec4(0.45, 0.75, 1.0, 1.0),
     bad=ImVec4(1.0, 0.45, 0.4, 1.0),
-    accent_text=ImVec4(0.95, 0.72, 0.38, 1.0),
+    told=ImVec4(0.80, 0.80, 0.80, 1.0),
+    live=ImVec4(0.95, 0.66, 0.23, 1.0),
     dim=ImVec4(0.6, 0.6, 0.61, 1.0),
     dimming=ImVec4(0.0, 0.0, 0.0, 0.5),
     style={
@@ -129,7 +133,7 @@ DARK = Palette(
         _Col.tab: (0.145, 0.145, 0.147),
         _Col.tab_hovered: (0.30, 0.30, 0.30),
         _Col.tab_selected: (0.21, 0.21, 0.212),
-        _Col.tab_selected_overline: (0.95, 0.66, 0.23),
+        _Col.tab_selected_overline: _BRIGHT_KNOB,
         _Col.tab_dimmed: (0.13, 0.13, 0.13),
         _Col.tab_dimmed_selected: (0.19, 0.19, 0.19),
         _Col.tab_dimmed_selected_overline: (0.5, 0.5, 0.5),
@@ -139,26 +143,26 @@ DARK = Palette(
         _Col.button: (0.25, 0.25, 0.252),
         _Col.button_hovered: (0.33, 0.33, 0.332),
         _Col.button_active: (0.40, 0.40, 0.40),
-        _Col.slider_grab: (0.95, 0.66, 0.23),
-        _Col.slider_grab_active: (1.0, 0.74, 0.34),
-        _Col.check_mark: (0.95, 0.66, 0.23),
+        _Col.slider_grab: _BRIGHT_KNOB,
+        _Col.slider_grab_active: (0.90, 0.90, 0.90),
+        _Col.check_mark: _BRIGHT_KNOB,
         _Col.checkbox_selected_bg: (0.21, 0.21, 0.212),
-        _Col.plot_histogram: (0.50, 0.34, 0.10),  # keeps white figures on it readable
-        _Col.plot_histogram_hovered: (0.50, 0.34, 0.10),
+        _Col.plot_histogram: (0.36, 0.36, 0.36),  # keeps white figures on it readable
+        _Col.plot_histogram_hovered: (0.36, 0.36, 0.36),
         _Col.separator: (0.25, 0.25, 0.25),
         _Col.separator_hovered: (0.4, 0.4, 0.4),
-        _Col.separator_active: (0.95, 0.66, 0.23),
-        _Col.docking_preview: (0.95, 0.66, 0.23),
-        _Col.text_selected_bg: (0.45, 0.33, 0.16),
+        _Col.separator_active: _BRIGHT_KNOB,
+        _Col.docking_preview: _BRIGHT_KNOB,
+        _Col.text_selected_bg: (0.24, 0.34, 0.46),
         _Col.resize_grip: (0.25, 0.25, 0.25),
         _Col.resize_grip_hovered: (0.4, 0.4, 0.4),
-        _Col.resize_grip_active: (0.95, 0.66, 0.23),
+        _Col.resize_grip_active: _BRIGHT_KNOB,
         _Col.table_header_bg: (0.19, 0.19, 0.192),
-        _Col.nav_cursor: (0.95, 0.66, 0.23),
+        _Col.nav_cursor: _BRIGHT_KNOB,
     },
 )
 
-_AMBER, _LINE = (0.66, 0.36, 0.0), (0.70, 0.70, 0.70)
+_DARK_KNOB, _LINE = (0.36, 0.36, 0.36), (0.70, 0.70, 0.70)
 LIGHT = Palette(
     accent=_rgba(168, 92, 0),
     on_accent=_rgba(255, 255, 255),
@@ -192,7 +196,8 @@ LIGHT = Palette(
     armed=ImVec4(0.97, 0.74, 0.70, 1.0),
     tried=ImVec4(0.0, 0.34, 0.68, 1.0),
     bad=ImVec4(0.70, 0.07, 0.05, 1.0),
-    accent_text=ImVec4(0.53, 0.26, 0.0, 1.0),
+    told=ImVec4(0.16, 0.16, 0.16, 1.0),
+    live=ImVec4(0.66, 0.36, 0.0, 1.0),
     dim=ImVec4(0.35, 0.35, 0.36, 1.0),
     dimming=ImVec4(0.0, 0.0, 0.0, 0.35),
     style={
@@ -211,7 +216,7 @@ LIGHT = Palette(
         _Col.tab: (0.84, 0.84, 0.841),
         _Col.tab_hovered: (0.97, 0.97, 0.97),
         _Col.tab_selected: (0.96, 0.96, 0.96),
-        _Col.tab_selected_overline: _AMBER,
+        _Col.tab_selected_overline: _DARK_KNOB,
         _Col.tab_dimmed: (0.84, 0.84, 0.84),
         _Col.tab_dimmed_selected: (0.93, 0.93, 0.93),
         _Col.tab_dimmed_selected_overline: (0.5, 0.5, 0.5),
@@ -221,22 +226,22 @@ LIGHT = Palette(
         _Col.button: (0.79, 0.79, 0.791),
         _Col.button_hovered: (0.73, 0.73, 0.731),
         _Col.button_active: (0.66, 0.66, 0.66),
-        _Col.slider_grab: _AMBER,
-        _Col.slider_grab_active: (0.56, 0.30, 0.0),
-        _Col.check_mark: _AMBER,
+        _Col.slider_grab: _DARK_KNOB,
+        _Col.slider_grab_active: (0.22, 0.22, 0.22),
+        _Col.check_mark: _DARK_KNOB,
         _Col.checkbox_selected_bg: (0.98, 0.98, 0.981),
-        _Col.plot_histogram: (0.95, 0.76, 0.42),  # keeps black figures on it readable
-        _Col.plot_histogram_hovered: (0.95, 0.76, 0.42),
+        _Col.plot_histogram: (0.74, 0.74, 0.74),  # keeps black figures on it readable
+        _Col.plot_histogram_hovered: (0.74, 0.74, 0.74),
         _Col.separator: _LINE,
         _Col.separator_hovered: (0.55, 0.55, 0.55),
-        _Col.separator_active: _AMBER,
-        _Col.docking_preview: _AMBER,
-        _Col.text_selected_bg: (0.98, 0.84, 0.58),
+        _Col.separator_active: _DARK_KNOB,
+        _Col.docking_preview: _DARK_KNOB,
+        _Col.text_selected_bg: (0.70, 0.82, 0.95),
         _Col.resize_grip: _LINE,
         _Col.resize_grip_hovered: (0.55, 0.55, 0.55),
-        _Col.resize_grip_active: _AMBER,
+        _Col.resize_grip_active: _DARK_KNOB,
         _Col.table_header_bg: (0.82, 0.82, 0.821),
-        _Col.nav_cursor: _AMBER,
+        _Col.nav_cursor: _DARK_KNOB,
     },
     is_light=True,
 )

@@ -115,6 +115,7 @@ class PictureWindow:
         if self._ui.files.start_choices.is_wanted:
             self.hovered = None
             self._choose(hears_keys)
+            probe.note("picture")
         else:
             room = imgui.get_content_region_avail()
             below = focus_bar_height(room.y) if self._has_focus_bar else 0.0

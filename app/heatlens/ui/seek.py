@@ -28,13 +28,13 @@ def forget_after_click() -> None:
         _sought.setting = _NOTHING
 
 
-def is_sought(words: str) -> bool:
+def is_sought(words: str, scrolls: bool = True) -> bool:
     """Return True if the label to be drawn next is highlighted; scroll its panel to it once."""
     if _sought.setting[1] != words or not words:
         return False
     if imgui.internal.get_current_window().name != _sought.setting[0]:
         return False
-    if not _sought.is_scrolled:
+    if scrolls and not _sought.is_scrolled:
         imgui.set_scroll_here_y(0.3)
         _sought.is_scrolled = True
     return True

@@ -18,12 +18,22 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "Lens": (
         *(told.label for told in options_of(Aperture).values()),
         *("distance", "f-stop", "T-stop", "focal length", "film back", "sensor width"),
-        *("sharp up to", "discs as of a", "distances from", "pupil offset", "kit", "lens"),
+        *("sharp up to", "lens model", "distances from", "pupil offset", "kit", "lens"),
         *("the view breathes", "at f-stop", "method", "bokeh", "quality", "layers"),
         *("parts", "picture size", "views", "rays a pixel", "source", "the lens follows it"),
     ),
-    "Look": (
-        *("display", "view", "input", "exposure", "gamma", "overlay", "compare", "gain", "B is"),
+    "Display": (
+        *(
+            "display",
+            "view",
+            "input",
+            "exposure",
+            "gamma",
+            "overlay",
+            "compare",
+            "gain",
+            "compare with",
+        ),
     ),
     "Plate": (
         *("channel", "convention", "near", "far", "kind", "scene unit", "in metres"),

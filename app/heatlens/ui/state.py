@@ -15,7 +15,7 @@ from heatlens.ui.timeline.view import TimelineView
 # The names of the panels on their tabs and in the menu.
 PANELS = (
     "Lens",
-    "Look",
+    "Display",
     "Plate",
     "Scene",
     "Export",

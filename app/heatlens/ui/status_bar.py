@@ -92,9 +92,7 @@ class StatusBar:
         """Draw the message, cut to `width`; a tooltip shows all of it."""
         message = self._messages
         shown = fitting(message.text, width, _width_of)
-        imgui.text_colored(
-            theme.colors.bad if message.is_problem else theme.colors.accent_text, shown
-        )
+        imgui.text_colored(theme.colors.bad if message.is_problem else theme.colors.told, shown)
         probe.note("message")
         if shown != message.text and imgui.is_item_hovered():
             imgui.set_tooltip(message.text)

@@ -19,16 +19,20 @@ _DRAG, _TYPING_BEGINS, _TYPING = 0, 1, 2  # how a number is edited at the moment
 VALUE_EM = 5.2  # width of the column of values beside sliders
 
 
-def label(text: str, tip: str = "") -> None:
-    """Draw the label before a control; the next control then fills the rest of the line."""
+def label(text: str, tip: str = "", is_above: bool = False) -> None:
+    """Draw the label before a control; the next control then fills the rest of the line.
+
+    With `is_above` the control has a line of its own under the label.
+    """
     imgui.align_text_to_frame_padding()
     if is_sought(text):
-        imgui.text_colored(theme.colors.accent_text, text)
+        imgui.text_colored(theme.colors.tried, text)
     else:
         imgui.text_disabled(text)
     if tip and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
-    imgui.same_line(LABEL_EM * imgui.get_font_size())
+    if not is_above:
+        imgui.same_line(LABEL_EM * imgui.get_font_size())
     imgui.set_next_item_width(-1)
 
 
@@ -123,6 +127,13 @@ def choice(
     return value
 
 
+def tip_above(text: str) -> None:
+    """Show a tooltip above the last item, where it covers nothing that comes after it."""
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_next_window_pos(imgui.get_item_rect_min(), 0, ImVec2(0.0, 1.0))
+        imgui.set_tooltip(text)
+
+
 def tip_of_barred(why: str) -> None:
     """Show the reason `why` as a tooltip of the last item, which is disabled."""
     if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
@@ -160,6 +171,18 @@ def colored_text(text: str, color: ImVec4) -> None:
     imgui.push_style_color(imgui.Col_.text, color)
     imgui.text_wrapped(printable(text))
     imgui.pop_style_color()
+
+
+def folded(name: str, labels: Sequence[str]) -> bool:
+    """Draw a header that is closed at first; return True if its controls are to be drawn.
+
+    It opens when the palette seeks one of the `labels` in it.
+    """
+    if any(is_sought(label, scrolls=False) for label in labels):
+        imgui.set_next_item_open(True)
+    is_open = imgui.collapsing_header(name)
+    probe.note(name)
+    return bool(is_open)
 
 
 @contextmanager

@@ -213,9 +213,7 @@ def _keys(walk: FolderWalk) -> Chosen | None:
 
 def _overwrite_question(walk: FolderWalk, path: Path) -> Chosen | None:
     imgui.align_text_to_frame_padding()
-    imgui.text_colored(
-        theme.colors.accent_text, f"{printable(path.name)} already exists. Overwrite it?"
-    )
+    imgui.text_colored(theme.colors.bad, f"{printable(path.name)} already exists. Overwrite it?")
     imgui.text_disabled(walk.purpose.note)
     _to_the_right(2)
     chosen = walk.overwrite() if _button("Overwrite") else None

@@ -95,8 +95,7 @@ def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSetti
     if settings.is_linear:
         return settings
     with_guides = _check("guides and desqueeze of the window", settings.with_guides)
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Draws what the Guides tab draws over the picture into the files.")
+    widgets.tip_above("Draws what the Guides tab draws over the picture into the files.")
     return replace(settings, with_guides=with_guides)
 
 

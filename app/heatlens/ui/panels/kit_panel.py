@@ -14,7 +14,6 @@ _NONE = "none: any lens"
 
 def kit_panel(kit: LensKit | None, lens: Lens, commands: KitCommands) -> None:
     """Draw the choice of the kit and of its lens, and the limits of that lens."""
-    imgui.separator_text("Lens kit")
     tip = "A set of lenses. It limits focal length, f-stop and focus."
     shown = _NONE if kit is None else kit.name
     picked = widgets.choice("kit", shown, [_NONE, *commands.names], tip)

@@ -38,7 +38,12 @@ _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
 _NO_T_STOP = "as the f-stop"
 _VIEWS_REACH = 4096  # largest value of the slider
 _PROXIES = {"full": 1.0, "1/2": 0.5, "1/3": 1 / 3, "1/4": 0.25}
+_SET_UP_ONCE = (
+    *("film back", "sensor width", "lens model", "distances from", "pupil offset", "squeeze"),
+    "sharp up to",
+)
 _LENS_IS_FIXED = "This plate holds circles of confusion, so its lens is fixed."
+_KNOB = imgui.Col_.slider_grab
 Say = Callable[[str], None]
 
 
@@ -60,7 +65,7 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     before = lens
     try:
         lens = _focus(lens, facts, say)
-        with _tried(LensParameter.F_STOP, facts):
+        with _tried(LensParameter.F_STOP, facts), widgets.colored(theme.colors.live, _KNOB):
             lens = _aperture(lens, facts, say)
         with _tried(LensParameter.FOCAL_LENGTH, facts):
             lens = _hardware(lens, facts, say)
@@ -108,7 +113,7 @@ def _doubts(facts: LensFacts, about: About) -> None:
     """Draw the doubts about a field under it, with their remedy."""
     for doubt in facts.doubts:
         if doubt.about == about:
-            imgui.push_style_color(imgui.Col_.text, theme.colors.accent_text)
+            imgui.push_style_color(imgui.Col_.text, theme.colors.bad)
             imgui.text_wrapped(window_words(doubt.sentence))
             imgui.pop_style_color()
             probe.note(f"doubt about {about}")
@@ -185,7 +190,7 @@ def _sources(facts: LensFacts) -> None:
 
 
 def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
-    imgui.separator_text("Lens and film back")
+    imgui.separator_text("Lens")
     ends = 4.0, 1200.0
     if facts.kit_lens is not None:
         ends = facts.kit_lens.focal_length_mm, facts.kit_lens.longest
@@ -193,9 +198,22 @@ def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         focal = widgets.drag("focal length", lens.focal_length_mm, 0.2, *ends, "%.1f mm", say)
     if focal != lens.focal_length_mm:
         lens = replace(lens, focal_length_mm=focal)
-    lens = _film_back(lens, say)
-    lens = _model(lens)
-    lens = _measured(lens, say)
+    return lens
+
+
+def film_back_panel(lens: Lens, say: Say) -> Lens:
+    """Draw what is set up once a shoot, folded until it is opened or sought."""
+    if not widgets.folded("Film back, squeeze, sharpness", _SET_UP_ONCE):
+        return lens
+    try:
+        return _film_back(lens, say)
+    except LensError as error:  # the change gives an impossible lens, so it is discarded
+        say(Problem(error))
+        return lens
+
+
+def _film_back(lens: Lens, say: Say) -> Lens:
+    lens = _measured(_model(_sensor(lens, say)), say)
     squeeze = widgets.slider(
         "squeeze",
         lens.squeeze,
@@ -225,7 +243,7 @@ def _model(lens: Lens) -> Lens:
     """Draw the choice of the lens model, which decides the size of the discs."""
     by_words = {model.facts.words: model for model in LensModel}
     tip = "\n".join(f"{words}: {model.facts.meaning}" for words, model in by_words.items())
-    picked = by_words[widgets.choice("discs as of a", lens.model.facts.words, list(by_words), tip)]
+    picked = by_words[widgets.choice("lens model", lens.model.facts.words, list(by_words), tip)]
     return lens if picked is lens.model else replace(lens, model=picked)
 
 
@@ -251,7 +269,7 @@ def _parse_mm(text: str) -> float:
     return widgets.parse_number(text, -2000.0, 2000.0, "pupil offset")
 
 
-def _film_back(lens: Lens, say: Say) -> Lens:
+def _sensor(lens: Lens, say: Say) -> Lens:
     known = next((b.name for b in FILMBACKS if b.width_mm == lens.sensor_width_mm), _CUSTOM)
     names = [back.name for back in FILMBACKS]
     picked = widgets.choice("film back", known, names)

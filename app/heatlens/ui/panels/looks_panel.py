@@ -154,14 +154,13 @@ def _buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
     view = facts.view
     is_compared = is_look_b(view)
     tip = "Show this look on the left of the wipe"
-    if _toggle("left", f"left {look.name}", is_compared and view.a_look == look.name, tip):
+    if _toggle("wipe left", f"left {look.name}", is_compared and view.a_look == look.name, tip):
         desk.looks.compare_as_a(look)
     imgui.same_line(0.0, 4.0)
     tip = "Show this look on the right of the wipe"
-    if _toggle("right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip):
+    if _toggle("wipe right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip):
         desk.looks.compare(look)
     if len(facts.shot.looks) > GRID_MOST:
-        imgui.same_line(0.0, 4.0)
         is_in = look.name in grid_names(view, facts.shot)
         if _toggle("grid", f"in grid {look.name}", is_in, "Show this look in the grid"):
             desk.looks.toggle_in_grid(look)
@@ -175,8 +174,8 @@ def _buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
 def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
     """Draw a toggle button, highlighted while on; return True if it was pressed."""
     if is_on:
-        imgui.push_style_color(imgui.Col_.button, theme.colors.accent)
-        imgui.push_style_color(imgui.Col_.button_hovered, theme.colors.accent)
+        imgui.push_style_color(imgui.Col_.button, theme.colors.handle)
+        imgui.push_style_color(imgui.Col_.button_hovered, theme.colors.handle)
         imgui.push_style_color(imgui.Col_.text, theme.colors.on_accent)
     pressed = imgui.button(words)
     if is_on:

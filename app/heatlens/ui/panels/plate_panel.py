@@ -184,7 +184,7 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
     tip = f"What its values mean. Now: {options.depth_convention.facts.meaning}."
     convention = _keyed("convention", options.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
-        widgets.colored_text(window_words(plate.depth.question), theme.colors.accent_text)
+        widgets.colored_text(window_words(plate.depth.question), theme.colors.told)
         probe.note("question about the convention")
     options = replace(options, depth_channel=channel, depth_convention=convention)
     options = _ends(options, facts.unit, say)
@@ -192,7 +192,7 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
     options = _unit(options, say)
     for doubt in facts.doubts:
         if doubt.about != "lens":
-            widgets.colored_text(window_words(doubt.sentence), theme.colors.accent_text)
+            widgets.colored_text(window_words(doubt.sentence), theme.colors.bad)
             probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
     options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))

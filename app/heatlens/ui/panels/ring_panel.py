@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from uuid import UUID
 
 from imgui_bundle import imgui
 
@@ -9,6 +10,7 @@ from heatlens.base.printable import printable
 from heatlens.live.ring.sources import Heard
 from heatlens.ui import probe, theme, widgets
 
+_LETTERS = 8  # of the number of a sender
 _FIRST_HEARD = "first one heard"
 
 
@@ -48,7 +50,11 @@ def ring_panel(state: RingState, facts: RingFacts) -> RingState:
 
 
 def _words(name: str) -> str:
-    return printable(name) or "without a name"
+    """Return the name of a sender; of one that has only a number of 36 digits, its beginning."""
+    try:
+        return f"sender {str(UUID(name))[:_LETTERS]}"
+    except ValueError:
+        return printable(name) or "without a name"
 
 
 def _status(facts: RingFacts) -> None:

@@ -25,10 +25,10 @@ def draw_ruler(ruler: Ruler, view: PictureView, facts: Facts, hovered: Pixel | N
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     if len(at) == 2:
         draw.add_line(at[0], at[1], theme.OVER_PICTURE.shadow, 2.0 * _LINE_EM * em)
-        draw.add_line(at[0], at[1], theme.OVER_PICTURE.accent, _LINE_EM * em)
+        draw.add_line(at[0], at[1], theme.OVER_PICTURE.handle, _LINE_EM * em)
     for end in at:
         draw.add_circle_filled(end, _END_EM * em, theme.OVER_PICTURE.shadow)
-        draw.add_circle(end, _END_EM * em, theme.OVER_PICTURE.accent, 0, _LINE_EM * em)
+        draw.add_circle(end, _END_EM * em, theme.OVER_PICTURE.handle, 0, _LINE_EM * em)
     measured = ruler.measured(hovered) if len(at) == 2 else None
     if measured is None:
         return
@@ -45,7 +45,7 @@ def draw_ruler(ruler: Ruler, view: PictureView, facts: Facts, hovered: Pixel | N
     _draw_label(
         ImVec2((at[0].x + at[1].x) / 2, (at[0].y + at[1].y) / 2),
         words,
-        theme.OVER_PICTURE.accent,
+        theme.OVER_PICTURE.handle,
         -1.2,
     )
     probe.note_at(f"ruler {words}", (at[0].x, at[0].y, at[1].x, at[1].y))

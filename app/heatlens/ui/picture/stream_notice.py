@@ -22,7 +22,7 @@ def draw_waiting(stream: StreamSource) -> None:
     width = min(_WIDTH_EM * em, room.x - 2 * em)
     said = window_words(stream.refusal)
     told = [(f"Listening on {stream.address} ...", theme.OVER_PICTURE.dim)]
-    told += [(said, theme.OVER_PICTURE.accent_text)] if said else []
+    told += [(said, theme.OVER_PICTURE.told)] if said else []
     told += [(line, theme.OVER_PICTURE.dim) for line in _LINES]
     heights = [imgui.calc_text_size(text, False, width).y for text, _ in told]
     y = max(0.5 * (room.y - sum(heights) - em * len(told)), 0.0)
@@ -48,7 +48,7 @@ class StreamNotice:
         imgui.push_style_color(imgui.Col_.child_bg, theme.OVER_PICTURE.shadow)
         flags = imgui.ChildFlags_.auto_resize_y | imgui.ChildFlags_.always_use_window_padding
         imgui.begin_child("stream notice", ImVec2(min(_WIDTH_EM * em, width - em), 0.0), flags)
-        imgui.push_style_color(imgui.Col_.text, theme.OVER_PICTURE.accent_text)
+        imgui.push_style_color(imgui.Col_.text, theme.OVER_PICTURE.told)
         imgui.text_wrapped(said)
         imgui.pop_style_color()
         if imgui.small_button("Dismiss"):

@@ -68,7 +68,7 @@ def draw_card(
         _emblem(card, ImVec2(left, place.low.y + _PAD_EM * em), place, pictures)
     _text(card, left + place.column + _AIR_EM * em, place, is_coming)
     at = ImVec2(place.high.x - _DIGIT_EM * em, place.middle_y - 0.5 * em)
-    color = theme.colors.accent if is_chosen else theme.colors.text_dim
+    color = theme.colors.handle if is_chosen else theme.colors.text_dim
     imgui.get_window_draw_list().add_text(at, color, str(digit))
 
 
@@ -81,7 +81,7 @@ def _ground(place: Place, is_chosen: bool, is_flat: bool) -> None:
     if is_chosen:
         low = ImVec2(place.low.x, place.low.y + _PAD_EM * em)
         high = ImVec2(low.x + _BAR_EM * em, place.high.y - _PAD_EM * em)
-        draw.add_rect_filled(low, high, theme.colors.accent, _BAR_EM * em / 2)
+        draw.add_rect_filled(low, high, theme.colors.handle, _BAR_EM * em / 2)
 
 
 def _emblem(card: Card, low: ImVec2, place: Place, pictures: CardPictures) -> None:
@@ -114,7 +114,7 @@ def _text(card: Card, x: float, place: Place, is_coming: bool) -> None:
     draw.add_text(ImVec2(x, y - 1.1 * em), bright, fitted(printable(card.title), width))
     words, color = card.words, theme.colors.text_dim
     if is_coming:
-        words, color = "Opening ...", theme.colors.accent
+        words, color = "Opening ...", theme.colors.handle
     draw.add_text(ImVec2(x, y + 0.1 * em), color, fitted(printable(words), width, bool(card.kind)))
 
 

@@ -57,7 +57,7 @@ def _recorded(recording: PullRecording) -> list[Tool]:
     return [
         Tool(partial(_words, before), imgui.calc_text_size(before).x, 4, is_word=True),
         Tool(partial(_words, keys), imgui.calc_text_size(keys).x, 1, is_word=True),
-        Tool(partial(_words, "off by at most"), imgui.calc_text_size("off by at most").x, 3,
+        Tool(partial(_words, "tolerance"), imgui.calc_text_size("tolerance").x, 3,
              is_word=True),
         Tool(partial(_tolerance, recording), _TOLERANCE_EM * em, 1),
         Tool(partial(_words, figure), _FIGURE_EM * em, 2, is_word=True),

@@ -43,9 +43,7 @@ def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
     if not shown:  # another row would push the keys out of the panel, and the blue bar shows it too
         imgui.new_line()
         return
-    imgui.push_style_color(
-        imgui.Col_.text, theme.colors.accent_text if is_preview else theme.colors.dim
-    )
+    imgui.push_style_color(imgui.Col_.text, theme.colors.told if is_preview else theme.colors.dim)
     imgui.push_style_color(imgui.Col_.button, theme.NOTHING)
     imgui.push_style_var(imgui.StyleVar_.frame_border_size, 0.0)
     if imgui.button(f"{shown}###rendered frames"):

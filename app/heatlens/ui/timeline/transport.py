@@ -120,7 +120,7 @@ def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
     if shape == "record":
         draw.add_circle_filled(middle, reach, theme.colors.recorded)
     if shape == "stop":
-        draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.colors.accent)
+        draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.colors.handle)
 
 
 def _frame_field(desk: TimeDesk) -> None:

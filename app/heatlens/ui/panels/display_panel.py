@@ -1,4 +1,4 @@
-"""Draw the Look panel: colour, overlays and comparison."""
+"""Draw the Display panel: colour, overlays and comparison."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +14,7 @@ _OVERLAYS = {
     Overlay.NONE: "off",
     Overlay.ZONES: "zones",
     Overlay.FOCUS_PLANE: "plane",
-    Overlay.COC: "coc",
+    Overlay.COC: "blur",
     Overlay.DEPTH: "depth",
     Overlay.LAYERS: "layers",
 }
@@ -22,13 +22,13 @@ _COMPARES = {
     Compare.OFF: "off",
     Compare.WIPE: "wipe",
     Compare.FLIP: "B",
-    Compare.DIFFERENCE: "diff",
+    Compare.DIFFERENCE: "difference",
 }
 _PER_ROW = {"overlay": 3, "compare": 4}
 _RADIO_EM = 2.2  # width of a radio button and the gap after it, without its text
 
 
-def look_panel(
+def display_panel(
     view: ViewState,
     color: ColorChoice,
     reference: str | None,
@@ -102,5 +102,5 @@ def _compare(
     shown = next((name for name, value in choices.items() if value == now), "pinhole")
     tip = "The same shot by another method, or any EXR: Ctrl+Shift+O opens it."
     barred = {f"method {method}": why for method, why in barred_methods(has_many_views).items()}
-    against, method = choices[widgets.choice("B is", shown, list(choices), tip, barred)]
+    against, method = choices[widgets.choice("compare with", shown, list(choices), tip, barred)]
     return replace(view, against=against, b_method=method)
