@@ -238,7 +238,20 @@ class FrameRenderer:
         overscan = loaded.overscan
         if overscan is not None and shot.defocus.proxy == 1.0:
             return (yield from self._with_overscan(shot, frame, pipeline, overscan))
+        if loaded.beyond is not None and shot.defocus.proxy == 1.0:
+            return (yield from self._with_beyond(shot, frame, pipeline, loaded.beyond))
         return (yield from self._of_plate(shot, frame, pipeline, loaded))
+
+    def _with_beyond(
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline, beyond: Pinhole
+    ) -> Steps[moderngl.Texture]:
+        """Blur a plate with what other frames showed around it, and return the frame."""
+        self._check_fits(beyond.color.size)
+        picture = yield from self._of_plate(shot, frame, pipeline, beyond)
+        own, wide = self.loaded.plate.data_window, beyond.plate.data_window
+        out = pipeline.scratch.texture("frame of a plate", self.loaded.color.size, 4)
+        self._passes.crop.run(picture, (own.x0 - wide.x0, own.y0 - wide.y0), out)
+        return out
 
     def _of_plate(
         self, shot: Shot, frame: int, pipeline: DefocusPipeline, loaded: Pinhole
@@ -251,7 +264,7 @@ class FrameRenderer:
         picture = yield from pipeline.steps(
             color,
             loaded.depth,
-            self.optics(shot, frame),
+            optics_of(loaded.plate, loaded.bins, self._seen(shot, frame).lens_at(frame)),
             shot.defocus,
             loaded.plate.has_alpha,
             loaded.fragments,

@@ -101,7 +101,10 @@ def test_what_lies_outside_the_frame_is_found():
     """The camera goes to the right, so that the right border is known, and the wall goes on."""
     border = 8
     here = frames(0)[0]
-    plate = with_neighbours(here, frames(2, 4), border).plate
+    found = with_neighbours(here, frames(2, 4), border).plate
+    assert np.array_equal(found.color, here.plate.color)
+    assert found.data_window == here.plate.data_window
+    plate = found.beyond
     assert plate.data_window == Box(-8, -8, SIZE[1] + 8, SIZE[0] + 8)
     assert plate.display_window == here.plate.display_window
     inner = np.s_[border : border + SIZE[0], border : border + SIZE[1]]
@@ -115,7 +118,7 @@ def test_what_lies_outside_the_frame_is_found():
 
 def test_a_border_that_nobody_saw_leaves_the_plate_as_it_is():
     here = seen(0.0)
-    assert with_neighbours(here, [seen(0.0, frame=1)], 8).plate.data_window == Box(0, 0, 72, 48)
+    assert with_neighbours(here, [seen(0.0, frame=1)], 8).plate.beyond is None
 
 
 @given(
@@ -184,8 +187,8 @@ def test_the_sky_behind_a_card_is_found_at_infinity():
 
 def test_frames_with_overscan_are_placed_by_their_windows():
     here = frames(0)[0]
-    narrow = with_neighbours(here, frames(-1, 1), 8).plate
-    wide = with_neighbours(here, [with_overscan(k) for k in (-1, 1)], 8).plate
+    narrow = with_neighbours(here, frames(-1, 1), 8).plate.beyond
+    wide = with_neighbours(here, [with_overscan(k) for k in (-1, 1)], 8).plate.beyond
     (depth, color), (its_depth, its_color) = behind(narrow), behind(wide)
     both = np.isfinite(depth) & np.isfinite(its_depth)
     assert both.sum() > 500

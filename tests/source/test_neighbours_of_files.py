@@ -155,7 +155,8 @@ def test_what_was_found_can_be_written_and_read_as_pictures_behind(dolly, tmp_pa
     stderr_of_run(capsys, 0, *shared, "-o", again, "--behind", written)
     depth = PlateOptions(depth_source=str(path_of(dolly, 4)))
     one, other = (read_plate(path, depth).color for path in (out, again))
-    assert np.abs(one - other).max() < 2e-3
+    inner = np.s_[12:-12, 12:-12]  # nearer to the border, what was found beyond it blurs in
+    assert np.abs(one - other)[inner].max() < 2e-3
 
 
 @pytest.mark.parametrize(

@@ -175,7 +175,7 @@ PASSES: tuple[Pass, ...] = (
         "limits",
         _comp("limits"),
         pass_costs.limits_bytes,
-        _own("frame", "in plate's light"),
+        _own("frame", "frame of a plate", "in plate's light"),
         ("alpha out",),
     ),
     Pass("colours", _comp("colors_take"), pass_costs.colours_bytes, reads_last=("colours kept",)),

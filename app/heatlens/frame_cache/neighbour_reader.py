@@ -15,7 +15,7 @@ from heatlens.frame_cache.plate_shelf import plate_bytes
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.header.placement import from_exr, is_rigid, placement_at
-from heatlens.plate.neighbours.choice import chosen_frames, standing, step_of
+from heatlens.plate.neighbours.choice import border_px, chosen_frames, standing, step_of
 from heatlens.plate.neighbours.found import Found, with_neighbours
 from heatlens.plate.neighbours.view import FloatMatrix, View
 from heatlens.plate.parts.header_read import read_headers
@@ -87,7 +87,8 @@ class NeighbourReader:
                 views.append(self._view(frame, self._shelf(self._sequence.path_at(frame))))
             except InputError as error:
                 unread.append((frame, str(error)))
-        found = with_neighbours(view, [it for it in views if it is not None])
+        others = [it for it in views if it is not None]
+        found = with_neighbours(view, others, border_px(plate))
         left_out = tuple(sorted((*found.left_out, *unread)))
         notes = tuple(f"Frame {frame} tells nothing of {path}: {why}" for frame, why in left_out)
         with_notes = replace(found.plate, notes=(*found.plate.notes, *notes))

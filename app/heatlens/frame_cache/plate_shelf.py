@@ -77,6 +77,7 @@ def plate_bytes(plate: Plate) -> int:
     """Return the bytes of memory that the pixels and the fragment lists of `plate` take."""
     depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
     lists = 0 if plate.fragments is None else plate.fragments.nbytes
+    lists += 0 if plate.beyond is None else plate_bytes(plate.beyond)
     return plate.color.nbytes + (0 if depth is None else depth.nbytes) + lists
 
 

@@ -157,6 +157,8 @@ class Plate:
     behind: tuple[BehindReport, ...] = ()  # the sources of `fragments`, in any order
     surfaces_lost: str = ""  # a sentence, where surfaces behind were merged or left out
     missing_count: int = 0  # pixels whose depth a renderer has not sent yet
+    # The same with more pixels on every side, from other frames: what blurs in across the border.
+    beyond: "Plate | None" = None
 
     @property
     def color(self) -> FloatImage:
@@ -204,6 +206,8 @@ class Plate:
     def counted(self) -> "Plate":
         """Return the plate with its bins counted, so that a later thread need not count them."""
         assert self.bins is not None and self.seen_bins is not None
+        if self.beyond is not None:
+            self.beyond.counted()
         return self
 
     @property

@@ -21,6 +21,7 @@ class Pinhole:
     fragments  the known surfaces behind the picture; None if there are none
     overscan   of a scene: the same picture with a margin; plates have theirs in their data window
     peeled     of a scene: the known surfaces behind all of that; None for a hurried picture
+    beyond     of a plate: the same with a margin that other frames showed, see `Plate.beyond`
     light_scale  the factor on `color` before the blur; the picture is divided by it
                  afterwards, and `fragments` are multiplied already
     """
@@ -33,3 +34,4 @@ class Pinhole:
     overscan: Overscan | None = None
     peeled: Peeled | None = None
     light_scale: float = 1.0
+    beyond: "Pinhole | None" = None

@@ -11,6 +11,7 @@ from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_storage_fits
 from heatlens.gpu.textures import FloatArray, new_texture, uploading
+from heatlens.model.boxes import Box
 from heatlens.model.framing import Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
@@ -21,6 +22,8 @@ _BRIGHT_PERCENT = 90.0  # percentile of the light that counts as bright
 _BRIGHT_MOST = 4.0  # up to here the light counts as relative to a white surface
 _STEP = 16.0  # a power of two, so that scaling is exact; and coarse, so that it is steady in a shot
 _SAMPLES_A_SIDE = 128
+_Textures = tuple[moderngl.Texture, moderngl.Texture]  # colour, depth
+_Room = list[tuple[Plate, _Textures]]  # the plate, and what is beyond if that is known
 
 
 def light_scale(color: npt.NDArray[np.float32]) -> float:
@@ -60,21 +63,34 @@ class PlateOnGpu:
 
         If the steps are not completed, nothing is loaded.
         """
-        color, depth = self._textures((plate.data_window.width, plate.data_window.height))
+        room = self._textures(plate)
         self._release_fragments()
         self._held = None
         try:
-            for texture, pixels in ((color, plate.color), (depth, _depth_or_coc(plate))):
-                for _ in uploading(texture, pixels):
-                    yield "upload"
-            scale = light_scale(plate.color)
-            fragments = self._fragments_of(plate, scale)
-            self._held = Pinhole(plate, color, depth, plate.bins, fragments, light_scale=scale)
+            for part, (color, depth) in room:
+                for texture, pixels in ((color, part.color), (depth, _depth_or_coc(part))):
+                    for _ in uploading(texture, pixels):
+                        yield "upload"
+            self._held = self._pinhole(plate, room)
         finally:
             if self._held is None:
-                color.release()
-                depth.release()
+                for _, textures in room:
+                    _release(textures)
         return self._held
+
+    def _pinhole(self, plate: Plate, room: _Room) -> Pinhole:
+        """Return the pinhole picture of a plate whose pixels have been uploaded."""
+        scale, (widest, textures) = light_scale(plate.color), room[-1]
+        fragments = self._fragments_of(widest, scale)
+        wide = Pinhole(widest, *textures, widest.bins, fragments, light_scale=scale)
+        if widest is plate:
+            return wide
+        if fragments is not None:  # lists of the whole serve the frame as well
+            own, all_ = plate.data_window, widest.data_window
+            x, y = own.x0 - all_.x0, own.y0 - all_.y0
+            fragments = fragments.part(Box(x, y, x + own.width, y + own.height))
+        framed = room[0][1]
+        return Pinhole(plate, *framed, plate.bins, fragments, light_scale=scale, beyond=wide)
 
     def _fragments_of(self, plate: Plate, light_scale: float) -> FragmentBuffers | None:
         """Upload the plate's fragment lists to the GPU. Raises GpuError if they do not fit."""
@@ -95,15 +111,19 @@ class PlateOnGpu:
         if self._held is not None and self._held.fragments is not None:
             self._held.fragments.release()
 
-    def _textures(self, size: tuple[int, int]) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """Return the textures of the previous plate if their size fits, else new ones."""
-        if self._held is not None and self._held.color.size == size:
-            return self._held.color, self._held.depth
+    def _textures(self, plate: Plate) -> _Room:
+        """Return textures for the plate and what is beyond: the previous ones if all sizes fit."""
+        parts = [it for it in (plate, plate.beyond) if it is not None]
+        sizes = [(it.data_window.width, it.data_window.height) for it in parts]
+        held = [it for it in (self._held, self._held and self._held.beyond) if it is not None]
+        if [it.color.size for it in held] == sizes:
+            return [(part, (it.color, it.depth)) for part, it in zip(parts, held, strict=True)]
         self.release()
-        return (
-            new_texture(self._ctx, size, 4, label="plate colour"),
-            new_texture(self._ctx, size, 1, label="plate depth"),
-        )
+        return [(part, self._new(size)) for part, size in zip(parts, sizes, strict=True)]
+
+    def _new(self, size: tuple[int, int]) -> _Textures:
+        color = new_texture(self._ctx, size, 4, label="plate colour")
+        return color, new_texture(self._ctx, size, 1, label="plate depth")
 
     def size(self, shot: Shot) -> tuple[int, int]:
         """See `SourceOnGpu`."""
@@ -150,9 +170,15 @@ class PlateOnGpu:
         """See `SourceOnGpu`."""
         if self._held is not None:
             self._release_fragments()
-            self._held.color.release()
-            self._held.depth.release()
+            for it in (self._held, self._held.beyond):
+                if it is not None:
+                    _release((it.color, it.depth))
             self._held = None
+
+
+def _release(textures: _Textures) -> None:
+    for texture in textures:
+        texture.release()
 
 
 def _depth_or_coc(plate: Plate) -> FloatArray:

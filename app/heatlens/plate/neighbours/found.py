@@ -7,6 +7,7 @@ import numpy as np
 
 from heatlens.model.boxes import Box
 from heatlens.plate.behind import with_behind
+from heatlens.plate.deep.stacked import lists_over
 from heatlens.plate.neighbours.agreed import agreed
 from heatlens.plate.neighbours.border import widened
 from heatlens.plate.neighbours.hidden import could_be_seen, hidden_points, surfaces
@@ -26,7 +27,7 @@ _TRIED = 4  # some of them are refuted
 class Found:
     """A plate with what its neighbours know.
 
-    plate        with the found surfaces behind the picture, and the border
+    plate        with the found surfaces behind the picture, and the border in `Plate.beyond`
     hidden_part  share that was found of the pixels that near silhouettes could hide, 0..1
     frames       the frames that were used
     left_out     the frames that were not, each with a sentence that says why
@@ -48,16 +49,16 @@ def with_neighbours(view: View, others: Sequence[View], border_px: int = 0) -> F
     moved, left_out = _usable(view, others)
     if not moved:
         return Found(view.plate, 0.0, (), left_out)
-    framed, view = view.plate.data_window, _widened(view, moved, border_px)
+    plate, view = view.plate, _widened(view, moved, border_px)
     canvas = canvas_of(view)
     layers = _layers(view, moved, canvas)
-    plate = view.plate
+    wide = view.plate
     if layers:
-        made = with_behind(plate, layers, _NAMES[: len(layers)])
-        plate = replace(made, notes=plate.notes)
+        made = with_behind(wide, layers, _NAMES[: len(layers)])
+        wide = replace(made, notes=plate.notes)
     frames = tuple(arrived.look.view.frame for arrived in moved)
-    part = _found_part(canvas, layers, framed)
-    return Found(plate, part, frames, left_out, tuple(layers))
+    part = _found_part(canvas, layers, plate.data_window)
+    return Found(_framed(plate, wide), part, frames, left_out, tuple(layers))
 
 
 def _usable(
@@ -120,6 +121,17 @@ def _found_part(canvas: Canvas, layers: Sequence[Plate], framed: Box) -> float:
     asked = could_be_seen(canvas.front_m[rows, columns])
     is_found = layers[0].color[rows, columns][::BLOCK, ::BLOCK, 3] > 0
     return float(is_found[asked].mean()) if asked.any() else 0.0
+
+
+def _framed(plate: Plate, wide: Plate) -> Plate:
+    """Return the plate with what was found behind it; what was found around it is kept beside."""
+    window = plate.data_window
+    if wide.data_window == window:
+        return wide
+    lists = wide.fragments
+    if lists is not None:
+        lists = lists_over(lists, wide.data_window, window)
+    return replace(plate, fragments=lists, behind=wide.behind, beyond=wide)
 
 
 def _alone(plate: Plate, color: FloatImage, depth_m: FloatImage) -> Plate:
