@@ -4,7 +4,7 @@ import pytest
 
 from heatlens.documents.shot_file import read_shot
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.marks import MatteMark, ObjectMark
+from heatlens.model.marks import MatteMark, MattePart, ObjectMark
 from support.command_line import stderr_of_run
 from support.mattes import matte_plate
 from support.session_files import write_scene
@@ -44,6 +44,11 @@ def test_follow_names_a_mark_that_is_made_beside_it(plates, tmp_path, capsys):
     assert shot.curves == other.curves
     still, _ = made(capsys, tmp_path, *new, *marks, "--follow", "B")
     assert still.lens_at(1).focus_distance_m == still.lens_at(4).focus_distance_m == 2
+
+
+def test_the_nearest_part_of_a_thing_is_followed(plates, tmp_path, capsys):
+    shot, _ = made(capsys, tmp_path, plates, *LENS, "--follow", "A=nearest:cryptomatte:hero")
+    assert shot.marks == (MatteMark("A", "cryptomatte:hero", MattePart.NEAREST),)
 
 
 def test_an_object_of_a_scene_is_followed(tmp_path, capsys):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.marks import DistanceMark, PointMark
+from heatlens.model.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.model.pull import pull
 from support.gui import Gui
 from support.sequences import FIRST, LAST, nearer
@@ -192,3 +192,13 @@ def test_close_focus_is_typed_and_taken_away(gui):
     assert gui.session.facts.lens.close_focus_m == 0.9
     typed(gui, "close focus", "soon")
     assert gui.session.facts.lens.close_focus_m == 0.9 and "soon" in gui.session.messages.text
+
+
+def test_a_mark_on_a_thing_is_on_its_middle_or_its_nearest_part(gui):
+    editing = gui.session.editing
+    editing.do(replace(editing.shot, marks=(MatteMark("A", "cryptomatte:hero"),)))
+    gui.frame(2)
+    gui.click(gui.middle("part A"))
+    assert marks(gui) == (MatteMark("A", "cryptomatte:hero", MattePart.NEAREST),)
+    gui.click(gui.middle("part A"))
+    assert marks(gui)[0].part is MattePart.MIDDLE

@@ -44,7 +44,7 @@ from heatlens.model.curve import Key
 from heatlens.model.frames import FRAMES_PER_SECOND, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, ObjectMark, PointMark
 from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
 from heatlens.model.other_names import or_meant
 from heatlens.model.pull import frames_too_close
@@ -75,7 +75,7 @@ KEYED = {
 _KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
 _MARK = re.compile(r"([^@=]+)(=|@)(.+)")
 
-_OBJECT = "object:"
+_OBJECT, _NEAREST = "object:", "nearest:"
 Keys = dict[LensParameter, list[Key]]
 
 
@@ -121,7 +121,8 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=DISTANCE",
         help="focus mark at a distance, at a pixel of the picture as NAME@X,Y, or on a thing as "
-        "NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, or on an object of a scene "
+        "NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, its nearest part as "
+        "NAME=nearest:cryptomatte:THING, or on an object of a scene "
         "as NAME=object:OBJECT; may be repeated",
     )
     group.add_argument(
@@ -323,6 +324,8 @@ def mark_of(text: str) -> Mark:
     name, sign, place = match.groups()
     if sign == "=" and place.startswith(_OBJECT):
         return ObjectMark(name, place.removeprefix(_OBJECT))
+    if sign == "=" and place.startswith(_NEAREST):
+        return MatteMark(name, place.removeprefix(_NEAREST), MattePart.NEAREST)
     if sign == "=" and ":" in place:
         return MatteMark(name, place)
     if sign == "=":

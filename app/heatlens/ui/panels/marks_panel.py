@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, ObjectMark, PointMark
 from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
@@ -79,7 +79,7 @@ def _meaning(mark: Mark) -> str:
     if isinstance(mark, ObjectMark):
         return f"The middle of {mark.object_name}, at this frame"
     if isinstance(mark, MatteMark):
-        return f"What is seen of {mark.matte}, at this frame"
+        return f"The {mark.part} of what is seen of {mark.matte}, at this frame"
     is_point = isinstance(mark, PointMark)
     return "What is seen at its point, at this frame" if is_point else "At every frame"
 
@@ -96,6 +96,13 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
                 commands.follow(mark)
         probe.note(f"follow {mark.name}")
         _tip("Keys the focus on it at every frame from in to out; frames not in memory are read.")
+    if isinstance(mark, MatteMark):
+        imgui.same_line(0.0, 4.0)
+        if imgui.button(f"{mark.part}##{mark.name}"):
+            parts = [it for it in MattePart if it is not mark.part]
+            commands.change(mark, replace(mark, part=parts[0]))
+        probe.note(f"part {mark.name}")
+        _tip("Which part of the thing is measured: its middle, or its nearest part.")
     imgui.same_line(0.0, 4.0)
     if imgui.button(f"x##{mark.name}"):
         commands.delete(mark)
