@@ -153,16 +153,15 @@ void eliminate_forward(int line, int slot, int tiles, out Value y[POLES]) {
     Eliminated gone;
     EACH_POLE(CLEAR_POLE)
     int tile = next_in_work(line, 0, tiles);
+    forget(front);
+    if (IS_REPEATED && tile == 0) repeat_first(front, input_in(line, run_of(line, 0), 0));
     for (; tile < tiles; tile = next_in_work(line, tile + 1, tiles)) {
         int blocks = blocks_of(tile);
         Run run = run_of(line, tile);
+        if (run.start > 0) forget(front);
+        if (run.start == tile * TILE) at = place_at(line, run, run.start);
         for (int block = 0; block < blocks; ++block) {
             int first = tile * TILE + block * BLOCK;
-            if (first == run.start) {
-                forget(front);
-                at = place_at(line, run, first);
-                for (int n = IS_REPEATED && first == 0 ? 1 : 0; n > 0; --n) repeat_first(front, at.here);
-            }
             keep(front, slot, first);
             for (int j = 0; j < BLOCK; ++j) eliminate(front, at, line, run, first + j, gone);
         }
