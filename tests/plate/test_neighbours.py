@@ -173,16 +173,26 @@ def test_the_middle_half_is_free_of_outliers_and_of_what_weighs_nothing(samples)
 
 
 def test_the_sky_behind_a_card_is_found_at_infinity():
-    def with_sky(view: View) -> View:
-        depth = np.where(view.plate.depth_m > 9, np.float32(np.inf), view.plate.depth_m)
-        color = np.where(np.isinf(depth)[..., None], np.float32(1.0), view.plate.color)
-        return replace(view, plate=replace(view.plate, pixels=ReadPixels(color, depth)))
-
     here, *others = (with_sky(it) for it in frames(0, -1, 1))
     with np.errstate(divide="ignore"):
         depth, color = behind(with_neighbours(here, others).plate)
     assert np.isinf(depth[here.plate.depth_m < 9]).all()
     assert np.allclose(color[here.plate.depth_m < 9], 1.0, atol=1e-3)
+
+
+def with_sky(view: View) -> View:
+    """Return the view with an endless sky for its wall."""
+    depth = np.where(view.plate.depth_m > 9, np.float32(np.inf), view.plate.depth_m)
+    color = np.where(np.isinf(depth)[..., None], np.float32(1.0), view.plate.color)
+    return replace(view, plate=replace(view.plate, pixels=ReadPixels(color, depth)))
+
+
+def test_a_border_is_found_around_a_sky():
+    cards = (POST, Card(3.0, (1.2, 1.5)), Card(3.0, (-1.5, -1.2)))
+    here, *others = (with_sky(it) for it in frames(0, -1, 1, cards=cards))
+    wide = with_neighbours(here, others, 8).plate.beyond
+    assert np.array_equal(wide.depth_m[8:-8, 8:-8], here.plate.depth_m)
+    assert (wide.depth_m[8:-8, -8:] == 3).any()  # a card at the edge of the frame
 
 
 def test_frames_with_overscan_are_placed_by_their_windows():

@@ -9,7 +9,7 @@ from heatlens.model.boxes import Box
 from heatlens.plate.neighbours.hidden import APART, packed
 from heatlens.plate.neighbours.look import Flags
 from heatlens.plate.neighbours.moved import Arrived, Canvas
-from heatlens.plate.neighbours.view import FAR_M
+from heatlens.plate.neighbours.view import FAR_M, depth_of
 from heatlens.plate.plate import FloatImage, Plate, ReadPixels
 
 
@@ -25,7 +25,8 @@ def widened(plate: Plate, nearest_first: Sequence[Arrived], border_px: int) -> P
     color = np.zeros((*box.shape, 4), np.float32)
     depth_m = np.zeros(box.shape, np.float32)
     is_known = np.zeros(box.shape, bool)
-    color[inside], depth_m[inside], is_known[inside] = plate.color, plate.depth_m, True
+    color[inside], is_known[inside] = plate.color, True
+    depth_m[inside] = depth_of(plate)
     corner = box.x0 - plate.display_window.x0, box.y0 - plate.display_window.y0
     for arrived in nearest_first:
         _add(arrived, Canvas(corner, depth_m), color, is_known)

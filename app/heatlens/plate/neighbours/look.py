@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.plate.neighbours.nearby import of_nine
-from heatlens.plate.neighbours.view import NEAR_M, View
+from heatlens.plate.neighbours.view import NEAR_M, View, depth_of
 from heatlens.plate.plate import FloatImage
 
 Flags = NDArray[np.bool_]
@@ -78,7 +78,7 @@ class Look:
 
 def look_of(view: View) -> Look:
     """Make a frame ready to be asked."""
-    depth_m = view.depth_m()
+    depth_m = depth_of(view.plate)
     near_m, far_m = of_nine(depth_m, np.minimum), of_nine(depth_m, np.maximum)
     is_clean = far_m <= near_m * np.float32(MIXED)
     return Look(view, depth_m, near_m, far_m, is_clean)

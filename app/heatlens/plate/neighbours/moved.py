@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from heatlens.plate.neighbours.look import Flags, Look
 from heatlens.plate.neighbours.nearby import of_nine
-from heatlens.plate.neighbours.view import NEAR_M, View, motion
+from heatlens.plate.neighbours.view import NEAR_M, View, depth_of, motion
 from heatlens.plate.plate import FloatImage
 
 Numbers = NDArray[np.int32]
@@ -44,7 +44,7 @@ class Canvas:
 
 def canvas_of(view: View) -> Canvas:
     """Return the canvas of a view."""
-    return Canvas(view.corner, view.depth_m())
+    return Canvas(view.corner, depth_of(view.plate))
 
 
 @dataclass(frozen=True, eq=False)

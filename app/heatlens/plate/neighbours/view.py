@@ -40,10 +40,11 @@ class View:
         data, shown = self.plate.data_window, self.plate.display_window
         return data.x0 - shown.x0, data.y0 - shown.y0
 
-    def depth_m(self) -> FloatImage:
-        """Return the depth (H, W) of the data window, `FAR_M` at most."""
-        assert self.plate.depth_m is not None
-        return np.minimum(self.plate.depth_m, np.float32(FAR_M))
+
+def depth_of(plate: Plate) -> FloatImage:
+    """Return the depth (H, W) of a plate that has distances, `FAR_M` at most."""
+    assert plate.depth_m is not None
+    return np.minimum(plate.depth_m, np.float32(FAR_M))
 
 
 @dataclass(frozen=True, eq=False)
