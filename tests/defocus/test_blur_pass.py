@@ -73,7 +73,8 @@ def test_agrees_with_float64(
     np.testing.assert_allclose(blurred(solver, x, coc, kernel), expected, atol=1e-5)
 
 
-@pytest.mark.parametrize("name", KERNELS)
+# One real pole, an even number of poles, and the most: rounding errors grow with them.
+@pytest.mark.parametrize("name", ["heat", "disc_4", "disc_5"])
 @pytest.mark.parametrize("axis", ["rows", "columns"])
 def test_wide_blur_on_long_lines_agrees_with_float64(
     ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str, axis: str

@@ -103,6 +103,8 @@ def _solve_lines(
     x: Complex, diameter: Array, kappa: complex, kernel: Kernel, goes_on: bool
 ) -> Complex:
     """Return (1 + kappa d^2 L)^-1 of each row of x (H, W, C)."""
+    if x.shape[1] == 1:  # one pixel, repeated without end: there is nothing to mix it with
+        return x.astype(np.complex128)
 
     def flow(conductance: Array) -> Complex:
         return kappa * conductance - compact_weights(conductance, kernel)
