@@ -22,6 +22,24 @@ from heatlens.plate.opening_picture import read_opening_image
 from support.cube_config import cube_config
 from support.exports import FRAMES, exported, files_in, refused, shot_of, write_plate, write_plates
 
+CARD = """#usda 1.0
+( defaultPrim = "Card" )
+def Mesh "Card" {
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+}
+"""
+STAGE = """#usda 1.0
+( metersPerUnit = 1 )
+def "Card" ( references = @../lib/card.usda@ ) {}
+def Camera "shot" {
+    float focalLength = 0.5
+    float horizontalAperture = 0.36
+    double3 xformOp:translate = (0, 0, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+"""
 QUICK = ("--chunk", "2", "--memory", "1")
 
 
@@ -68,6 +86,9 @@ def listed(folder: Path) -> AssetReferences:
 def elsewhere(bundle: Path, values: dict[str, str], worker: Path) -> dict[str, str]:
     """Copy the listed files, and nothing else, to other folders; return where they are there."""
     found = {name: worker / f"{name} of worker" for name in values}
+    for name, value in values.items():
+        if os.path.isfile(value):
+            found[name] /= os.path.basename(value)
     for path in map(Path, listed(bundle).input_filenames):
         for name, value in values.items():
             if name != "Out" and (path == Path(value) or Path(value) in path.parents):
@@ -87,7 +108,6 @@ def test_a_machine_with_the_listed_files_alone_makes_the_same(capsys, tmp_path, 
     assert not (show / "out").exists()
     (tmp_path / "worker").mkdir()
     there = elsewhere(tmp_path / "job", values, tmp_path / "worker")
-    there["Shot"] = shutil.move(there["Shot"], tmp_path / "worker" / "s.heatlens.json")
     os.rename(show, tmp_path / "gone")
     given = [word for name, value in there.items() for word in ("-p", f"{name}={value}")]
     for step in ["Export", "Join"] if output == "m.mov" else ["Export"]:
@@ -97,7 +117,7 @@ def test_a_machine_with_the_listed_files_alone_makes_the_same(capsys, tmp_path, 
 
 
 def test_deadline_reads_the_bundle(capsys, tmp_path):
-    """Every file is listed by its name, with the tables of the config."""
+    """Every file is listed by its name, with the first plate, which decides how all are read."""
     shot, show = write_show(tmp_path / "show"), tmp_path / "show"
     (tmp_path / "color").mkdir()
     config = cube_config(tmp_path / "color").source
@@ -108,8 +128,8 @@ def test_deadline_reads_the_bundle(capsys, tmp_path):
     assert told["Config"] == config and told["Plates"] == str(show / "plates")
     files = listed(tmp_path / "job")
     assert files.input_filenames == {
-        *(str(show / "plates" / f"plate.{frame}.exr") for frame in (1002, 1003)),
-        *(str(show / "back drop" / f"clean.{frame}.exr") for frame in (1002, 1003)),
+        *(str(show / "plates" / f"plate.{frame}.exr") for frame in (1001, 1002, 1003)),
+        *(str(show / "back drop" / f"clean.{frame}.exr") for frame in (1001, 1002, 1003)),
         *(str(show / name / "iris.png") for name in "ab"),
         *(str(tmp_path / "color" / name) for name in ("studio.ocio", "film.cube", "curve.cube")),
         str(shot),
@@ -138,13 +158,48 @@ def test_options_name_files_too(capsys, tmp_path):
     exported(capsys, source, tmp_path / "whole" / "n.####.exr", *words)
     values = bundled(capsys, tmp_path / "job", source, "-o", tmp_path / "o" / "n.####.exr", *words)
     (tmp_path / "worker").mkdir()
-    there = elsewhere(tmp_path / "job", values, tmp_path / "worker")
-    os.rename(tmp_path / "plates", tmp_path / "gone")
-    os.rename(tmp_path / "a", tmp_path / "gone too")
+    check_elsewhere(tmp_path, values, tmp_path / "plates", tmp_path / "a")
+
+
+def test_frames_with_neighbours_are_those_of_the_whole_sequence(capsys, tmp_path):
+    """Which frames tell of each other is chosen from all plates, so a machine needs them."""
+    source = write_plates(tmp_path / "plates")
+    shot = tmp_path / "s.heatlens.json"
+    made = shot_of(source)
+    write_shot(shot, replace(made, plate_options=replace(made.plate_options, neighbours=1)))
+    words = ("--frames", "1003")
+    exported(capsys, shot, tmp_path / "whole" / "n.####.exr", *words)
+    values = bundled(capsys, tmp_path / "job", shot, "-o", tmp_path / "o" / "n.####.exr", *words)
+    assert len(listed(tmp_path / "job").input_filenames) == 1 + len(FRAMES)
+    (tmp_path / "worker").mkdir()
+    check_elsewhere(tmp_path, values, tmp_path / "plates")
+
+
+def test_a_scene_comes_with_what_it_refers_to(capsys, tmp_path):
+    """Its files name each other by relative paths, so they keep their places to each other."""
+    lib, sets = tmp_path / "show" / "lib", tmp_path / "show" / "sets"
+    lib.mkdir(parents=True)
+    sets.mkdir()
+    (lib / "card.usda").write_text(CARD)
+    (sets / "stage.usda").write_text(STAGE)
+    words = ("--frames", "1", "--size", "32x18", "--f-stop", "2", "--focus-distance", "3")
+    exported(capsys, sets / "stage.usda", tmp_path / "whole" / "n.####.exr", *words)
+    out = tmp_path / "o" / "n.####.exr"
+    values = bundled(capsys, tmp_path / "job", sets / "stage.usda", "-o", out, *words)
+    assert set(values) == {"Plates", "Out"}
+    (tmp_path / "worker").mkdir()
+    check_elsewhere(tmp_path, values, tmp_path / "show")
+
+
+def check_elsewhere(folder: Path, values: dict[str, str], *gone: Path) -> None:
+    """Run the bundle with its listed files alone, and compare with `whole`."""
+    there = elsewhere(folder / "job", values, folder / "worker")
+    for path in gone:
+        os.rename(path, folder / f"gone {path.name}")
     given = [word for name, value in there.items() for word in ("-p", f"{name}={value}")]
-    run = openjd("run", tmp_path / "job" / "template.yaml", *given)
+    run = openjd("run", folder / "job" / "template.yaml", *given)
     assert run.returncode == 0, run.stdout
-    assert files_in(Path(there["Out"])) == files_in(tmp_path / "whole")
+    assert files_in(Path(there["Out"])) == files_in(folder / "whole")
 
 
 def test_the_config_of_the_environment_is_an_input(capsys, tmp_path, monkeypatch):

@@ -88,6 +88,15 @@ def test_what_a_worker_cannot_do_is_told_with_its_address(tmp_path, cluster, cha
 
 
 @pytest.mark.parametrize("fetch", [(), ("--fetch",)])
+def test_unusual_frames_are_told_as_by_one_machine(capsys, mixed_plates, tmp_path, cluster, fetch):
+    """The task whose frames are all unusual compares them with the frame before."""
+    alone = exported(capsys, mixed_plates, tmp_path / "whole" / "n.####.exr")
+    assert "Frame 1004, and likewise 1005-1006: The depths are about 100 times" in alone
+    words = ("-o", tmp_path / "out" / "n.####.exr", "--chunk", 3, *fetch)
+    assert cluster.exported(mixed_plates, *words).splitlines()[:-1] == alone.splitlines()
+
+
+@pytest.mark.parametrize("fetch", [(), ("--fetch",)])
 def test_a_full_disk_of_a_worker_is_told_and_leaves_nothing_half(shot_file, tmp_path, lost, fetch):
     """A limit on the size of files stands for it: the library's writes fail likewise."""
     lost.kill("worker 0")

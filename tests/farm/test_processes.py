@@ -22,6 +22,11 @@ def test_processes_make_what_one_makes(capsys, shot_file, tmp_path, output):
     assert not list((tmp_path / "out").glob("*.frames"))
 
 
+def test_unusual_frames_are_told_as_by_one_process(capsys, mixed_plates, tmp_path):
+    said = exported(capsys, mixed_plates, tmp_path / "n.####.exr", "--processes", 2)
+    assert said.count("The depths are about 100 times") == 2  # each process tells of its frames
+
+
 def test_only_the_missing_frames_are_made(capsys, shot_file, tmp_path):
     out = tmp_path / "out"
     exported(capsys, shot_file, out / "n.####.exr", "--frames", "1002-1004")

@@ -15,7 +15,7 @@ from heatlens.documents.shot_file import is_shot_file
 from heatlens.export.finished import check_replaced
 from heatlens.export.movie import check_display
 from heatlens.export.plan import ExportPlan
-from heatlens.farm.inputs import config_files, files_beside, images_of, plain_path
+from heatlens.farm.inputs import config_files, files_beside, folder_of_source, images_of, plain_path
 from heatlens.farm.job import (
     FRAMES,
     FarmJob,
@@ -134,7 +134,7 @@ def task_words(args: argparse.Namespace, plan: ExportPlan) -> tuple[Word, ...]:
 
 def _folders(plan: ExportPlan, files: Iterable[Path]) -> Iterator[Place]:
     """Yield the folder of the plates, then those of other files, each with all that lies below."""
-    plates = None if plan.source.files is None else plain_path(plan.source.files).parent
+    plates = folder_of_source(plan)
     tops = topmost((*(() if plates is None else (plates,)), *(path.parent for path in files)))
     others = 1
     for folder in tops:

@@ -4,7 +4,7 @@ import argparse
 import asyncio
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
@@ -81,14 +81,16 @@ def _made(task: PartTask, tell: Any) -> list[PartDone]:
     found = []
     with _plan(task) as plan, closing(export_frames(plan, renderer)) as steps:
         for done in steps:
-            if not task.fetch:
-                tell({"frame": done.frame, "was_there": done.was_there})
             found.append(_part_done(done, task.fetch))
+            if not task.fetch:
+                tell(asdict(found[-1]))
     return found
 
 
 def _part_done(done: FrameDone, fetch: bool) -> PartDone:
-    return PartDone(done.frame, done.was_there, done.path.read_bytes() if fetch else None)
+    remarks = tuple((remark.key, remark.sentence) for remark in done.remarks)
+    data = done.path.read_bytes() if fetch else None
+    return PartDone(done.frame, done.was_there, done.surfaces_lost, remarks, data)
 
 
 @contextmanager

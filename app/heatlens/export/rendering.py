@@ -147,11 +147,11 @@ class FrameRendering:
 def _origin_before(plan: ExportPlan, first: PlannedFrame) -> Origin | None:
     """Return the plate before the first frame to render, if the first is compared with it.
 
-    It is read only if the options are strict: exporting part of a shot, or resuming an export, must
-    refuse the same frames as a whole export.
+    It is read only for a part, which must tell the same as the whole, or if the options are strict:
+    exporting some frames of a shot, or resuming an export, must refuse the same ones.
     """
     source, shot = plan.source, plan.job.shot
-    if not shot.plate_options.strict or source.first_file is None:
+    if not (shot.plate_options.strict or plan.is_part) or source.first_file is None:
         return None
     earlier = [frame for frame in source.frames_of(shot) if frame < first.frame]
     try:

@@ -17,6 +17,7 @@ from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.extras import import_extra
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.run import FrameDone
+from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
 from heatlens.sequence.names import frames_text
 
@@ -51,10 +52,12 @@ class PartTask:
 
 @dataclass(frozen=True)
 class PartDone:
-    """A frame that a worker has made; `data` is its file if it is to be fetched."""
+    """A frame that a worker has made, see `FrameDone`; `data` is its file if it is fetched."""
 
     frame: int
     was_there: bool
+    surfaces_lost: str
+    remarks: Sequence[Sequence[str]]
     data: bytes | None = None
 
 
@@ -100,7 +103,7 @@ class ClusterMaker:
         while pending:
             news = self._next()
             if isinstance(news, dict):
-                found = [PartDone(news["frame"], news["was_there"])]
+                found = [PartDone(**{name: news[name] for name in news.keys() - {"worker"}})]
             else:
                 pending.remove(news)
                 found = _result(news)
@@ -166,7 +169,8 @@ def _result(future: Any) -> list[PartDone]:
 def _stored(done: PartDone, path: Path) -> FrameDone:
     if done.data is not None:
         write_whole(path, done.data)
-    return FrameDone(done.frame, path, done.was_there)
+    remarks = tuple(Remark(*told) for told in done.remarks)
+    return FrameDone(done.frame, path, done.was_there, done.surfaces_lost, remarks)
 
 
 def new_topic() -> str:

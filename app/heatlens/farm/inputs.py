@@ -12,9 +12,22 @@ from heatlens.model.shot import Shot
 
 def files_beside(plan: ExportPlan) -> tuple[Path, ...]:
     """Return the files of all frames and the aperture images: all but the shot and its config."""
-    stamped = (file for frame in plan.frames for file in frame.origin.files)
+    stamped = dict.fromkeys(file for frame in plan.frames for file in frame.origin.files)
     read = (plain_path(file.path) for file in stamped if file.stamp is not None)
-    return tuple(dict.fromkeys((*read, *images_of(plan.job.shot))))
+    deciding = (plain_path(path) for path in plan.source.all_files if path.exists())
+    return tuple(dict.fromkeys((*read, *deciding, *images_of(plan.job.shot))))
+
+
+def folder_of_source(plan: ExportPlan) -> Path | None:
+    """Return the folder of the plates, or one with all files of a scene, which name each other."""
+    source = plan.source
+    if source.files is None:
+        return None
+    folder = plain_path(source.files).parent
+    if not source.has_many_views:
+        return folder
+    common = Path(os.path.commonpath([folder, *(plain_path(it).parent for it in source.all_files)]))
+    return folder if common == common.parent else common
 
 
 def images_of(shot: Shot) -> tuple[Path, ...]:

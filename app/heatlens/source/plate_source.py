@@ -58,6 +58,13 @@ class PlateSource:
         return (*self.own_files(path), *(it for other in others for it in self.own_files(other)))
 
     @property
+    def all_files(self) -> tuple[Path, ...]:
+        """See `Source`; neighbours are chosen from all plates."""
+        neighbours = self.sequence.present if self.read.neighbourhood.count else ()
+        paths = (self.first_file, *map(self.sequence.path_at, neighbours))
+        return tuple(dict.fromkeys(file for path in paths for file in self.own_files(path)))
+
+    @property
     def frames(self) -> FrameRange | None:
         """See `Source`."""
         sequence = self.sequence

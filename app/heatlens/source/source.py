@@ -60,6 +60,10 @@ class Source(Protocol):
         """The file of the first plate that exists; None if no plates are read from files."""
 
     @property
+    def all_files(self) -> tuple[Path, ...]:
+        """The files that decide how every frame is read, beside its own; they need not exist."""
+
+    @property
     def has_many_views(self) -> bool:
         """True if it can be seen from many points of the lens, by accumulation or ray tracing."""
 

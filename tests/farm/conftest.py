@@ -1,0 +1,23 @@
+"""A shot whose second half is in another unit."""
+
+import numpy as np
+import pytest
+
+from heatlens.documents.shot_file import write_shot
+from support.exports import CAMERA, FRAMES, shot_of
+from support.exr_files import write_file
+from support.plates import room
+
+
+@pytest.fixture
+def mixed_plates(tmp_path):
+    (tmp_path / "mixed").mkdir()
+    color, depth_m = room(32, 18)
+    for frame in FRAMES:
+        named = {name: np.ascontiguousarray(color[..., i]) for i, name in enumerate("RGB")}
+        unit = 100.0 if frame > 1003 else 1.0
+        path = tmp_path / "mixed" / f"plate.{frame}.exr"
+        write_file(path, named | {"Z": np.float32(unit) * depth_m}, **CAMERA)
+    shot = tmp_path / "mixed.heatlens.json"
+    write_shot(shot, shot_of(str(tmp_path / "mixed" / "plate.####.exr")))
+    return shot
