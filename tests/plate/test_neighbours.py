@@ -213,3 +213,18 @@ def with_overscan(number: int) -> View:
     data, shown = Box(-8, 0, SIZE[1] + 8, SIZE[0]), Box(0, 0, SIZE[1], SIZE[0])
     plate = replace(view.plate, data_window=data, display_window=shown)
     return replace(view, plate=plate, centre_px=(SIZE[1] / 2, SIZE[0] / 2))
+
+
+def test_what_moves_and_goes_on_behind_a_post_is_not_taken_for_the_wall():
+    """A walker at 4 m comes out from behind the post: the frames around show the wall there."""
+
+    def with_walker(number: int):
+        walker = Card(4.0, (-0.2 + 0.9 * number, 0.5 + 0.9 * number), light=0.1)
+        return seen(number * MOVED_M, (POST, walker), number)
+
+    here, others = with_walker(0), [with_walker(k) for k in (-2, -1, 1, 2)]
+    depth, _ = behind(with_neighbours(here, others).plate)
+    is_post = here.plate.depth_m == 2
+    beside = is_post & np.roll(here.plate.depth_m == 4, -1, 1)
+    assert beside.any() and not (depth[beside] > 9).any()
+    assert (depth[is_post] > 9).any() or not np.isfinite(depth[is_post]).any()

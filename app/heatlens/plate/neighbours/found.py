@@ -10,10 +10,10 @@ from heatlens.plate.behind import with_behind
 from heatlens.plate.deep.stacked import lists_over
 from heatlens.plate.neighbours.agreed import agreed
 from heatlens.plate.neighbours.border import widened
-from heatlens.plate.neighbours.hidden import could_be_seen, hidden_points, surfaces
-from heatlens.plate.neighbours.look import look_of
-from heatlens.plate.neighbours.moved import Arrived, Canvas, arrived_in, canvas_of
-from heatlens.plate.neighbours.moving import moving
+from heatlens.plate.neighbours.hidden import APART, could_be_seen, hidden_points, surfaces
+from heatlens.plate.neighbours.look import Flags, look_of
+from heatlens.plate.neighbours.moved import Arrived, Canvas, Numbers, arrived_in, canvas_of
+from heatlens.plate.neighbours.moving import moved_here, moving
 from heatlens.plate.neighbours.nearby import BLOCK
 from heatlens.plate.neighbours.trust import doubt, size_reason
 from heatlens.plate.neighbours.view import FAR_M, View
@@ -93,12 +93,14 @@ def _layers(view: View, moved: Sequence[Arrived], canvas: Canvas) -> list[Plate]
         place = arrived.over(canvas)
         points.append(hidden_points(canvas, arrived, *place))
         looks.append((arrived.look, moving(canvas, arrived, *place)))
+    goes_on_m = moved_here(view, [look for look, _ in looks], canvas)
     count = np.zeros(canvas.front_m.size, np.int8)
     colors = np.zeros((len(_NAMES), canvas.front_m.size, 4), np.float32)
     depths = np.full((len(_NAMES), canvas.front_m.size), np.inf, np.float32)
     for pixel, z in surfaces(np.concatenate(points), _TRIED):
         color = agreed(view, looks, canvas, pixel, z)
         is_found = (color[:, 3] > 0) & (count[pixel] < len(_NAMES))
+        is_found &= ~_is_hidden_twice(canvas, goes_on_m, pixel, z)
         pixel, z = pixel[is_found], z[is_found]
         colors[count[pixel], pixel] = color[is_found]
         depths[count[pixel], pixel] = np.where(z >= FAR_M * 0.9, np.float32(np.inf), z)
@@ -109,6 +111,15 @@ def _layers(view: View, moved: Sequence[Arrived], canvas: Canvas) -> list[Plate]
         for color, depth_m in zip(colors, depths, strict=True)
         if color[:, 3].any()
     ]
+
+
+def _is_hidden_twice(canvas: Canvas, goes_on_m: FloatImage, pixel: Numbers, z: FloatImage) -> Flags:
+    """Return where something that moved by itself may lie between the picture and a point."""
+    row, column = np.divmod(pixel, canvas.width)
+    between_m = goes_on_m[row // BLOCK, column // BLOCK]
+    is_behind_front = between_m > canvas.front_m.ravel()[pixel] * (1 + APART)
+    hidden: Flags = is_behind_front & (between_m * (1 + APART) < z)
+    return hidden
 
 
 def _found_part(canvas: Canvas, layers: Sequence[Plate], framed: Box) -> float:

@@ -1,15 +1,18 @@
 """What moved by itself between two frames, and may not be taken from one of them alone."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from heatlens.plate.neighbours.look import THROUGH, Flags
+from heatlens.plate.neighbours.look import THROUGH, Flags, Look
 from heatlens.plate.neighbours.moved import Arrived, Canvas, Numbers
 from heatlens.plate.neighbours.nearby import BLOCK, around, blocks
+from heatlens.plate.neighbours.view import View, motion
 from heatlens.plate.plate import FloatImage
 
 _REACH = 1 / 24  # of the width: so near something that moved, a like depth moved as well
+_BESIDE = 1 / 80  # of the width: so far it may go on
 _LIKE = 0.1  # of the depth
 
 
@@ -30,6 +33,23 @@ class Moving:
         is_behind = z > self.near_m.ravel()[at] * (1 - _LIKE)
         moved: Flags = is_behind & (z < self.far_m.ravel()[at] * (1 + _LIKE))
         return moved
+
+
+def moved_here(here: View, looks: Sequence[Look], canvas: Canvas) -> FloatImage:
+    """Return the farthest depth of what this frame shows and another sees through, 0 for nothing.
+
+    Such a thing moved by itself, so that no other frame shows how it goes on behind what hides it
+    here. The depth is that around each block of pixels.
+    """
+    rows, columns = (np.arange(0, side, BLOCK) for side in canvas.front_m.shape)
+    pixel = (rows[:, None] * canvas.width + columns).ravel()
+    x, y = canvas.middles(pixel)
+    z = canvas.front_m.ravel()[pixel]
+    is_moved = np.zeros(len(pixel), bool)
+    for look in looks:
+        is_moved |= look.answers(*motion(here, look.view).moved(x, y, z))[2]
+    far_m = np.where(is_moved, z, np.float32(0)).reshape(len(rows), len(columns))
+    return around(far_m, max(1, round(_BESIDE * canvas.width / BLOCK)), np.maximum)
 
 
 def moving(canvas: Canvas, arrived: Arrived, pixel: Numbers, is_over: Flags) -> Moving:
