@@ -58,6 +58,7 @@ class Gui:
             is_software=is_software(ctx),
         )
         self.screen = Screen(self.session)
+        self.screen.picture.fade.length_s = 0.0  # a picture is there at once
         self.session.begin()
         self.ui = self.screen.ui
         self._listening = probe.listening()
@@ -79,7 +80,7 @@ class Gui:
     def _paint(self, target: moderngl.Framebuffer) -> None:
         target.use()
         target.clear(*theme.SURROUND)
-        self.screen.picture.viewport.paint(target, self.pixels)
+        self.screen.picture.paint(target, self.pixels)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         assert self.ctx.error == "GL_NO_ERROR"
 

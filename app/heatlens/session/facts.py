@@ -122,6 +122,11 @@ class Facts:
         return self._pictures.view.is_lens_alone and not self._time.pull.is_alone
 
     @property
+    def part_done(self) -> float | None:
+        """How much of the whole picture is rendered, 0 to 1; None once it is complete."""
+        return None if self.plays_kept else self._pictures.live.part_done
+
+    @property
     def plays_kept(self) -> bool:
         """True while kept frames play, instead of the plate that is loaded."""
         return self._time.pull.is_alone

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
@@ -21,6 +22,7 @@ from heatlens.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.ui.panels.focus_bar import FocusFacts, focus_bar, focus_bar_height
 from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.alt_held import AltHeld
+from heatlens.ui.picture.fade import PictureFade
 from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
 from heatlens.ui.picture.lessons import draw_lessons
 from heatlens.ui.picture.pictures import Pictures
@@ -67,6 +69,7 @@ def draw_beat(number: int, place: Viewport) -> None:
     probe.note_at(f"beat {text}", (at.x, at.y, at.x + 2 * half, at.y + size))
 
 
+_LINE_EM = 0.15  # height of the line that fills while a picture is rendered
 _BEAT_EM = 8.0  # size of a number of the count-in
 _Window = imgui.WindowFlags_
 
@@ -96,6 +99,7 @@ class PictureWindow:
         self.viewport = ViewportPanel(ctx, desk.view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window under the pointer
         self.alt = AltHeld()
+        self.fade = PictureFade(ctx)
         self._holds_bar = False  # the focus bar is dragged
         self.pictures: Pictures | None = None  # the pictures shown in this frame
 
@@ -126,6 +130,7 @@ class PictureWindow:
             if below:
                 corner = ImVec2(corner.x, corner.y + room.y - below)
                 self._draw_focus_bar(corner, ImVec2(room.x, below))
+                self._draw_part_done()
         imgui.end()
 
     @property
@@ -133,6 +138,21 @@ class PictureWindow:
         """True if the focus bar stands under the picture."""
         facts = self._facts
         return not self._ui.is_bare and facts.histogram is not None and facts.has_lens
+
+    def paint(self, target: moderngl.Framebuffer, size_px: tuple[int, int]) -> None:
+        """Draw the pictures of this frame; call this before ImGui draws over them."""
+        self.viewport.paint(target, size_px)
+        self.fade.keep(target, size_px)
+
+    def _draw_part_done(self) -> None:
+        """Draw the line under the picture that fills while the whole picture is rendered."""
+        part, place = self._facts.part_done, self.viewport.place.viewport
+        if part:
+            (x, y), (width, height) = place.corner, place.size
+            low = ImVec2(x, y + height)
+            end = ImVec2(x + part * width, low.y + _LINE_EM * imgui.get_font_size())
+            imgui.get_window_draw_list().add_rect_filled(low, end, theme.colors.text_dim)
+            probe.note_at("part of the picture", (low.x, low.y, end.x, end.y))
 
     def _draw_focus_bar(self, corner: ImVec2, size: ImVec2) -> None:
         facts, histogram = self._facts, self._facts.histogram
@@ -157,6 +177,9 @@ class PictureWindow:
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._apply(self.viewport.draw(pictures, facts.view, scale, below))
+            place = self.viewport.place
+            seen = facts.seen if facts.is_plain else None
+            self.fade.draw(seen, place.viewport, place.geometry)
             self._draw_over(pictures)
 
     def _draw_over(self, pictures: Pictures) -> None:

@@ -192,13 +192,17 @@ class Loop:
     def _is_pulse_due(self) -> bool:
         """Return True if the window should be drawn although rendering still goes on.
 
-        Tooltips and the end of a gesture come some time after an event, and need a frame to show.
+        Tooltips and the end of a gesture come some time after an event, and need a frame to show,
+        and the line under the picture fills.
         """
         now, session = time.perf_counter(), self._session
         if not session.time.scheduler.is_working or now - self._drawn_at < _PULSE_S:
             return False
         is_typing = imgui.get_io().want_text_input
-        return is_typing or session.wants_frames or now - self._event_at < _AFTER_EVENT_S
+        is_filling = bool(session.facts.part_done)
+        return (
+            is_typing or is_filling or session.wants_frames or now - self._event_at < _AFTER_EVENT_S
+        )
 
     def _wait(self) -> None:
         """Handle events; sleep until the next one if there is nothing to do."""
@@ -236,6 +240,7 @@ class Loop:
             self._session.seconds_until_needed(),
             self._ui.seconds_until_needed(),
             self._screen.picture.alt.seconds_until_needed(),
+            self._screen.picture.fade.seconds_until_needed(),
         ]
         since = time.perf_counter() - self._event_at
         if since < _TOOLTIP_S:
@@ -266,7 +271,7 @@ class Loop:
         self._drawn_at = start
         self._clear()
         size = glfw.get_framebuffer_size(self._window)
-        self._screen.picture.viewport.paint(self._ctx.screen, size)
+        self._screen.picture.paint(self._ctx.screen, size)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
         session.drawn()

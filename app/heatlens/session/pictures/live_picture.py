@@ -193,6 +193,16 @@ class LivePicture:
         return self.shown is None or self.shown.picture_key != self._request
 
     @property
+    def part_done(self) -> float | None:
+        """How much of the whole picture is there, by the time it takes; None once it is."""
+        if not self.is_working:
+            return None
+        work = self._work
+        if work is None or work.settings != work.key.settings or not self.cost.seconds_per_px:
+            return 0.0
+        return min(work.seconds / max(self._predicted(work.settings), 1e-6), 1.0)
+
+    @property
     def requested_plate(self) -> int | None:
         """The number of the plate of the requested picture; None without a request."""
         return None if self._request is None else self._request.plate
