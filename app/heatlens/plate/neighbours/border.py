@@ -29,7 +29,7 @@ def widened(plate: Plate, nearest_first: Sequence[Arrived], border_px: int) -> P
     depth_m[inside] = depth_of(plate)
     corner = box.x0 - plate.display_window.x0, box.y0 - plate.display_window.y0
     for arrived in nearest_first:
-        _add(arrived, Canvas(corner, depth_m), color, is_known)
+        _add(arrived, Canvas(corner, depth_m), color, is_known, border_px)
     if is_known.sum() == data.width * data.height:
         return plate
     _continued(color, depth_m, is_known, inside)
@@ -41,13 +41,13 @@ def _ends(box: Box) -> tuple[int, int, int, int]:
     return box.x0, box.y0, box.x1, box.y1
 
 
-def _add(arrived: Arrived, canvas: Canvas, color: FloatImage, is_known: Flags) -> None:
+def _add(
+    arrived: Arrived, canvas: Canvas, color: FloatImage, is_known: Flags, border_px: int
+) -> None:
     """Add the pixels outside that are not known yet: the nearest surface of each."""
     pixels, is_over = arrived.over(canvas)
-    some = np.flatnonzero(is_over)
+    some = np.flatnonzero(is_over & ~is_known.ravel()[pixels])
     pixel = pixels.ravel()[some]
-    is_new = ~is_known.ravel()[pixel]
-    some, pixel = some[is_new], pixel[is_new]
     order = np.argsort(packed(pixel, arrived.z.ravel()[some]))
     pixel, some = pixel[order], some[order]
     first = np.flatnonzero(np.diff(pixel, prepend=-1))
@@ -57,23 +57,35 @@ def _add(arrived: Arrived, canvas: Canvas, color: FloatImage, is_known: Flags) -
     depth_m.ravel()[pixel] = arrived.z.ravel()[some]
     new = np.zeros(is_known.shape, bool)
     new.ravel()[pixel] = True
-    _close(color, depth_m, new, is_known)
+    _close(color, depth_m, new, is_known, border_px)
     is_known |= new
 
 
-def _close(color: FloatImage, depth_m: FloatImage, new: Flags, is_known: Flags) -> None:
+def _close(
+    color: FloatImage,
+    depth_m: FloatImage,
+    new: Flags,
+    is_known: Flags,
+    border_px: int,
+) -> None:
     """Close holes of one pixel between two of the same surface, in rows and then in columns."""
-    for z, n, k, c in (
-        (depth_m.T, new.T, is_known.T, color.swapaxes(0, 1)),
-        (depth_m, new, is_known, color),
-    ):
-        before, after = z[:-2], z[2:]
-        is_hole = n[:-2] & n[2:] & ~k[1:-1] & (np.abs(before - after) < APART * before)
-        is_hole &= ~n[1:-1] | (z[1:-1] > (1 + APART) * before)
-        at, places = np.nonzero(is_hole)
-        z[at + 1, places] = (before[at, places] + after[at, places]) / 2
-        c[at + 1, places] = (c[at, places] + c[at + 2, places]) / 2
-        n[at + 1, places] = True
+    edge = border_px + 1
+    sides = (np.s_[:edge], np.s_[-edge:], np.s_[:, :edge], np.s_[:, -edge:])
+    for side in sides:
+        c, z, n, k = color[side], depth_m[side], new[side], is_known[side]
+        _close_lines(c.swapaxes(0, 1), z.T, n.T, k.T)
+        _close_lines(c, z, n, k)
+
+
+def _close_lines(c: FloatImage, z: FloatImage, n: Flags, k: Flags) -> None:
+    """Close holes between the lines before and after, see `_close`."""
+    before, after = z[:-2], z[2:]
+    is_hole = n[:-2] & n[2:] & ~k[1:-1] & (np.abs(before - after) < APART * before)
+    is_hole &= ~n[1:-1] | (z[1:-1] > (1 + APART) * before)
+    at, places = np.nonzero(is_hole)
+    z[at + 1, places] = (before[at, places] + after[at, places]) / 2
+    c[at + 1, places] = (c[at, places] + c[at + 2, places]) / 2
+    n[at + 1, places] = True
 
 
 def _continued(

@@ -59,7 +59,7 @@ def surfaces(points: Points, most: int) -> list[tuple[Numbers, FloatImage]]:
     z = points.astype(np.uint32).view(np.float32)
     found: list[tuple[Numbers, FloatImage]] = []
     while len(pixel) and len(found) < most:
-        begins = np.flatnonzero(np.diff(pixel, prepend=-1))
+        begins = np.flatnonzero(np.append(True, pixel[1:] != pixel[:-1]))
         counts = np.diff(begins, append=len(pixel))
         is_first = z <= np.repeat(z[begins] * np.float32(1 + APART), counts)
         sums = np.add.reduceat(np.where(is_first, z, 0), begins, dtype=np.float64)

@@ -63,8 +63,12 @@ class Arrived:
         row = self.y - np.float32(canvas.corner[1])
         is_over = (column >= 0) & (column < width) & (row >= 0) & (row < height)
         is_over &= self.z > NEAR_M
-        column, row = np.where(is_over, column, 0), np.where(is_over, row, 0)
-        return row.astype(np.int32) * np.int32(width) + column.astype(np.int32), is_over
+        np.multiply(column, is_over, out=column)
+        np.multiply(row, is_over, out=row)
+        pixel = row.astype(np.int32)
+        pixel *= width
+        pixel += column.astype(np.int32)
+        return pixel, is_over
 
 
 def arrived_in(here: View, look: Look) -> Arrived:
