@@ -181,47 +181,59 @@ class HighlightListPass:
 
         `places`, RGBA of the picture's size, has the position of each light in its pixel.
         """
-        high, lists = split.high, split.lists
-        size = high.size
+        high, size = split.high, split.high.size
         planned = {
             "tally_block": buffers.tally,
             "plan_block": buffers.plan,
             "offset_block": buffers.offset,
         }
-        bound = planned | {"sprite_block": buffers.sprite}
         blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
-        merged = partial(self._bands.run, size=blocks, side=HIGHLIGHT_BLOCK, group=HIGHLIGHT_GROUP)
-        high_tx = {"high_tx": high}
-        read_tx = high_tx | {"places_tx": places or high} | self._openings.of(optics.disc.aperture)
-        shape = optics.disc.uniforms | {"has_places": places is not None}
-        switches = optics.disc.switches | {"FINE_RIMS": places is not None}
-        restore_groups = pixel_groups(size)
-        count, write = self._count.with_(**switches), self._write.with_(**switches)
-        yield from merged(count, uniforms=shape, textures=read_tx, buffers=bound)
-        self._plan.dispatch(
-            (1, 1),
-            buffers=planned,
-            uniforms={
-                "block_count": blocks[0] * blocks[1],
-                "sprites_max": SPRITES_MAX,
-                "area_max": _AREA_MAX * size[0] * size[1],
-                "restore_groups_x": restore_groups[0],
-                "restore_groups_y": restore_groups[1],
-            },
+        merged = partial(
+            self._bands.run,
+            size=blocks,
+            uniforms=optics.disc.uniforms | {"has_places": places is not None},
+            side=HIGHLIGHT_BLOCK,
+            group=HIGHLIGHT_GROUP,
+            textures={"high_tx": high, "places_tx": places or high}
+            | self._openings.of(optics.disc.aperture),
+            buffers=planned | {"sprite_block": buffers.sprite},
         )
+        switches = optics.disc.switches | {"FINE_RIMS": places is not None}
+        count, write = self._count.with_(**switches), self._write.with_(**switches)
+        yield from merged(count)
+        self._plan.dispatch((1, 1), buffers=planned, uniforms=_planned(size, blocks))
         yield
-        yield from merged(write, uniforms=shape, textures=read_tx, buffers=bound)
+        yield from merged(write)
+        self._put_back(split, buffers, coc)
+        yield
+
+    def _put_back(
+        self, split: WithoutHighlights, buffers: HighlightBuffers, coc: moderngl.Texture
+    ) -> None:
+        """Add the highlights to the rest again, if the plan says that they are too many."""
+        lists, textures = split.lists, {"high_tx": split.high}
         read = None if lists is None else lists.whole
-        planned_on = {name: planned[name] for name in ("tally_block", "plan_block")}
+        planned = {"tally_block": buffers.tally, "plan_block": buffers.plan}
         self._restore.version(lists is not None).dispatch_indirect(
             buffers.plan,
             offset=20,
-            textures=high_tx if lists is None else high_tx | {"coc_tx": coc},
+            textures=textures if lists is None else textures | {"coc_tx": coc},
             images={"low_img": split.low},
-            buffers=list_buffers(read) | _written(lists) | planned_on,
+            buffers=list_buffers(read) | _written(lists) | planned,
             uniforms=list_uniforms(read),
         )
-        yield
+
+
+def _planned(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, object]:
+    """Return the uniforms of the plan for a picture of `size` in so many `blocks`."""
+    restore_groups = pixel_groups(size)
+    return {
+        "block_count": blocks[0] * blocks[1],
+        "sprites_max": SPRITES_MAX,
+        "area_max": _AREA_MAX * size[0] * size[1],
+        "restore_groups_x": restore_groups[0],
+        "restore_groups_y": restore_groups[1],
+    }
 
 
 class HighlightDrawPass:

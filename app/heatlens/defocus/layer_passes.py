@@ -133,9 +133,39 @@ class HiddenFillPass:
         Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `around`
         is that of `Fragments`, for a layer that may hold highlights.
         """
-        size = layer.color.size
-        bits: dict[str, StorageBuffer] = {"bits_block": scratch.bits}
-        hidden = bits | {"pixel_list_block": pixels}
+        self._list_blocks(pixels, scratch, layer.color.size)
+        yield
+        guessed = {"bits_block": scratch.bits, "pixel_list_block": scratch.blocks}
+        reach = {"reach_px": reach_px}
+        told: _Textures = {} if layer.told is None else {"listed_tx": layer.told}
+        compared, out_match, match = _matched(layer, scratch)
+        cost = self._cost_programs.with_(MATCHED=bool(match))
+        fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=bool(match))
+        for part in self._slices.of(layer.color.size):
+            cost.dispatch_indirect(
+                scratch.blocks,
+                textures={"layer_tx": layer.color} | compared,
+                images={"out_cost_img": scratch.cost} | out_match,
+                buffers=guessed,
+                uniforms=reach | part,
+            )
+            yield
+        read = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | told | match
+        for part in self._slices.of(layer.color.size):
+            fill.dispatch_indirect(
+                scratch.blocks,
+                textures=read,
+                images={"layer_img": layer.color, "state_img": layer.state},
+                buffers=guessed,
+                uniforms=reach | part | {"has_highlights": around is not None},
+            )
+            yield
+
+    def _list_blocks(
+        self, pixels: moderngl.Buffer, scratch: HiddenScratch, size: tuple[int, int]
+    ) -> None:
+        """Mark the hidden `pixels` as not visible, then list the blocks to fill."""
+        hidden = {"bits_block": scratch.bits, "pixel_list_block": pixels}
         sized = WHOLE_LIST | {"size": size}
         self._clear_program.dispatch_indirect(pixels, buffers=hidden, uniforms=sized)
         clear_list(scratch.blocks)
@@ -144,33 +174,6 @@ class HiddenFillPass:
             buffers=hidden | {"block_list_block": scratch.blocks},
             uniforms=sized | {"slices": self._slices.count(size)},
         )
-        yield
-        guessed = bits | {"pixel_list_block": scratch.blocks}
-        reach = {"reach_px": reach_px}
-        told: _Textures = {} if layer.told is None else {"listed_tx": layer.told}
-        compared, out_match, match = _matched(layer, scratch)
-        is_matched = bool(match)
-        for part in self._slices.of(size):
-            self._cost_programs.with_(MATCHED=is_matched).dispatch_indirect(
-                scratch.blocks,
-                textures={"layer_tx": layer.color} | compared,
-                images={"out_cost_img": scratch.cost} | out_match,
-                buffers=guessed,
-                uniforms=reach | part,
-            )
-            yield
-        for part in self._slices.of(size):
-            fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=is_matched)
-            fill.dispatch_indirect(
-                scratch.blocks,
-                textures={"cost_tx": scratch.cost, "around_tx": around or scratch.cost}
-                | told
-                | match,
-                images={"layer_img": layer.color, "state_img": layer.state},
-                buffers=guessed,
-                uniforms=reach | part | {"has_highlights": around is not None},
-            )
-            yield
 
 
 _Textures = dict[str, moderngl.Texture]

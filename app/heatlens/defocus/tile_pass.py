@@ -72,37 +72,10 @@ class TilePass:
         self, found: TileContent, plans: list[LayerPlan], optics: Optics, scratch: Scratch
     ) -> list[LayerTiles]:
         """Find the active tiles of every layer, at its size."""
-        tiles, need = tile_count(found.size), TileMask.bytes_for(found.size)
-        of_list, count = TileList.bytes_for(found.size), len(plans)
-        distance, hider, masks = (
-            scratch.parts(f"tile {name}", count, need) for name in ("distance", "hider", "mask")
-        )
-        lists = scratch.parts("tile list", count, of_list)
-        wider = max(optics.disc.half_extents)
-        groups = (*_groups(tiles), count)
-        shared: dict[str, object] = {
-            "layer_tiles": _for_all([_tiles_of(plan, found.size, optics) for plan in plans]),
-            "tile_words": masks.words,
-            "list_words": lists.words,
-        }
-        between = {"distance_block": distance.whole, "hider_block": hider.whole}
-        between["tile_list_block"] = lists.whole
-        self._rows.dispatch(
-            groups,
-            buffers=between | {"content_block": found.content, "nearest_block": found.nearest},
-            uniforms=shared | {"picture_tiles": tiles},
-        )
-        self._reach.dispatch(
-            groups,
-            buffers=between | {"tile_mask_block": masks.whole},
-            uniforms=shared
-            | {
-                "layer_px": _for_all([(SPREAD * wider * p.widest_px, p.widest_px) for p in plans]),
-                "wider_scale": wider,
-                "margin_px": MARGIN_PX,
-                "slices": self._slices.count(found.size),
-            },
-        )
+        need, of_list = TileMask.bytes_for(found.size), TileList.bytes_for(found.size)
+        masks = scratch.parts("tile mask", len(plans), need)
+        lists = scratch.parts("tile list", len(plans), of_list)
+        self._find(found, plans, optics, masks, lists, scratch)
         seen = self._mark_seen(found.size, plans, masks, scratch)
         return [
             LayerTiles(
@@ -110,6 +83,41 @@ class TilePass:
             )
             for n, plan in enumerate(plans)
         ]
+
+    def _find(
+        self,
+        found: TileContent,
+        plans: list[LayerPlan],
+        optics: Optics,
+        masks: BufferParts,
+        lists: BufferParts,
+        scratch: Scratch,
+    ) -> None:
+        """Write the masks and lists of all layers."""
+        tiles, wider = tile_count(found.size), max(optics.disc.half_extents)
+        groups = (*_groups(tiles), len(plans))
+        between = {
+            f"{name}_block": scratch.buffer(f"tile {name}", len(plans) * masks.part_bytes)
+            for name in ("distance", "hider")
+        } | {"tile_list_block": lists.whole}
+        shared: dict[str, object] = {
+            "layer_tiles": _for_all([_tiles_of(plan, found.size, optics) for plan in plans]),
+            "tile_words": masks.words,
+            "list_words": lists.words,
+        }
+        self._rows.dispatch(
+            groups,
+            buffers=between | {"content_block": found.content, "nearest_block": found.nearest},
+            uniforms=shared | {"picture_tiles": tiles},
+        )
+        reach = {
+            "layer_px": _for_all([(SPREAD * wider * p.widest_px, p.widest_px) for p in plans]),
+            "wider_scale": wider,
+            "margin_px": MARGIN_PX,
+            "slices": self._slices.count(found.size),
+        }
+        blocks = between | {"tile_mask_block": masks.whole}
+        self._reach.dispatch(groups, buffers=blocks, uniforms=shared | reach)
 
     def _mark_seen(
         self, size: tuple[int, int], plans: list[LayerPlan], masks: BufferParts, scratch: Scratch
