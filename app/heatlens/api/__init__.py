@@ -14,10 +14,10 @@
     heatlens.open("scene.glb", size=(960, 540)).render(f_stop=2, focus_distance_m=3, views=256,
                                                        method="accumulation")
 
-Doubts are raised as `HeatlensWarning`; `Source.notes` says how the source was read.
+Doubtful input is reported as a `HeatlensWarning`; `Source.notes` says how the source was read.
 
 The commands use the same functions: `FrameRenderer` draws, `plate_lens` and `first_shot` find the
-lens. OpenGL is started with the first picture and kept, for one thread. `render` leaves its context
+lens. OpenGL starts with the first picture and stays with that thread. `render` leaves its context
 current; code that draws with OpenGL in the same thread must make its own context current again.
 """
 

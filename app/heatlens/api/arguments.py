@@ -107,7 +107,7 @@ def _items(name: str, value: object) -> list[object]:
 def number(name: str, value: object, parse: Callable[[str], object] | None = None) -> float:
     """Return a number as float. Raises InputError for anything else.
 
-    `parse` reads what the command line takes, for the hint on a text.
+    `parse` reads a value as typed on the command line, for the hint if a text is given.
     """
     value = _python_scalar(value)
     if isinstance(value, str):
@@ -121,7 +121,7 @@ def number(name: str, value: object, parse: Callable[[str], object] | None = Non
 
 
 def _number_meant(text: str, parse: Callable[[str], object] | None) -> str:
-    """Return ": write 1.8288" for the text "6ft", and "" for one that stands for no number."""
+    """Return ": write 1.8288" for the text "6ft", or "" for a text that is no number."""
     try:
         return f": write {(parse or float)(text):.6g}"
     except (InputError, ValueError):
@@ -144,7 +144,7 @@ def _is_whole(value: object) -> bool:
 
 
 def pair(name: str, meaning: str, value: Any) -> tuple[int, int]:
-    """Return two whole numbers, which mean "a pixel (x, y)" or the like."""
+    """Return two whole numbers; `meaning` says what they are, such as "a pixel (x, y)"."""
     items = list(np.atleast_1d(value)) if isinstance(value, np.ndarray) else value
     is_pair = isinstance(items, list | tuple) and len(items) == 2
     if not is_pair or not all(_is_whole(_python_scalar(item)) for item in items):
@@ -199,7 +199,7 @@ _READ: dict[type, Callable[[str, object], object]] = {
 
 
 def _python_scalar(value: object) -> object:
-    """Return the number in an array without dimensions, as NumPy and others make them."""
+    """Return the number in a zero-dimensional array, and any other value unchanged."""
     return value.item() if _is_scalar(value) and hasattr(value, "item") else value
 
 

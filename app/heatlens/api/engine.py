@@ -1,4 +1,4 @@
-"""OpenGL for the Python interface, which is started with the first picture and kept."""
+"""OpenGL for the Python interface: started with the first picture, then kept."""
 
 import threading
 from collections.abc import Callable
@@ -13,7 +13,7 @@ Content = TypeVar("Content")
 
 
 class Engine:
-    """OpenGL of this process, started once, with a note of what is loaded."""
+    """The OpenGL of this process, and what is loaded into it."""
 
     def __init__(self) -> None:
         self._renderer: FrameRenderer | None = None
@@ -23,7 +23,7 @@ class Engine:
     def renderer(self) -> FrameRenderer:
         """Return the renderer with its context current.
 
-        Raises GpuError from another thread than the first, and without OpenGL.
+        Raises GpuError in every thread but the first, and where OpenGL is missing.
         """
         if self._renderer is None:
             ctx = headless_context()

@@ -28,7 +28,7 @@ class Facts:
 
 
 class Asked(ABC):
-    """The properties of a frame; those of a source are the ones of its first frame.
+    """The properties of a frame; a source has those of its first frame.
 
     They read files, and draw a scene to find its depths. They raise HeatlensError if that fails.
     """
@@ -92,7 +92,7 @@ def facts_of(plate: Plate, lens: Mapping[str, object] | None = None) -> Facts:
 
 
 def check_frame(text: str, frame: int, frames: tuple[int, ...], whole: str = "") -> None:
-    """Raise InputError if a source has no such frame; `whole` names the sequence of its file."""
+    """Raise InputError if a source has no such frame; `whole` names a file's sequence."""
     if frame in frames:
         return
     if frames == (1,) or whole:

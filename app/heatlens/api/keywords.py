@@ -1,6 +1,6 @@
 """The keywords of the functions with their types, so that editors and type checkers know them.
 
-A test holds them to the fields of `OpeningFields`, `DefocusSettings` and `PlateOptions`.
+A test compares them with the fields of `OpeningFields`, `DefocusSettings` and `PlateOptions`.
 """
 
 import os
@@ -50,7 +50,7 @@ class RenderOptions(TypedDict, total=False):
 
 
 class FrameOptions(RenderOptions, total=False):
-    """All values of the lens too, for one frame."""
+    """`RenderOptions`, and all values of the lens."""
 
     focal_length_mm: float | None
     sensor_width_mm: float | None

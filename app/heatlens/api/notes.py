@@ -1,4 +1,4 @@
-"""Notes about a source: all are kept, and doubtful ones are also raised as warnings, once."""
+"""Notes about a source. All are kept; each doubtful one is also raised as a warning, once."""
 
 import sys
 import warnings
@@ -29,7 +29,8 @@ class Notes:
             self._kept[sentence] = None
             if sentence not in self._warned:
                 warnings.warn(sentence, HeatlensWarning, stacklevel=_level_outside())
-                self._warned.add(sentence)  # after it, for a filter may have raised it
+                # Only now, because a filter may turn the warning into an exception.
+                self._warned.add(sentence)
 
 
 def _level_outside() -> int:

@@ -27,7 +27,7 @@ from heatlens.source.plate_source import PlateSource
 
 @dataclass(frozen=True)
 class Asked:
-    """The arguments of `open` beside the name: for scenes, for plates, and what a shot says."""
+    """The arguments of `open` besides the source, and the shot that a shot file holds."""
 
     camera: str | None
     size: tuple[int, int] | None
@@ -47,11 +47,12 @@ def open(
     """Open what `source` names: a plate (EXR), shot.####.exr, a scene, "demo" or a shot file.
 
     The name of a file opens that picture alone; shot.####.exr opens its sequence.
-    Or an array: colour (H, W, 3 or 4), scene-linear and premultiplied, with `depth_m` (H, W) in
-    planar metres, infinite where nothing was hit, or with `coc_px` (H, W), the signed diameter of
-    the circle of confusion in pixels. `camera` and `size` (width, height) are for scenes. `reading`
-    takes the fields of `PlateOptions`: depth_channel, depth_convention, scene_unit_m and so on, of
-    which `strict` is for arrays too: with it, what `render` would warn of as doubtful is an error.
+    `source` may also be an array: colour (H, W, 3 or 4), scene-linear and premultiplied, with
+    `depth_m` (H, W) in planar metres, infinite where nothing was hit, or with `coc_px` (H, W), the
+    signed diameter of the circle of confusion in pixels. `camera` and `size` (width, height) are
+    for scenes. `reading` takes the fields of `PlateOptions`: depth_channel, depth_convention,
+    scene_unit_m and so on, of which `strict` is for arrays too: with it, what `render` would warn
+    of as doubtful is an error.
 
     Raises HeatlensError with what was found and what would help.
     """
@@ -79,7 +80,7 @@ def _plate_of(color: ArrayLike, depth_m: ArrayLike | None, coc_px: ArrayLike | N
 def _of_name(
     name: str, camera: str | None, size: tuple[int, int] | None, options: dict[str, object]
 ) -> Source:
-    """Return the source called `name`. Raises InputError for arguments of another kind of it."""
+    """Return the source called `name`. Raises InputError for arguments of another kind."""
     asked = Asked(camera, size, options)
     if kind_of(name).reads_plates and is_shot_file(name):
         _refuse("plates", camera=camera, size=size)

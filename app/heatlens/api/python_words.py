@@ -1,7 +1,7 @@
 """Translate sentences from the words of the command line to those of Python.
 
-Below the commands and this interface, a sentence names what would help as an option, for example
-"say --scene-unit cm". Here it becomes "say scene_unit_m=0.01".
+All other modules suggest options, for example "say --scene-unit cm". For Python, this becomes
+"say scene_unit_m=0.01".
 """
 
 import re

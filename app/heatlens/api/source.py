@@ -47,7 +47,7 @@ class Source(Asked, Closing):
     """The source in front of the lens: a plate, a sequence of plates, or a 3D scene.
 
     `source[1012]` is a frame, `for frame in source` goes through them, and `len(source)` counts
-    them. What `Asked` tells of the source is that of its first frame.
+    them. The properties of `Asked` are those of its first frame.
     """
 
     def __init__(self) -> None:
@@ -75,7 +75,7 @@ class Source(Asked, Closing):
 
     @abstractmethod
     def _facts_at(self, frame: int) -> Facts:
-        """Return what is told of a frame. Raises InputError if it cannot be read."""
+        """Return the facts of a frame. Raises InputError if it cannot be read."""
 
     @abstractmethod
     def _check(self, frame: int) -> None:
@@ -120,8 +120,9 @@ class Source(Asked, Closing):
 
         Give `lens`, or single values of it; values that are not given come from the shot file, the
         header or the scene's camera. `lens_model` is "photographic" or "renderer". `focus_at` is a
-        pixel (x, y) of the picture to focus on. `frame` is that of a sequence, a shot or a scene
-        (default: the first). `more` is the opening of the lens and the blur: see `RenderOptions`.
+        pixel (x, y) of the picture to focus on. `frame` is a number in a sequence, a shot or a
+        scene (default: the first). `more` is the opening of the lens and the blur: see
+        `RenderOptions`.
 
         What is doubtful is a `HeatlensWarning`, once for each source and sentence, and in `notes`.
 
@@ -172,18 +173,18 @@ class _Request:
 
     @property
     def changes_lens(self) -> bool:
-        """Return whether the lens is another one than that of the source."""
+        """Return whether the lens differs from that of the source."""
         return bool(self.given) or self.focus_at is not None
 
     def lens(self, plate: Plate, told: Mapping[str, Any] = MappingProxyType({})) -> Lens:
-        """Return the lens in front of a plate; `told` are the values of its shot file."""
+        """Return the lens in front of a plate; `told` holds the values of its shot file."""
         values = {**told, **self.given}
         if self.focus_at is not None:
             values["focus_distance_m"] = depth_at_m(plate, *self.focus_at)
         return plate_lens(plate, values).lens
 
     def notes(self, plate: Plate) -> tuple[str, ...]:
-        """Return which of the arguments have no effect on a plate, and what is said of them."""
+        """Return sentences on arguments without effect on a plate, and on the aperture image."""
         unused = [name for name in (*LENS_VALUES, "model") if name in self.given]
         said: tuple[str, ...] = ()
         image = self.given.get("aperture_image")
@@ -280,7 +281,7 @@ class Plates(Source):
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """See `Source.frames`; those that have a file."""
+        """See `Source.frames`; only frames with a file count."""
         frames = self._sequence.frames
         if self._shot is not None:
             frames = self._source.frames_of(self._shot)

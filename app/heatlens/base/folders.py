@@ -2,6 +2,7 @@
 
 `platformdirs` knows the folders of each system. Environment variables override them:
 HEATLENS_CONFIG_DIR, HEATLENS_CACHE_DIR, HEATLENS_RUNTIME_DIR and HEATLENS_LOG_DIR.
+`system` is for tests of the other systems.
 """
 
 import os
@@ -20,53 +21,36 @@ _IS_LINUX = sys.platform.startswith("linux")
 
 
 def preferences_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
-    """Return the folder of the preferences; on Linux `~/.config/heatlens`.
-
-    `system` is the class that knows the folders of a system, for tests of the other ones.
-    """
+    """Return the folder of the preferences; on Linux `~/.config/heatlens`."""
     dirs = system(_NAME, appauthor=False, roaming=True)
     return _chosen("HEATLENS_CONFIG_DIR", lambda: dirs.user_config_dir)
 
 
 def kits_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
-    """Return the folder of the user's own lens kits; on Linux `~/.config/heatlens/kits`.
-
-    `system` is the class that knows the folders of a system, for tests of the other ones.
-    """
+    """Return the folder of the user's own lens kits; on Linux `~/.config/heatlens/kits`."""
     return preferences_dir(system) / "kits"
 
 
 def rendered_frames_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
-    """Return the folder of the rendered frames, in the cache; on Linux `~/.cache/heatlens/frames`.
-
-    `system` is the class that knows the folders of a system, for tests of the other ones.
-    """
+    """Return the cache folder of rendered frames; on Linux `~/.cache/heatlens/frames`."""
     dirs = system(_NAME, appauthor=False)
     return _chosen("HEATLENS_CACHE_DIR", lambda: dirs.user_cache_dir) / "frames"
 
 
 def runtime_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
-    """Return the folder for files of a running window; on Linux `/run/user/UID/heatlens`.
-
-    `system` is the class that knows the folders of a system, for tests of the other ones.
-    """
+    """Return the folder for files of a running window; on Linux `/run/user/UID/heatlens`."""
     dirs = system(_NAME, appauthor=False)
 
     def usual() -> str:
-        with (
-            warnings.catch_warnings()
-        ):  # a login without such a folder gets one in /tmp, with a warning
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a login that only gets a folder in /tmp
             return dirs.user_runtime_dir
 
     return _chosen("HEATLENS_RUNTIME_DIR", usual)
 
 
 def reports_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
-    """Return the folder of the fault reports; on Linux `~/.local/state/heatlens`.
-
-    `system` is the class that knows the folders of a system, for tests of the other ones.
-    """
+    """Return the folder of the fault reports; on Linux `~/.local/state/heatlens`."""
     # On Linux platformdirs would add "log", but earlier versions wrote reports one level higher.
     is_plain = system is PlatformDirs and _IS_LINUX
     dirs = system(_NAME, appauthor=False, opinion=not is_plain)
@@ -74,7 +58,7 @@ def reports_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
 
 
 def _chosen(variable: str, usual: Callable[[], str]) -> Path:
-    """Return the folder in an environment variable, or else the usual one of the system."""
+    """Return the folder that an environment variable names, else the usual one of the system."""
     chosen = os.environ.get(variable)
     if chosen:
         return Path(chosen)

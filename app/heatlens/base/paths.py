@@ -55,8 +55,8 @@ def file_bytes(path: Path) -> bytes:
 
 def file_and_status(path: Path) -> tuple[bytes, os.stat_result]:
     """Return the content and the status of the same opened file; raises OSError as `file_bytes`."""
-    # A pipe that nobody writes to would make this wait; the status of what was opened cannot change
-    # between the check and the reading, as that of a name can.
+    # Opening a pipe that nobody writes to must not block. The status is that of the open file,
+    # because another file could take its name between a check and the reading.
     opened = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     with open(opened, "rb") as file:
         status = os.fstat(opened)

@@ -5,7 +5,7 @@ import unicodedata
 # Cc: control characters, including the escape that begins terminal commands. Cf contains the marks
 # that change the direction of text, Zl and Zp end a line, Cs is half of a character.
 _HIDDEN = frozenset(("Cc", "Cf", "Zl", "Zp", "Cs"))
-# Letters of scripts and signs are joined by these two, which do nothing else.
+# These two only join letters and signs.
 _JOINERS = "\u200c\u200d"
 
 

@@ -21,7 +21,7 @@ _UNFINISHED, _FINISHED, _MADE, _HEARS, _DEAF, _SAID = b"+", b"-", b"?", b"h", b"
 
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
-_record: int | None = None  # file descriptor, where a process waits for this one
+_record: int | None = None  # file descriptor, if a parent waits for this process
 
 
 class Stopped(KeyboardInterrupt):
@@ -37,7 +37,7 @@ class Stopped(KeyboardInterrupt):
 def stop_signals() -> frozenset[signal.Signals]:
     """Return the signals that end the program, except those it was started to ignore.
 
-    `nohup` and shell scripts start programs like this. Worker processes inherit the setting.
+    `nohup` and shell scripts make programs ignore some signals, and worker processes inherit this.
     """
     names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
     found = {getattr(signal, name) for name in names if hasattr(signal, name)}

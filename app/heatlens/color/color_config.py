@@ -165,7 +165,7 @@ def _transforms(config: Any) -> Iterator[Any]:
 
 
 def _tables(transform: Any) -> Iterator[str]:
-    """Return the names of the files that a transform, or those in its group, refer to."""
+    """Return the names of the files that a transform refers to, alone or as a group."""
     if isinstance(transform, ocio().FileTransform):
         yield transform.getSrc()
     elif isinstance(transform, ocio().GroupTransform):

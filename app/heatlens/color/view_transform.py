@@ -28,7 +28,7 @@ _BRADFORD: Matrix = np.array(
 
 
 def to_rec709(primaries: Primaries) -> Matrix:
-    """Return M (3, 3) with linear Rec.709 = M light, for columns.
+    """Return the matrix (3, 3) that converts columns of light to linear Rec. 709.
 
     White stays white; the D65 white of XYZ becomes white.
     """
@@ -84,7 +84,7 @@ class ViewTransform:
     display: str
     view: str
     input_space: str
-    key: str  # of the calculation; it changes with the contents of the config
+    key: str  # identifies the calculation; changes with the contents of the config
     glsl: str = field(repr=False)  # defines vec4 view_transform(vec4 light)
     luts: tuple[Lut, ...] = field(repr=False, compare=False)
     encode: Callable[[FloatImage], FloatImage] = field(repr=False, compare=False)
@@ -94,9 +94,7 @@ class ViewTransform:
     ) -> FloatImage:
         """Convert scene-linear `rgb` to display values, both (H, W, 3) float32.
 
-        NaN counts as black.
-
-        A tone-mapped view stays inside 0..1, Raw does not.
+        NaN counts as black. A tone-mapped view stays inside 0..1, Raw does not.
         """
         light = np.clip(np.nan_to_num(rgb, nan=0.0), -LIGHT_MAX, LIGHT_MAX)
         shown = self.encode(np.float32(2.0**exposure_stops) * light.astype(np.float32))
@@ -153,8 +151,8 @@ def view_transform(
 ) -> ViewTransform:
     """Return the transform of `view` on `display` for light in `input_space`.
 
-    `turned_from`: the light's own primaries, converted to `input_space`, linear Rec. 709, before.
-    Raises InputError if the config has no such name or cannot carry it out.
+    `turned_from`: the light's own primaries, if it must first be converted to linear Rec. 709.
+    Raises InputError if the config lacks one of the names or cannot build the transform.
     """
     check_known(f"{config.source}: view of {display}", view, config.views(display))
     library = ocio()
@@ -174,7 +172,7 @@ def view_transform(
 
 
 def _matrix_transform(library: ModuleType, primaries: Primaries) -> object:
-    """Return the transform from light of these primaries to linear Rec. 709, row after row."""
+    """Return the transform from light of these primaries to linear Rec. 709."""
     matrix = np.eye(4)
     matrix[:3, :3] = to_rec709(primaries)
     return library.MatrixTransform(matrix=matrix.ravel().tolist())

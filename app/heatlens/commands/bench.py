@@ -259,7 +259,7 @@ def _report(
     """Run the measurements in the order of the plan."""
     size, settings, runs = asked.size, asked.settings, asked.runs
     coc_sweep = size_sweep = None
-    # First the bare sweeps: their limit is met before minutes are spent.
+    # The bare sweeps come first: if the picture is too large for them, nobody waits for minutes.
     bare = measure_bare(frames, size, runs, tell) if asked.bare else None
     frame = measure_frame(frames, size, settings, runs, tell) if asked.frame else None
     if asked.sweeps:

@@ -58,7 +58,7 @@ def add_scene_options(parser: argparse.ArgumentParser, group: "argparse._Argumen
         metavar="RANGE",
         help=f"with SCENE: 1-48, 1-48x4, 1,9 (default: {_FRAMES} evenly from in to out)",
     )
-    # What else tells how a scene is viewed comes with a shot file.
+    # All other options of the view come from a shot file.
     others = ("scene_camera", "clip", "first_frame", "fps", "up_axis", "meters_per_unit")
     parser.set_defaults(**dict.fromkeys(others))
 

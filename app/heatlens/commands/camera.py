@@ -168,7 +168,7 @@ def _send(args: argparse.Namespace, camera: CameraSamples, address: RingAddress)
 def _timecodes_of(
     args: argparse.Namespace, camera: CameraSamples
 ) -> Callable[[int], Timecode | None]:
-    """Return a function for the timecode of a frame; shots and tables of a shoot have them."""
+    """Return a function that gives the timecode of a frame, for shots and shoot tables."""
     if is_shot_file(args.source):
         return shot_timecodes(read_shot(args.source), camera.frames[0])
     told = dict(zip(camera.frames, camera.timecodes or (), strict=False))
@@ -232,7 +232,7 @@ def _said_of(first: FirstShot) -> tuple[str, ...]:
 
 
 def _check_frames(args: argparse.Namespace, camera: CameraSamples) -> None:
-    """Raise InputError for other frames than those of a camera, which is written whole."""
+    """Raise InputError for --frames that are not all frames of the camera file."""
     own = FrameRange(camera.frames[0], camera.frames[-1])
     if args.frames and parse_frame_range(args.frames) != own:
         raise InputError(

@@ -21,7 +21,7 @@ solvers against float64, the still life against a stored picture, colours, fonts
 whether a second start finds its shaders compiled. Says how long it takes. The exit code is 1 if
 something fails. Paste the output into bug reports.
 """
-# Of each part, where nothing is compiled yet.
+# Seconds that each part takes if nothing is compiled yet.
 _SECONDS = {
     "packages": 1.2,
     "shaders": 0.02,

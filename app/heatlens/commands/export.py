@@ -51,7 +51,7 @@ examples:
   heatlens export scene.glb -o pinhole.####.exr --frames 1-48 --pinhole
   heatlens export shot.heatlens.json -o out/name.####.exr --submit openjd --chunk 5 > job.yaml
 """
-# Options that need one of others, and those that cannot go together.
+# Options that need one of several others, and options that exclude each other.
 _NEEDED = {
     **dict.fromkeys(("memory", "cpus", "gpus", "bundle"), ("submit",)),
     "chunk": ("submit", "cluster"),
@@ -129,7 +129,7 @@ def _export(args: argparse.Namespace) -> None:
 
 @contextmanager
 def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[FrameDone]]:
-    """Yield what makes the frames: this process, or others."""
+    """Yield an iterator over the finished frames, made by this process or by others."""
     if args.cluster is None and args.processes is None:
         with closing(export_frames(plan, _renderer)) as steps:
             yield steps
@@ -145,7 +145,7 @@ def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[Fram
 
 
 def _check_together(args: argparse.Namespace) -> None:
-    """Refuse options that do nothing without another one, and ways to work that exclude others."""
+    """Refuse options that need another one, and options that exclude each other."""
     for name, others in _NEEDED.items():
         if getattr(args, name) and all(getattr(args, other) is None for other in others):
             raise InputError(f"--{name} needs --{' or --'.join(others)}.")
@@ -188,8 +188,8 @@ def sending(address: str | None, shot: Shot, first: int) -> Iterator[Callable[[i
 
     `first` is the first of the frames.
 
-    A network that refuses the lens does not end the export: that is only reported. Raise
-    InputError for an invalid address.
+    If the network refuses the lens, the export reports this and goes on. Raises InputError for
+    an invalid address.
     """
     if address is None:
         yield lambda frame: None

@@ -149,7 +149,7 @@ def _add_exr_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_display_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of all pictures, and those that only frames of a shot have."""
+    """Add the options of display pictures, and those of the guides drawn over them."""
     group = add_display_options(parser)
     add_fields(group, ExportOptions, of_group(LOOK))
     add_fields(group, Guides)

@@ -49,9 +49,9 @@ def main() -> int:
 
 
 def _use_utf8() -> None:
-    """Restart with UTF-8 file names if they are not yet; libraries offer no other way.
+    """Restart with UTF-8 file names where they are not; libraries offer no other way.
 
-    Text is still printed in the encoding of the terminal, and what that lacks is printed escaped.
+    Text is still printed in the terminal's encoding, with the characters that it lacks escaped.
     """
     if sys.getfilesystemencoding() != "utf-8":
         terminal = f"terminal={sys.stdout.encoding}" if sys.stdout else "terminal"
@@ -141,7 +141,7 @@ def _asked(worker: int, how: signal.Signals) -> int | None:
 
 
 def _ended(code: int, record: int) -> int:
-    """Return the exit code for that of the worker, which is negative if a signal ended it."""
+    """Return this process's exit code for the worker's, which is negative if a signal ended it."""
     if code >= 0:
         return code
     stopping.remove_left(stopping.read_record(record))

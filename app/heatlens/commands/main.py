@@ -7,7 +7,7 @@ reader of the output has gone (`| head`).
 Only the module of the requested command is imported. `commands.launch` calls this in a separate
 process, which it ends when Ctrl-C is pressed.
 
-Wrong words of a command line are answered with the nearest known ones.
+For a misspelt word, the error suggests the nearest known one.
 """
 
 import argparse
@@ -44,7 +44,7 @@ examples:
 `heatlens COMMAND --help` explains each command.
 """
 
-_OPTIONS_LISTED = 16  # in the usage; with more of them it says [options]
+_OPTIONS_LISTED = 16  # in a usage; a longer list is shortened to [options]
 _COMMANDS = (
     *("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench"),
     *("kits", "doctor", "worker"),

@@ -196,7 +196,7 @@ def _check_look(args: argparse.Namespace) -> None:
     wrong = given(args, add_display_options)
     if wrong and _is_exr(args):
         if args.ocio is not None:
-            load_color_config(args.ocio)  # a file that is missing is the first thing to mend
+            load_color_config(args.ocio)  # report a missing file before all else
         raise InputError(
             f"{', '.join(wrong)}: an EXR stays scene-linear for further work. Write a PNG in "
             "addition."

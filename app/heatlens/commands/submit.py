@@ -92,7 +92,7 @@ def check_elsewhere(args: argparse.Namespace, plan: ExportPlan) -> None:
 
 
 def _measured_job(args: argparse.Namespace, plan: ExportPlan) -> FarmJob:
-    """Return the job; what is not told of its tasks is measured with the first frames."""
+    """Return the job. The first frames are rendered to find a --chunk or --memory not given."""
     job, cost = farm_job(args, plan), None
     if args.chunk is None or args.memory is None:
         say("the first frames are rendered to see what a task needs; --chunk and --memory tell it")
@@ -104,7 +104,7 @@ def _measured_job(args: argparse.Namespace, plan: ExportPlan) -> FarmJob:
 
 
 def farm_job(args: argparse.Namespace, plan: ExportPlan) -> FarmJob:
-    """Return the job of an export, in one part and without its memory."""
+    """Return the job of an export as a single part, without the memory that it needs."""
     config = None if plan.job.output.is_exr else args.ocio or os.environ.get("OCIO") or None
     tables = config_files(config)
     beside = files_beside(plan)
@@ -127,7 +127,7 @@ def farm_job(args: argparse.Namespace, plan: ExportPlan) -> FarmJob:
 
 
 def task_words(args: argparse.Namespace, plan: ExportPlan) -> tuple[Word, ...]:
-    """Return the words with which another process makes frames of this export."""
+    """Return the command line with which another process makes frames of this export."""
     check_elsewhere(args, plan)
     return farm_job(args, plan).words[:-1]
 
@@ -169,7 +169,7 @@ def _words(
 
 
 def _moved(folder: Path, places: Iterable[Place]) -> Iterator[Word]:
-    """Yield where the files are that a shot in `folder` names, by the two names it may use."""
+    """Yield --moved for each folder that a shot in `folder` names, relative and absolute."""
     for place in places:
         if place.kind == "DIRECTORY" and place.flow == "IN":
             for old in (os.path.relpath(place.path, folder), str(place.path)):

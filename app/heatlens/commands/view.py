@@ -113,7 +113,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Open the window and stay until it is closed; alone and without a display, make pictures."""
     if args.plate == DASH:
-        with file_of_input(Path(DASH)) as plate:  # all of it, before the window opens
+        with file_of_input(Path(DASH)) as plate:  # read to its end before the window opens
             args.plate = str(plate)
             return _open(args)
     if _is_handed_over(args):
@@ -167,7 +167,7 @@ def _open(args: argparse.Namespace) -> int:
         raise InputError(f"--demo opens a scene of its own: leave {args.plate} out.")
     if args.plate == "":
         raise InputError("The name of the plate is empty: leave it out to choose in the window.")
-    plate = DEMO if args.demo else args.plate or ""  # nothing named: it is chosen in the window
+    plate = DEMO if args.demo else args.plate or ""  # "": chosen in the window
     if is_shot_file(plate):
         _require(plate)
         refuse_given(args, ("clip", "first_frame", "fps"), f"{plate} says how its scene is played")

@@ -95,7 +95,7 @@ def _part_done(done: FrameDone, fetch: bool) -> PartDone:
 
 @contextmanager
 def _plan(task: PartTask) -> Iterator[ExportPlan]:
-    """Yield the plan of a task; what is to be fetched is written to a folder that is deleted."""
+    """Yield the plan of a task; files to fetch are written to a temporary folder."""
     if not task.fetch:
         yield _planned(task)
         return

@@ -1,4 +1,4 @@
-"""Reduce what of a plate is in focus to the size of a preview."""
+"""Average the part of a plate that is in focus, at the size of a preview."""
 
 import moderngl
 
@@ -20,9 +20,10 @@ class FocusMeanPass:
         mean: moderngl.Texture,
         out: moderngl.Texture,
     ) -> None:
-        """Write the mean of the focused part of `color` to `out`, of the size of its `mean`.
+        """Write the mean of the focused part of `color` to `out`.
 
-        `depth` holds metres, or signed coc in pixels where `line`, of the same pixels, is None.
+        `depth` holds metres, or signed coc in pixels if `line` is None. `mean` holds the mean of
+        all of `color`, and has the size of `out`.
         """
         self._program.dispatch(
             pixel_groups(out.size),

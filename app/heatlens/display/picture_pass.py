@@ -23,7 +23,7 @@ class Detail:
     """The detail in focus that a preview is too small to show.
 
     plate    the plate, display values
-    coarse   what of the plate is in focus at the preview's size, display values
+    coarse   the part of the plate in focus, at the preview's size, display values
     depth    of the plate: metres, or signed coc in pixels where `line` is None
     line     signed coc over dioptres, in pixels of `depth`
     texel_px size of a pixel of the preview, in pixels of `depth`

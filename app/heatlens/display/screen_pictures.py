@@ -42,7 +42,7 @@ class _Target:
             if self.texture is not None:
                 self.texture.release()
             self.texture = self._ctx.texture(size, 4)
-            self.texture.build_mipmaps()  # without all levels a texture that asks for them is black
+            self.texture.build_mipmaps()  # with missing levels the texture would be black
             self.texture.repeat_x = self.texture.repeat_y = False
             self.texture.label = self._label
             self._key = None
@@ -148,7 +148,7 @@ class ScreenPictures:
         return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
 
     def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> moderngl.Texture:
-        """Return the plate at the size of a picture at rest that is smaller."""
+        """Return the plate, reduced if the picture at rest is smaller."""
         size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._fine
         if target.needs(size, (plate, look)):
             assert target.texture is not None
@@ -160,7 +160,7 @@ class ScreenPictures:
     def _coarse_plate(
         self, plate: Pinhole, proxy: float, view: ViewState, line: CocLine | None
     ) -> moderngl.Texture:
-        """Return what of the plate is in focus at a preview's size."""
+        """Return the part of the plate that is in focus, at the size of a preview."""
         size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._coarse
         if target.needs(size, (plate, look, line)):
             if self._mean_of != (plate, size):

@@ -1,8 +1,7 @@
 """Check OpenGL: its version and limits, the build of every shader, and the line solvers.
 
-A solver is right if the blur of a small random picture equals the same blur in float64.
-
-The builds are all that the program makes of its shaders.
+A solver is right if the blur of a small random picture equals the same blur in float64. Shaders are
+built in every variant that the program uses.
 """
 
 import itertools

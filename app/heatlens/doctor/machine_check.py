@@ -43,7 +43,7 @@ _OPTIONAL = {
     "flip-evaluator": ("flip_evaluator", "no FLIP in `compare`"),
     "matplotlib": ("matplotlib", "no `bench --plot`"),
 }
-MOST_NEW = 0.05  # share of what the first start kept that a second one may add
+MOST_NEW = 0.05  # bytes that a second start may add to the cache, as a share of those of the first
 _CACHES = ("MESA_SHADER_CACHE_DIR", "__GL_SHADER_DISK_CACHE_PATH")  # of Mesa and of NVIDIA
 _PATIENCE_S = 60.0
 _INSTALL = "pip install 'heatlens[gui]', on Debian or Ubuntu also: apt-get install libgl1 libegl1"

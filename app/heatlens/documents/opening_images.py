@@ -35,7 +35,7 @@ Turned = Callable[[OpeningImage], OpeningImage]
 def image_beside(image: OpeningImage, folder: str | os.PathLike[str]) -> OpeningImage:
     """Read an image whose path is relative to `folder`.
 
-    Raises InputError that names the file where it cannot be read, or is no opening.
+    Raises InputError if the file cannot be read or shows no opening.
     """
     return read_opening_image(Path(path_from(image.path, folder)))
 

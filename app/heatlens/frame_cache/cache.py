@@ -100,7 +100,7 @@ class FrameCache(Closing):
             return self._nearest_m
 
     def want(self, frame: int, direction: Direction = 1, window: int = 24) -> None:
-        """Put the playhead on `frame`: read it first, then `window` frames in `direction`.
+        """Put the playhead on `frame`: read this first, then `window` frames in `direction`.
 
         The first frame follows the last, as in a looping player.
         """
@@ -123,7 +123,7 @@ class FrameCache(Closing):
     def wait(
         self, frame: int, direction: Direction = 1, window: int = 24
     ) -> Plate | Damaged | None:
-        """Want `frame`, and return it once it is read: for exports, which leave no frame out.
+        """Read `frame` and wait for it, as exports do, which leave no frame out.
 
         Returns None for a frame without a file, or when another thread moves the playhead or
         closes.
@@ -174,7 +174,7 @@ class FrameCache(Closing):
         with self._changed:
             failure, trace = self._failure, self._failed_at
         if failure is not None:
-            raise failure.with_traceback(trace)  # else it would grow with each call
+            raise failure.with_traceback(trace)  # a kept traceback would grow with each call
 
     def _is_unread(self, frame: int) -> bool:
         """Return True for a file that is neither held nor being read; the lock is held."""

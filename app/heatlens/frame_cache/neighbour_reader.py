@@ -1,4 +1,4 @@
-"""Read the plates of a sequence with what their neighbouring frames show of hidden surfaces."""
+"""Read the plates of a sequence with the hidden surfaces that neighbouring frames show."""
 
 import threading
 from collections import OrderedDict
@@ -29,11 +29,11 @@ _UNASKED = "No neighbouring frames are used."
 
 @dataclass(frozen=True)
 class Neighbourhood:
-    """Which frames of a sequence tell of each other.
+    """The frames that show hidden surfaces of each other.
 
     count    frames on either side; 0 where none are used
-    step     frames from one to the next of them
-    cameras  world to camera by frame; empty for a camera that stands
+    step     distance between two of them, in frames
+    cameras  matrices from world to camera by frame; empty for a camera that stands still
     words    a sentence: which frames are used, or why none are
     """
 
@@ -43,7 +43,7 @@ class Neighbourhood:
     words: str = _UNASKED
 
     def around(self, frame: int, present: tuple[int, ...]) -> tuple[int, ...]:
-        """Return the frames that tell of `frame`."""
+        """Return the neighbours of `frame` that are used."""
         told = self.cameras or present
         if not self.count or frame not in told:
             return ()
@@ -51,7 +51,7 @@ class Neighbourhood:
 
 
 class NeighbourReader:
-    """Reads plates as a `SequenceReader` does, with the surfaces that other frames show behind.
+    """Reads plates as a `SequenceReader` does, and adds surfaces that only other frames show.
 
     The frames are chosen from the whole sequence, so that parts of an export equal the whole. May
     be called from several threads; each plate is read once as long as it fits into memory.
@@ -65,7 +65,7 @@ class NeighbourReader:
         self._lock = threading.Lock()
 
     def __call__(self, path: Path) -> Plate:
-        """Read the plate at `path` with what is found. Raises InputError as `read_plate` does."""
+        """Read the plate at `path` and add the surfaces. Raises InputError as `read_plate` does."""
         return self.found(self.alone(path)).plate
 
     def alone(self, path: Path) -> Plate:
@@ -73,9 +73,9 @@ class NeighbourReader:
         return self._shelf(path) if self.neighbourhood.count else self._read(path)
 
     def found(self, plate: Plate) -> Found:
-        """Return a plate that was read alone with what is found, and which frames showed it.
+        """Add the surfaces to a plate that was read alone; also return the frames that showed them.
 
-        A neighbour that cannot be read is named, and the others serve.
+        A neighbour that cannot be read is named and left out.
         """
         path, frames = plate.path, self._frames(plate.path)
         view = None if not frames else self._view(self._frame(path), plate)
@@ -100,7 +100,7 @@ class NeighbourReader:
 
     @property
     def neighbourhood(self) -> Neighbourhood:
-        """Which frames tell of each other; the first call reads headers and a plate or two."""
+        """The frames used; the first call reads headers and a plate or two."""
         with self._lock:
             return self._neighbourhood
 
@@ -115,7 +115,7 @@ class NeighbourReader:
         plate = self._first_readable(present)
         if plate is None:
             return Neighbourhood()
-        if asked is None and plate.fragments is not None:  # it knows what is hidden
+        if asked is None and plate.fragments is not None:  # it holds its hidden surfaces
             return Neighbourhood()
         focal = _focal_px(plate, self._options)
         if not plate.has_distances:
@@ -141,12 +141,12 @@ class NeighbourReader:
         return None
 
     def _cameras(self) -> dict[int, FloatMatrix]:
-        """Return world to camera by frame; {} if the header of any frame lacks it."""
+        """Return the matrix from world to camera by frame; {} if any header lacks it."""
         cameras = {}
         for frame in self._sequence.present:
             try:
                 told = placement_at(read_headers(self._sequence.path_at(frame)))
-            except InputError:  # reported where the frame is shown; the others serve
+            except InputError:  # reported where the frame is shown; the others are used
                 continue
             if told is None:
                 return {}
@@ -158,7 +158,7 @@ class NeighbourReader:
 
     def _frame(self, path: Path) -> int:
         frame = self._sequence.frame_at(path)
-        assert frame is not None  # `_frames` has found some around it
+        assert frame is not None  # `_frames` found neighbours
         return frame
 
     def _frames(self, path: Path) -> tuple[int, ...]:
@@ -191,7 +191,7 @@ def _focal_px(plate: Plate, options: PlateOptions) -> tuple[float, float] | None
 
 
 class _Shelf:
-    """Keeps the plates that were read last within a number of bytes, and reads each once."""
+    """Keeps the latest plates within a limit of bytes, so that each is read once."""
 
     def __init__(self, read: Callable[[Path], Plate]) -> None:
         self._read = read
@@ -199,7 +199,7 @@ class _Shelf:
         self._held: OrderedDict[tuple[Path, Stamp | None], Future[Plate]] = OrderedDict()
 
     def __call__(self, path: Path) -> Plate:
-        """Return the plate at `path`, which is read if it is not held, or has changed."""
+        """Return the plate at `path`; read it if it is not held or its files have changed."""
         key = path, stamp_of(path)
         with self._lock:
             coming = self._held.get(key)
@@ -224,6 +224,6 @@ class _Shelf:
 
     @property
     def bytes_in_use(self) -> int:
-        """Bytes of all plates that have been read."""
+        """Bytes of all plates held."""
         done = [it for it in self._held.values() if it.done() and it.exception() is None]
         return sum(plate_bytes(it.result()) for it in done)

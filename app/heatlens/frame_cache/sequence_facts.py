@@ -19,7 +19,7 @@ Facts = dict[str, object]
 def sequence_facts(
     sequence: Sequence, options: PlateOptions, tell: Callable[[int], None] = lambda frame: None
 ) -> Facts:
-    """Return frames, gaps, sizes, depth over the shot, and what is wrong with single frames.
+    """Return frames, gaps, sizes, the depths of the shot, and faults of single frames.
 
     Reads every frame, and calls `tell` with each one first. Lengths are in metres; values that no
     frame has are None. A sentence that applies to several frames is given once.
@@ -43,7 +43,7 @@ def sequence_facts(
 
 
 def _neighbours(sequence: Sequence, reader: NeighbourReader, damaged: Collection[int]) -> Facts:
-    """Return which neighbours are used, and the mean of what they show, at three frames."""
+    """Return which neighbours are used, and what they show on average at three frames."""
     near, good = reader.neighbourhood, [it for it in sequence.present if it not in damaged]
     told: Facts = {"count": near.count, "step": near.step, "words": near.words, "found": None}
     if near.count and good:

@@ -1,4 +1,4 @@
-"""Divide a storage buffer into equal parts, each of which is bound like a buffer of its own."""
+"""Divide a storage buffer into equal parts that can be bound like separate buffers."""
 
 from dataclasses import dataclass
 
@@ -33,7 +33,7 @@ class BufferParts:
 
     @staticmethod
     def bytes_for(least: int) -> int:
-        """Return the bytes of a part with room for at least so many."""
+        """Return the size of a part that has room for at least `least` bytes."""
         return -(-least // _ALIGNED) * _ALIGNED
 
     @property

@@ -1,4 +1,4 @@
-"""The images of openings on the GPU, each taken there once and not once a picture."""
+"""The images of openings on the GPU; each is uploaded once, not for every picture."""
 
 import moderngl
 import numpy as np
@@ -6,7 +6,7 @@ import numpy as np
 from heatlens.gpu.textures import new_texture
 from heatlens.model.aperture import Aperture
 
-_KEPT = 4  # looks beside each other
+_KEPT = 4  # enough for four looks side by side
 
 
 class OpeningTextures:

@@ -20,7 +20,7 @@ PIXEL_GROUP = 16  # across and down, where each invocation has a pixel
 TILE_GROUP = 8  # across and down, where each has a tile
 HIGHLIGHT_GROUP = 8  # across and down, where each has a block of highlights
 RAY_GROUP = 8  # across and down, where each traces a ray
-ROW_GROUP = 8  # where each has a row, or a line: one vector of a software rasteriser
+ROW_GROUP = 8  # where each has a row or a line; the width of a vector on a software rasteriser
 WORD_GROUP = 64  # where each has a word of the masks of seen pixels
 CYCLIC_GROUP = 64  # pixels of a line in cyclic reduction
 
@@ -28,15 +28,15 @@ TILE = 16  # pixels a side: what masks of tiles switch on and off
 TILE_LIST_HEAD = 7  # words before the tiles of a list, see lib/tile_list.lib.glsl
 STRIP_COLUMNS, STRIP_FOLD = 8, 512  # lib/strips.lib.glsl
 HIDDEN_DIRECTIONS = 4  # along which hidden pixels look for seen ones
-PEEL_DRAWS = 3  # draws of a scene's visible surfaces, each with its samples elsewhere
+PEEL_DRAWS = 3  # draws of a scene's visible surfaces, each with samples at other places
 HIGHLIGHT_BLOCK = 8  # pixels a side in which highlights are merged
 FAR_BLOCK = 4  # pixels a side for which zones of parts of the lens are found
-PYRAMID_LEVELS_MAX = 15  # the largest textures that there are have a side of 2^15
+PYRAMID_LEVELS_MAX = 15  # no texture is larger than 2^15 on a side
 DISC_RAMP_PX = 0.5  # half the width of the rim of a gathered or scattered disc
 BVH_DEPTH_MOST = 30  # levels of a tree below its root
 
-# Scattering: bins of depth, each SCATTER_GROWTH times as blurred as the one nearer to the focus,
-# and the coc up to which the sums of small discs are tabulated.
+# Scattering: bins of depth, each with SCATTER_GROWTH times the blur of the next one towards the
+# focus, and the coc up to which sums of small discs are tabulated.
 SCATTER_BINS, SCATTER_MIDDLE = 64, 32
 SCATTER_GROWTH, SCATTER_GROWTH_LOG2 = 1.25, 0.321928
 SCATTER_STEPS_A_PX, SCATTER_SMALL_PX = 8, 16

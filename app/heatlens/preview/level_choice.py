@@ -1,7 +1,5 @@
 """Choose the preview level to render, with pure functions of the settings and predicted times.
 
-They know nothing of the renderer, and give the same answers for the same numbers.
-
 `CostModel` predicts the render time of a picture on this machine from those rendered before.
 """
 
@@ -43,7 +41,7 @@ def recognisable(requested: DefocusSettings, size: tuple[int, int]) -> list[Defo
 
 
 def soonest(requested: DefocusSettings, size: tuple[int, int]) -> DefocusSettings:
-    """Return the settings of the first picture on a machine of which nothing is known.
+    """Return the settings of the first picture on a machine that nothing is known about.
 
     Drivers take seconds to build the programs of diffusion, and a pyramid needs only two.
     """

@@ -55,7 +55,7 @@ def _fewer_views(requested: DefocusSettings) -> list[DefocusSettings]:
 
 
 def quickest(requested: DefocusSettings) -> DefocusSettings:
-    """Return the blur of a whole picture that is there at once, for one that is small already."""
+    """Return the settings of the fastest whole picture, for a picture that is small already."""
     method = Method.DIFFUSION if requested.method.needs_scene else requested.method
     return replace(cheaper(replace(requested, method=method))[-1], proxy=1.0)
 

@@ -1,4 +1,4 @@
-"""A finished picture seen through the lens, and the key of what it was made of."""
+"""A finished picture seen through the lens, and a key of everything that it was made from."""
 
 from dataclasses import dataclass, replace
 
@@ -10,7 +10,7 @@ from heatlens.model.shot import Shot
 
 @dataclass(frozen=True)
 class PictureKey:
-    """Everything that a picture is made of: pictures with equal keys are the same.
+    """Everything that decides a picture: pictures with equal keys are the same.
 
     plate     a number that changes whenever another plate is loaded to the GPU
     frame     the frame of the shot
@@ -54,7 +54,7 @@ class Shown:
 
     @property
     def picture_key(self) -> PictureKey:
-        """The key of what it was made of."""
+        """The key of everything that it was made from."""
         return PictureKey(self.plate, self.frame, self.shot, self.settings)
 
     @property

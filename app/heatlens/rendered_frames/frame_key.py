@@ -1,4 +1,4 @@
-"""Make the key of a rendered frame from all that decides its pixels; order frames to render."""
+"""Make the key of a rendered frame from all that decides its pixels, and order frames to render."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ class KeySource:
     """The source in front of the lens, as a part of a key.
 
     name    the file's path, or the name of the scene
-    stamps  those of the file and of the files that it names; None for missing files
+    stamps  stamps of the file and of the files that it names; None for missing files
     """
 
     name: str

@@ -149,7 +149,7 @@ class FrameStore:
             self.problem = f"Rendered frames are kept only in memory: {error}"
 
     def _load(self, disk: DiskStore, key: str, generation: int) -> None:
-        self._unreadable.add(key)  # unless the following succeeds: it would be tried for ever
+        self._unreadable.add(key)  # until it was read: a file is not tried for ever
         try:
             with self._problem_told("A rendered frame could not be read from the disk"):
                 picture = disk.load(key)

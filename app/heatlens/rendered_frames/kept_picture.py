@@ -87,7 +87,7 @@ def decoded(data: bytes, key: str) -> KeptPicture | None:
 
 
 def _picture(facts: dict[str, Any], data: bytes, offset: int) -> KeptPicture:
-    """Return the picture of a description; raises ValueError for one that nobody renders."""
+    """Return the picture of a description. Raises ValueError if no renderer could have made it."""
     width, height = facts["size"]
     pixels = np.frombuffer(data, np.float16, offset=offset).reshape(height, width, 4)
     aspect, corners = float(facts["pixel_aspect"]), np.array(facts["windows"])

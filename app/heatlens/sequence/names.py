@@ -18,7 +18,7 @@ _LEAST_PART = 0.1
 _DIGITS_MOST = 20  # of a frame number; an absurd padding, as in %4000000000d, would fill the memory
 MAX_FRAMES = 1_000_000  # about twelve hours; more comes from a date or a hash in the name
 
-# The first number that only words, versions and the extension follow: sh010.comp1001.left.v2.exr.
+# The first number followed only by words, versions and the extension: sh010.comp1001.left.v2.exr.
 _NUMBERED = re.compile(
     r"(.*?)(-?[0-9]+)((?:\.[^.]*[A-Za-z]|\.[vV][0-9]+)*\.[^.]*[A-Za-z][^.]*)", re.ASCII | re.DOTALL
 )
@@ -151,8 +151,8 @@ def padding_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
 def are_frames(form: NameForm, frames: Sequence[int]) -> bool:
     """Return whether sorted numbers of `form` are frame numbers, and not sizes or versions.
 
-    They are after a separator (shot.1001.exr) or with leading zeros. Directly after a letter, as in
-    hero720.exr and hero1080.exr, a tenth of the frames from first to last must exist.
+    Frame numbers follow a separator (shot.1001.exr) or have leading zeros. Directly after a letter,
+    as in hero720.exr and hero1080.exr, a tenth of the frames from first to last must exist.
     """
     if not form.padding or len(frames) < 2:
         return False

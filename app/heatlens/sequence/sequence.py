@@ -198,7 +198,7 @@ def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | N
 
 
 def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
-    """Return the form of the only sequence in `folder`, beside which there may be stills.
+    """Return the form of the only sequence in `folder`, which may also hold stills.
 
     EXR files take precedence over other formats. Raises InputError for several sequences or none.
     """

@@ -2,7 +2,7 @@
 
 The range, unit and help of an option are defined on its field, see `heatlens.model.option`.
 
-The options of the blur, which all commands that blur share, are nothing else.
+The options of the blur, which many commands share, are made in this way.
 """
 
 import argparse
@@ -61,7 +61,7 @@ def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()
 
 
 def fill_fields(args: argparse.Namespace, record: object) -> None:
-    """Fill options that were not typed from fields of `record` that differ from their default."""
+    """Give options that were not typed the values of `record`, where these are no defaults."""
     kind: Any = type(record)
     for name, told in options_of(kind).items():
         typed, value = getattr(args, _attribute(told)), getattr(record, name)

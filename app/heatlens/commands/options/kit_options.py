@@ -65,7 +65,7 @@ def kit_values(args: argparse.Namespace) -> dict[str, object]:
 
 
 def _any_breathing(kit: LensKit) -> float:
-    """Return the breathing of any lens; the kit replaces it by that of the lens in use."""
+    """Return the breathing of any lens of the kit; that of the lens in use later replaces it."""
     return next((lens.breathing for lens in kit.lenses if lens.breathing != 1.0), 1.0)
 
 

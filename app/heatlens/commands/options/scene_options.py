@@ -1,6 +1,6 @@
 """The options for viewing a 3D scene, and the first shot of a scene with these options.
 
-Some of them put the seconds of a glTF scene into frames, and choose what is played.
+Some convert the seconds of a glTF scene to frames, and choose the animation.
 """
 
 import argparse

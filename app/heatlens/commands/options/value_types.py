@@ -18,7 +18,7 @@ def whole(text: str) -> int:
 
 
 def number(text: str) -> float:
-    """Parse a number, also as 2,8; its range is checked by whoever knows it."""
+    """Parse a number, also as 2,8; its range is checked later."""
     try:
         return float(with_point(text))
     except ValueError:

@@ -41,7 +41,7 @@ class Tally:
 
     @property
     def told(self) -> list[str]:
-        """Sentences for the end: what is unusual, once with its frames, and lost surfaces."""
+        """Sentences for the end: each remark once, with its frames, and lost surfaces."""
         remarks = [f"{_frame_words(at)}: {words}" for words, at in self._remarks.values()]
         return [*remarks, *filter(None, [self.surfaces_lost])]
 

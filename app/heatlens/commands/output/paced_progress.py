@@ -1,4 +1,4 @@
-"""Show how far work has come whose parts were planned, and how long the rest takes."""
+"""Show the progress of planned work and the time left."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +13,7 @@ from heatlens.measure.bench.schedule import Pace, Step
 def paced_progress(
     steps: Sequence[Step], clock: Callable[[], float] = time.perf_counter
 ) -> Iterator[Callable[[str], None]]:
-    """Say how long it takes, and yield a function to call with the sentence of each part.
+    """Print the expected time, and yield a function to call with the sentence of each step.
 
     Sentences that are not in the plan, such as notes on skipped parts, stay on their own lines; ""
     clears the line of the progress.

@@ -17,9 +17,10 @@ _SILENT_S = 1.0  # no progress is shown for faster pictures
 _PAUSE_S = 0.25  # interval between updates, because each one waits for the GPU
 _VIEWS = ("view", "rays")  # steps that draw a whole picture from one point of the lens
 
-# The work before the first layer and behind the last one, in layers, and how much of a layer is
-# done when a pass of it begins. Means of `heatlens render --stats` on plates of 320 to 2048 pixels;
-# they differ by a factor of two from plate to plate, which the estimate of the time left does too.
+# The work before the first and after the last layer, counted in layers, and the share of a
+# layer that is finished when each of its passes begins. These are means of `heatlens render
+# --stats` on plates of 320 to 2048 pixels; they differ by a factor of two from plate to plate,
+# which the estimate of the time left does too.
 _BEFORE, _BEHIND = 1.5, 0.3
 _DONE_AT = {"layer split": 0.0, "hidden fill": 0.15, "coc fill": 0.35, "blur": 0.5}
 _DONE_AT |= {"composite": 1.0, "highlights drawn": 1.0}
@@ -127,7 +128,7 @@ def _drawings(renderer: FrameRenderer, shot: Shot) -> int:
     """Return the number of steps for drawing the scene; 0 for a plate."""
     if renderer.scene is None:
         return 0
-    from heatlens.scene_gpu.scene_renderer import drawing_steps  # plates do without
+    from heatlens.scene_gpu.scene_renderer import drawing_steps  # not needed for plates
 
     size = (shot.framing or Framing()).size
     return drawing_steps(renderer.ctx, renderer.scene.triangle_count, size)
@@ -162,8 +163,8 @@ Write = Callable[..., None]
 def _line(stream: TextIO | None) -> Iterator[Write]:
     """Yield a function that overwrites one line, and clear the line at the end.
 
-    Its arguments are a function that makes the text from the elapsed seconds, and one to wait for
-    before that. It writes nothing at first, and then not too often.
+    Its arguments are a function that makes the text from the elapsed seconds, and one that waits
+    for the GPU first. Nothing is shown in the first second, and then at intervals.
     """
     start = time.perf_counter()
     last = start + _SILENT_S - _PAUSE_S

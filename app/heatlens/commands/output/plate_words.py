@@ -39,7 +39,7 @@ def say_doubts_of_shot(
 ) -> None:
     """Print doubts about a shot's lens at its keys, for the depths of its `first_plate`.
 
-    So are doubts about the unit of the focus of `camera`, and the effect of breathing.
+    Also print doubts about the unit of the focus in `camera`, and the effect of breathing.
     """
     if plate is None:
         say(*breathing_notes(shot.lens, None))

@@ -264,7 +264,7 @@ def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace
 
 
 def _with_any_focus(args: argparse.Namespace) -> argparse.Namespace:
-    """Return the options with a focus, until that of the mark which is followed is measured."""
+    """Return the options with a provisional focus, until the followed mark is measured."""
     given = argparse.Namespace(**vars(args))
     given.origins = {**getattr(args, "origins", {}), "focus_distance_m": "--follow"}
     given.focus_distance, given.focus_at = "1", None

@@ -111,9 +111,9 @@ class PlateCommands(SourceCommands):
 
 
 def _read_named(path: Path, options: PlateOptions, behind_out: Path | None) -> Plate:
-    """Read a plate; with --neighbours, also what the frames beside it in its sequence show.
+    """Read a plate; with --neighbours, also the hidden surfaces that neighbouring frames show.
 
-    That is written to `behind_out` too. Raises InputError if it cannot be.
+    These are also written to `behind_out`. Raises InputError if a file cannot be read or written.
     """
     if not options.neighbours:
         if behind_out is not None:

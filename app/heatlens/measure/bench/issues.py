@@ -1,8 +1,8 @@
-"""Count what a frame asks of OpenGL, and predict its time on a GPU that need not be there.
+"""Count the OpenGL calls of a frame, and predict its time on a GPU that need not be present.
 
-Every dispatch, draw and barrier costs a GPU some microseconds however small the picture is, and
-Python's time to ask for them is time for which a fast GPU waits. The frame is issued to an OpenGL
-that does none of the work, so the time that is left is that of Python and of binding.
+Every dispatch, draw and barrier costs a GPU some microseconds, however small the picture is, and a
+fast GPU waits while Python issues them. Here the frame is issued to an OpenGL that does none of the
+work, so the measured time is that of Python and of binding.
 """
 
 import time
@@ -45,14 +45,14 @@ CARDS = (Card("500 GB/s, 46 processors", 500.0, 46), Card("4 TB/s, 132 processor
 
 @dataclass(frozen=True, slots=True)
 class IssueReport:
-    """What a frame asks of OpenGL.
+    """The OpenGL calls of a frame, and its predicted time.
 
     issues           dispatches, indirect dispatches, draws and clears together
     uniforms         values set; unchanged ones are not set again
     solver_groups    groups of the partition solver, each of which waits at many barriers
-    bytes_per_pixel  moved in memory at most: as if each layer covered the whole picture
-    python_ms        to issue the frame, when nothing is drawn
-    predicted_ms     at most, by card: the longer one of the GPU's work and Python's
+    bytes_per_pixel  upper limit of the memory traffic, with each layer as large as the picture
+    python_ms        time to issue the frame, with nothing drawn
+    predicted_ms     upper limit by card: the time of the GPU or that of Python, whichever is longer
     """
 
     layer_count: int
@@ -149,7 +149,7 @@ def issue_lines(report: IssueReport) -> str:
 
 
 def _counting(ctx: moderngl.Context, counts: Counter[str]) -> moderngl.Context:
-    """Return a handle on `ctx` that counts as a GPU, and whose programs and draws do nothing."""
+    """Return a stand-in for `ctx` that claims to be a GPU, but builds and draws nothing."""
     counting: Any = copy(ctx)
     counting._info = ctx.info | {"GL_RENDERER": "a GPU that is counted for"}
 
@@ -183,7 +183,7 @@ def _counter(counts: Counter[str], kind: str) -> Callable[..., None]:
 
 
 class _Program:
-    """A linked program that counts the uniforms that are set and its runs, and does not run."""
+    """A linked program that only counts its runs and the uniforms that are set."""
 
     def __init__(self, linked: Any, counts: Counter[str], is_solver: bool = False) -> None:
         self.linked, self._counts, self._is_solver = linked, counts, is_solver

@@ -63,7 +63,7 @@ def size_words(size: Size) -> str:
 def measure_frame(
     frames: BenchFrames, size: Size, settings: DefocusSettings, runs: int, say: Say
 ) -> FrameReport:
-    """Measure whole frames of the scene at `size`, and in turn frames with every pass timed."""
+    """Measure whole frames of the scene at `size`, alternating with frames that time every pass."""
     worked_on = proxy_size(size, settings.proxy)
     say(copy_words(size, settings))
     copy = copy_bytes_per_second(frames.ctx, worked_on)

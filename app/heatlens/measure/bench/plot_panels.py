@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TRADE_COC_PX = 50.0  # the blur of the third panel: large enough to distinguish the methods
-_FLIP_LEAST = 1e-4  # drawn for equal pictures, because a logarithmic axis has no 0
+_FLIP_LEAST = 1e-4  # drawn for identical pictures, because a logarithmic axis has no 0
 Points = list[tuple[float, float]]  # points of one method, by increasing blur
 
 

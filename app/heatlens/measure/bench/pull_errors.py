@@ -14,7 +14,7 @@ from heatlens.measure.study.subject import Subject
 from heatlens.model.settings import DefocusSettings, Method
 
 _TRUTH = "truth"
-_VIEWS_OF_OTHERS = 8  # that take about as long as another method, for the estimate
+_VIEWS_OF_OTHERS = 8  # for the estimate: another method takes about as long as so many views
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ def pull_entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
 def pull_steps(subject: Subject, frames: tuple[int, ...], views: int) -> tuple[Step, ...]:
     """Plan the pictures, by the time that one view of the first frame takes here."""
     settings = subject.settings(Method.ACCUMULATION)
-    subject.forget(settings)  # which draws one view as well
+    subject.forget(settings)  # this draws one view as well
     view_s = run_seconds(subject.renderer.ctx, lambda: subject.draw(replace(settings, views=1)))
     costs = {
         name: asked.views if asked.method.needs_scene else _VIEWS_OF_OTHERS

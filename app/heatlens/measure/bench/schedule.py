@@ -121,7 +121,7 @@ class Pace:
         self._clock = clock
         self._at = -1  # the step that goes on
         self._began = clock()
-        self._planned = self._taken = 0.0  # of all steps, and of the finished ones
+        self._planned = self._taken = 0.0  # seconds of all steps, and of the finished ones
 
     @property
     def number(self) -> int:

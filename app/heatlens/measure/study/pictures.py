@@ -47,14 +47,14 @@ def write_pictures(folder: Path, report: Report) -> Iterator[str]:
 
 
 def whole_pictures(report: Report) -> list[tuple[str, FloatImage]]:
-    """Name and light (H, W, 3) of each picture, in the order shown."""
+    """Return name and light (H, W, 3) of each picture, in the order shown."""
     pictures = [] if report.sharp is None else [(SHARP, report.sharp)]
     pictures.append((REFERENCE, report.reference.pixels))
     return pictures + [(str(row.method), row.pixels) for row in report.rows]
 
 
 def _written(folder: Path, name: str, picture: FloatImage, as_it_is: bool = False) -> str:
-    """Light through the sRGB curve, display values as they are."""
+    """Write light through the sRGB curve, or display values as they are; return the name."""
     picture = np.ascontiguousarray(picture)
     if as_it_is:
         write_png(folder / name, picture, encode=lambda shown: shown)
@@ -76,7 +76,7 @@ def crop_boxes(pictures: list[FloatImage], reference: FloatImage, count: int = C
     while len(boxes) < count and np.isfinite(sums).any():
         y, x = (int(i) for i in np.unravel_index(int(np.argmax(sums)), sums.shape))
         boxes.append(Box(x, y, x + side, y + side))
-        apart = side + side // 2  # neighbours would show the same thing twice
+        apart = side + side // 2  # crops closer together would show the same thing twice
         sums[max(0, y - apart) : y + apart, max(0, x - apart) : x + apart] = -np.inf
     return boxes
 
@@ -88,7 +88,7 @@ def crop_side(height: int, width: int) -> int:
 
 
 def flip_inside(picture: FloatImage, reference: FloatImage, box: Box) -> float:
-    """Mean FLIP of a crop as a picture of its own, 0 the same to 1 worst; both (H, W, 3)."""
+    """Return the mean FLIP of a crop, 0 equal to 1 worst; both pictures are (H, W, 3)."""
     rows, columns = slice(box.y0, box.y1), slice(box.x0, box.x1)
     shown, shown_truth = (srgb_encoded(p[rows, columns]) for p in (picture, reference))
     return float(flip_evaluation(shown, shown_truth, "LDR")[1])

@@ -14,8 +14,8 @@ from heatlens.render import FrameRenderer, drained
 class Subject:
     """A renderer with the source loaded, and the frame to render.
 
-    The methods take the lens of `shot`; its settings are those of diffusion, and say from how many
-    points the methods of a scene look.
+    All methods use the lens of `shot`. Its settings are those of diffusion, and give the number of
+    views for methods that need a scene.
     """
 
     name: str
