@@ -181,7 +181,7 @@ def test_the_status_bar_reads_the_pixel_under_the_pointer(gui, own):
     assert "picture " + " ".join(f"{c:.4g}" for c in through[:3]) in text
     assert "depth 0.9 m" in text
     assert (
-        f"coc {-(LENS.aperture_diameter_mm * 85 / 1915 * (2 / 0.9 - 1)) * WIDTH / 36:+.2f} px"
+        f"blur {-(LENS.aperture_diameter_mm * 85 / 1915 * (2 / 0.9 - 1)) * WIDTH / 36:+.2f} px"
         in text
     )
     gui.move(gui.at_picture(WIDTH + 5, 3))

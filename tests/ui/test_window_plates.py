@@ -101,7 +101,7 @@ def test_its_blur_is_read_under_the_pointer(coc_window):
     gui.frame()
     blur = gui.session.source.plate.coc_px[SKY[1], SKY[0]]
     text = gui.screen.status.words(gui.screen.picture.hovered)
-    assert text.endswith(f"   coc {blur:+.2f} px")
+    assert text.endswith(f"   blur {blur:+.2f} px")
 
 
 def test_distances_come_back_with_a_plate_that_has_them(coc_window, tmp_path):

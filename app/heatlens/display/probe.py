@@ -148,7 +148,7 @@ def probe_text(probe: Probe, unit: str, lens: Lens) -> str:
         sharp = f"   focus here: {_depth(lens, near_m, unit)} to {_depth(lens, far_m, unit)}"
     return (
         f"{where}   picture {_rgb(probe.picture)}   plate {_rgb(probe.plate)}"
-        f"{depth}   coc {probe.coc_px:+.2f} px{sharp}"
+        f"{depth}   blur {probe.coc_px:+.2f} px{sharp}"
     )
 
 

@@ -27,7 +27,7 @@ _MINOR_EM = 0.2  # length of the fine ticks
 _REACH_EM = 0.4  # how near the pointer must be to what it points at
 _FOCUS_PART = 1.15  # size of the figure of the focus, as a share of the others
 _GAP_EM = 0.45  # between figures
-_NEEDLE, _GHOST = 2.5, 1.5  # widths in screen units
+_NEEDLE_EM, _GHOST_EM, _LINE_EM = 0.17, 0.1, 0.067  # widths of lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,13 +104,16 @@ class _Bar:
 
     def _placed_flags(self) -> list[tuple[str, float, Rect]]:
         """Return names, distances and rectangles of the marks' flags that touch no other."""
-        flags, free_x, end = [], self._left, self._left + self._width
+        flags, end, em = [], self._left + self._width, self._em
+        free_x = [self._left] * max(int((self._bottom - self._top) / em), 1)  # in each row
         for name, distance_m in sorted(self._facts.marks, key=lambda mark: mark[1]):
-            x, width = self._x_at(distance_m), self._text_width(printable(name)) + 0.6 * self._em
+            x, width = self._x_at(distance_m), self._text_width(printable(name)) + 0.6 * em
             x = x - width if x + width > end else x  # at the far end it flies to the left
-            if x >= free_x:
-                flags.append((name, distance_m, (x, self._top, x + width, self._top + self._em)))
-                free_x = x + width + 1.0
+            row = next((row for row, free in enumerate(free_x) if x >= free), None)
+            if row is not None:
+                y = self._top + row * em
+                flags.append((name, distance_m, (x, y, x + width, y + em)))
+                free_x[row] = x + width + 1.0
         return flags
 
     def draw(self, is_pointed_at: bool) -> None:
@@ -126,7 +129,7 @@ class _Bar:
         size = ImVec2(self._width, self._bottom - self._top)
         draw_histogram(self._draw, self._facts.histogram, corner, size, lit)
         for x in lit:
-            self._line(x, theme.colors.in_focus, 1.0)
+            self._line(x, theme.colors.in_focus)
         self._draw_hyperfocal()
         self._draw_marks()
         self._draw_scale()
@@ -135,8 +138,9 @@ class _Bar:
             self._draw_pointer(figures)
         self._draw.pop_clip_rect()
 
-    def _line(self, x: float, color: int, width: float, rise: float = 0.0) -> None:
-        self._draw.add_line(ImVec2(x, self._top - rise), ImVec2(x, self._bottom), color, width)
+    def _line(self, x: float, color: int, em: float = _LINE_EM, rise: float = 0.0) -> None:
+        first, last = ImVec2(x, self._top - rise), ImVec2(x, self._bottom)
+        self._draw.add_line(first, last, color, em * self._em)
 
     def _draw_hyperfocal(self) -> None:
         x, half = self._x_at(hyperfocal_m(self.lens)), 0.33 * self._em
@@ -150,7 +154,7 @@ class _Bar:
     def _draw_marks(self) -> None:
         """Draw a line for each mark, and its name as a flag of tape if it touches no other."""
         for _, distance_m in self._facts.marks:
-            self._line(self._x_at(distance_m), theme.colors.mark, 1.0)
+            self._line(self._x_at(distance_m), theme.colors.mark)
         for name, _, rect in self._flags:
             x0, y0, x1, y1 = rect
             self._draw.add_rect_filled(ImVec2(x0, y0), ImVec2(x1, y1), theme.colors.mark, 1.0)
@@ -172,11 +176,11 @@ class _Bar:
         """Draw the needle and its figures, and the ghost of the keys; return where figures lie."""
         lens, em, keyed_m = self.lens, self._em, self._facts.keyed_m
         if keyed_m is not None:
-            self._line(self._x_at(keyed_m), theme.colors.mark, _GHOST, 0.25 * em)
+            self._line(self._x_at(keyed_m), theme.colors.mark, _GHOST_EM, 0.25 * em)
             x = self._x_at(keyed_m)
             probe.note_at("keyed focus", (x, self._top, x, self._bottom))
         x, words = self._x_at(lens.focus_distance_m), self._words(lens.focus_distance_m)
-        self._line(x, theme.colors.accent, _NEEDLE, 0.4 * em)
+        self._line(x, theme.colors.accent, _NEEDLE_EM, 0.4 * em)
         font_px = _FOCUS_PART * em
         width = _FOCUS_PART * self._text_width(words) + 0.8 * em
         x0 = min(max(x - width / 2, self._left), self._left + self._width - width)
@@ -211,7 +215,7 @@ class _Bar:
         if words == self._words(self.lens.focus_distance_m):
             return  # it stands there already
         width = self._text_width(words)
-        self._line(x, theme.colors.text_dim, 1.0)
+        self._line(x, theme.colors.text_dim)
         x0, gap = x - width / 2, _GAP_EM * em
         if taken[0] - gap < x0 + width and x0 < taken[2] + gap:
             x0 = taken[2] + 2 * gap if x > (taken[0] + taken[2]) / 2 else taken[0] - 2 * gap - width

@@ -61,7 +61,7 @@ def curve_editor(
     _draw_sharp(scale, heights, sharp)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
         draw_recorded(desk.recording, scale, heights)
-    _draw_line(scale, heights, line, theme.colors.accent, 1.8)
+    _draw_line(scale, heights, line, theme.colors.accent, 0.12)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
         _draw_marks(desk, scale, heights)
     curve_handles(desk, axis, scale, heights)
@@ -202,12 +202,13 @@ def _draw_sharp(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...])
     draw.pop_clip_rect()
     for limit in ("far", "near") if samples else ():
         line = [(s.frame, getattr(s, limit)) for s in samples]
-        _draw_line(scale, heights, line, theme.colors.in_focus, 1.0)
+        _draw_line(scale, heights, line, theme.colors.in_focus, 0.067)
 
 
-def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, width: float) -> None:
+def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, em: float) -> None:
     draw = imgui.get_window_draw_list()
     draw.push_clip_rect(*_corners(scale, heights), True)
+    width = em * imgui.get_font_size()
     draw.add_polyline(_points(scale, heights, line), color, width, 0)
     draw.pop_clip_rect()
 
@@ -221,14 +222,14 @@ def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
     lines: list[tuple[str, Line]] = []
     for track in desk.mark_tracks():
         for earlier in track.lines[:-1]:
-            draw.add_polyline(_points(scale, heights, earlier), theme.colors.mark, 1.5, 0)
+            draw.add_polyline(_points(scale, heights, earlier), theme.colors.mark, 0.1 * em, 0)
         lines += [(track.name, line) for line in track.lines[-1:]]
     for mark in desk.editing.shot.marks:
         if isinstance(mark, DistanceMark):
             place = 1.0 / mark.distance_m
             lines.append((mark.name, ((scale.first, place), (scale.last, place))))
     for name, line in sorted(lines, key=lambda it: it[1][-1][1]):
-        draw.add_polyline(_points(scale, heights, line), theme.colors.mark, 1.5, 0)
+        draw.add_polyline(_points(scale, heights, line), theme.colors.mark, 0.1 * em, 0)
         x = min(scale.x_at(line[-1][0]), end.x) - _GRIP_EM * em
         if heights.low <= line[-1][1] <= heights.high:
             names.draw(name, x, heights.y_at(line[-1][1]), theme.colors.mark)

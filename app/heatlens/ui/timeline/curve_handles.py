@@ -120,7 +120,7 @@ def _handle(
         mouse = imgui.get_mouse_pos()
         _pull(desk, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
     is_lit = is_held or imgui.is_item_hovered()
-    draw.add_line(ImVec2(*key), tip, theme.colors.mark, 1.0)
+    draw.add_line(ImVec2(*key), tip, theme.colors.mark, 0.067 * em)
     draw.add_circle_filled(tip, _TIP_EM * em, theme.colors.handle if is_lit else theme.colors.mark)
 
 

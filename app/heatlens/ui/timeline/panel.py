@@ -153,7 +153,7 @@ def _draw_playhead(desk: TimeDesk, scale: TimeScale, y0: float, y1: float) -> No
     x = scale.x_at(desk.editing.frame)
     if not scale.x - 1 <= x <= scale.x + scale.width + 1:
         return
-    draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.colors.handle, 1.5)
+    draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.colors.handle, 0.1 * em)
     draw.add_rect_filled(
         ImVec2(x - half, y0), ImVec2(x + half, y0 + 1.15 * em), theme.colors.handle, 3.0
     )
