@@ -102,7 +102,8 @@ def elsewhere(bundle: Path, values: dict[str, str], worker: Path) -> dict[str, s
 @pytest.mark.parametrize("output", ["n.####.exr", "m.mov"])
 def test_a_machine_with_the_listed_files_alone_makes_the_same(capsys, tmp_path, output):
     """It has each folder at another place; the joined movie is that of one machine."""
-    shot, show = write_show(tmp_path / "show"), tmp_path / "show"
+    show = tmp_path / "my 'show' \"%d\" $x"
+    shot = write_show(show)
     exported(capsys, shot, tmp_path / "whole" / output)
     values = bundled(capsys, tmp_path / "job", shot, "-o", show / "out" / output)
     assert not (show / "out").exists()

@@ -1,18 +1,18 @@
 """`export --cluster` and `heatlens worker`: a Dask scheduler and workers on loopback."""
 
 import signal
+import subprocess
 from dataclasses import replace
 
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.commands.main import main
 from heatlens.commands.worker import made_part
 from heatlens.documents.shot_file import write_shot
 from heatlens.farm.cluster import PartTask, connected
 from heatlens.version import __version__
-from support.dask_cluster import dask_cluster, wait_for
-from support.exports import MANY, exported, files_in, refused, shot_of, write_plates
+from support.dask_cluster import HEATLENS, dask_cluster, wait_for
+from support.exports import MANY, exported, files_in, shot_of, write_plates
 
 
 @pytest.fixture(scope="module")
@@ -122,17 +122,21 @@ def test_workers_need_no_encoder(capsys, shot_file, tmp_path, lost):
     assert (tmp_path / "m.mp4").read_bytes() == (tmp_path / "whole.mp4").read_bytes()
 
 
-@pytest.mark.parametrize("words", [("--cluster", "tcp://127.0.0.1:1"), ("--cluster", "nonsense")])
-def test_a_scheduler_that_is_not_there(capsys, shot_file, tmp_path, monkeypatch, words):
-    monkeypatch.setattr("heatlens.farm.cluster._PATIENCE_S", 1)
-    said = refused(capsys, shot_file, tmp_path / "n.####.exr", *words)
-    assert "No Dask scheduler answers" in said and not list(tmp_path.glob("n.*"))
+NOBODY = ("tcp://127.0.0.1:1", "bad://x:1", "localhost", "")
 
 
-def test_a_worker_without_a_scheduler_says_so(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("heatlens.commands.worker._PATIENCE_S", 1)
-    assert main(["worker", "tcp://127.0.0.1:1"]) == 2
-    assert "No Dask scheduler answers" in capsys.readouterr().err
+@pytest.mark.parametrize("address", NOBODY)
+def test_a_scheduler_that_is_not_there(shot_file, tmp_path, address):
+    """The export and the worker say so in one sentence, and Dask says nothing beside it."""
+    words = ("export", str(shot_file), "-o", str(tmp_path / "n.####.exr"), "--cluster", address)
+    for line in (words, ("worker", address)):
+        run = subprocess.run(
+            [*HEATLENS, "-q", *line], capture_output=True, text=True, check=False, timeout=60
+        )
+        assert run.returncode == 2
+        assert run.stderr.startswith("heatlens: No Dask scheduler answers")
+        assert run.stderr.count("\n") == 1
+    assert not list(tmp_path.glob("n.*"))
 
 
 def test_it_waits_for_the_first_worker_and_says_so(shot_file, tmp_path, lost):

@@ -17,7 +17,8 @@ from heatlens.defocus.solver_choice import settled_solver
 from heatlens.export.job import ExportJob
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
-from heatlens.farm.cluster import PartDone, PartTask, library
+from heatlens.farm import cluster
+from heatlens.farm.cluster import NO_ANSWER, PartDone, PartTask, check_address, library, no_answer
 from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
 from heatlens.sequence.names import parse_frames
@@ -29,7 +30,6 @@ ends. Start the scheduler with `dask scheduler` on one machine, and this on each
 several times on one with many processors. Whoever reaches the port of a scheduler or a worker can
 run programs there: use them in a network that you trust, or with the certificates of Dask.
 """
-_PATIENCE_S = 10  # for the scheduler to answer
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -44,20 +44,18 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 def run(args: argparse.Namespace) -> int:
     """Work until the scheduler ends."""
     library()
+    check_address(args.address)
     try:
         asyncio.run(_work(args.address))
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(
-            f"No Dask scheduler answers at {args.address}. Start one with `dask scheduler`, and "
-            "name its address, such as tcp://192.168.1.20:8786."
-        ) from error
+    except NO_ANSWER as error:
+        raise no_answer(args.address) from error
     say("the scheduler has ended")
     return 0
 
 
 async def _work(address: str) -> None:
     """Work with one thread, because only the thread that made an OpenGL context can draw."""
-    told: dict[str, Any] = {"nthreads": 1, "memory_limit": 0, "death_timeout": _PATIENCE_S}
+    told: dict[str, Any] = {"nthreads": 1, "memory_limit": 0, "death_timeout": cluster.PATIENCE_S}
     async with library().Worker(address, **told) as worker:
         say(f"works for {address}")
         await worker.finished()

@@ -6,10 +6,11 @@ each frame by an event, so that progress is shown before a task of several frame
 
 import logging
 import queue
+import re
 import uuid
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,9 @@ from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
 from heatlens.sequence.names import frames_text
 
-_PATIENCE_S = 10  # for the scheduler to answer
+PATIENCE_S = 10  # for the scheduler to answer
+_ADDRESS = re.compile(r"(tcp|tls|wss?)://(\[[\da-f:.]+\]|[^\s/:]+):\d{1,5}")
+NO_ANSWER = (OSError, ValueError, TimeoutError)  # what Dask raises then
 _LOOK_S = 2.0  # between two looks for lost workers
 _TASKS_OF_A_WORKER, _FRAMES_MOST = 4, 8  # tasks are short, so that all workers end at one time
 
@@ -67,17 +70,29 @@ Work = Callable[[PartTask], list[PartDone]]
 @contextmanager
 def connected(address: str) -> Iterator[Any]:
     """Yield a client of the scheduler at `address`. Raises InputError if it does not answer."""
+    check_address(address)
     try:
-        client = library().Client(address, timeout=_PATIENCE_S, set_as_default=False)
-    except (OSError, ValueError, TypeError, TimeoutError) as error:
-        raise InputError(
-            f"No Dask scheduler answers at {address}. Start one with `dask scheduler`, and name "
-            "its address, such as tcp://192.168.1.20:8786."
-        ) from error
+        client = library().Client(address, timeout=PATIENCE_S, set_as_default=False)
+    except NO_ANSWER as error:
+        raise no_answer(address) from error
     try:
         yield client
     finally:
-        client.close(timeout=_PATIENCE_S)
+        client.close(timeout=PATIENCE_S)
+
+
+def check_address(address: str) -> None:
+    """Raise InputError for what is no address."""
+    if not _ADDRESS.fullmatch(address):
+        raise no_answer(repr(address))
+
+
+def no_answer(address: str) -> InputError:
+    """Return the error for a scheduler that does not answer."""
+    return InputError(
+        f"No Dask scheduler answers at {address}. Start one with `dask scheduler`, and name its "
+        "address, such as tcp://192.168.1.20:8786."
+    )
 
 
 class ClusterMaker:
@@ -117,7 +132,7 @@ class ClusterMaker:
         size = self._chunk or min(_FRAMES_MOST, max(1, share))
         texts = [frames_text(frames[at : at + size]) for at in range(0, len(frames), size)]
         futures = {
-            self._client.submit(self._work, _of_part(self._task, text), pure=False, key=key)
+            self._client.submit(self._work, replace(self._task, frames=text), pure=False, key=key)
             for text in texts
             for key in [f"{self._task.topic}-{text}"]
         }
@@ -139,10 +154,6 @@ class ClusterMaker:
             except queue.Empty:
                 if self._client.status == "running":
                     self._wait_for_workers()
-
-
-def _of_part(task: PartTask, frames: str) -> PartTask:
-    return PartTask(task.words, frames, task.version, task.fetch, task.topic)
 
 
 def _result(future: Any) -> list[PartDone]:
