@@ -9,6 +9,7 @@ from heatlens.display.probe import seen_depth_m
 from heatlens.model.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
 from heatlens.session.loop.messages import window_words
+from heatlens.session.marks.plan import PlanDrawer
 from heatlens.session.session import Session
 from heatlens.ui.panels.display_panel import display_panel
 from heatlens.ui.panels.export_panel import draw_exports
@@ -18,6 +19,7 @@ from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, film_back_panel
 from heatlens.ui.panels.looks_panel import LookStills, looks_panel
 from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.opening_panel import opening_panel
+from heatlens.ui.panels.plan_panel import PlanPanel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.panels.ring_map_panel import ring_map_panel
 from heatlens.ui.panels.ring_panel import RingFacts, RingState, ring_panel
@@ -36,6 +38,7 @@ _NEED_A_PICTURE = (
     "Scene",
     "Export",
     "Marks",
+    "Plan",
     "Looks",
 )  # panels that are empty until a picture is open
 
@@ -46,6 +49,7 @@ class DockedPanels:
     def __init__(self, session: Session, ui: UiState) -> None:
         self._session = session
         self._ui = ui
+        self._planned, self._plan_panel = PlanDrawer(), PlanPanel()
         self.stills = LookStills(session.facts, session.pictures)
 
     def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
@@ -64,6 +68,8 @@ class DockedPanels:
             self._scene()
         if panels["Marks"]:
             self._marks()
+        if panels["Plan"]:
+            self._plan()
         if panels["Looks"]:
             self._looks(pictures)
         if panels["Guides"]:
@@ -199,6 +205,22 @@ class DockedPanels:
     def _marks(self) -> None:
         if self._begin("Marks"):
             marks_panel(self._session.time, self._session.facts.unit, self._ui)
+        imgui.end()
+
+    def _plan(self) -> None:
+        session, plate = self._session, self._session.source.plate
+        is_open = self._begin("Plan")
+        if is_open and plate is not None and not plate.has_distances:
+            imgui.text_wrapped("A plan needs distances, and this plate has none.")
+        elif is_open and plate is not None:
+            facts, marks = session.facts, session.time.marks
+            known = [(m, at) for m in facts.shot.marks if (at := marks.distance_m(m)) is not None]
+            plan = self._planned.plan(plate, facts.lens, known, facts.picture_shape.width_px)
+            moves = self._plan_panel.draw(plan, facts.lens, facts.unit)
+            if moves.focus_m is not None:
+                session.lens.commands.focus(moves.focus_m)
+            elif moves.mark:
+                marks.put(moves.mark, moves.mark_m)
         imgui.end()
 
     def _looks(self, pictures: Pictures | None) -> None:

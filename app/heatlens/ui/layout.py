@@ -149,7 +149,7 @@ def _arrange(dock: int, size: ImVec2) -> None:
     _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, below_part)
     inner.dock_builder_dock_window(PICTURE, centre)
     inner.dock_builder_dock_window("Timeline", below)
-    for name in ("Lens", "Marks", "Looks", "Guides"):
+    for name in ("Lens", "Marks", "Plan", "Looks", "Guides"):
         inner.dock_builder_dock_window(name, upper)
     for name in ("Display", "Plate", "Scene", "Export", "Speed"):
         inner.dock_builder_dock_window(name, lower)

@@ -153,6 +153,7 @@ Window
   Scene
   Export
   Marks
+  Plan
   Looks
   Guides
   Timeline

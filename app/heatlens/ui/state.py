@@ -20,6 +20,7 @@ PANELS = (
     "Scene",
     "Export",
     "Marks",
+    "Plan",
     "Looks",
     "Guides",
     "Speed",

@@ -119,6 +119,14 @@ class MarkCommands(Worker):
         self.pull_to = after.name if self.pull_to == before.name else self.pull_to
         self.pull_from = after.name if self.pull_from == before.name else self.pull_from
 
+    def put(self, name: str, distance_m: float) -> None:
+        """Move the mark of a distance, as a part of the gesture that goes on."""
+        shot, named = self._editing.shot, self.named(name)
+        if isinstance(named, DistanceMark):
+            moved = replace(named, distance_m=distance_m)
+            marks = tuple(moved if mark == named else mark for mark in shot.marks)
+            self._editing.edit(replace(shot, marks=marks))
+
     def delete(self, mark: Mark) -> None:
         """Delete the mark."""
         marks = tuple(other for other in self._editing.shot.marks if other != mark)

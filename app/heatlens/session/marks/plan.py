@@ -1,0 +1,92 @@
+"""The plan of a shot: camera, surfaces and marks from above, in metres."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.model.boxes import Box
+from heatlens.model.lens import Lens
+from heatlens.model.marks import DistanceMark, Mark, PointMark
+from heatlens.plate.plate import Plate
+
+_COLUMNS, _ROWS = 64, 36  # pixels of the picture that are drawn from above, at most
+_SEEN_PART, _ROOM = 0.95, 1.12  # how much of the picture the plan reaches, and room behind it
+_LEAST_M = 0.5  # shortest reach
+
+
+@dataclass(frozen=True)
+class PlanMark:
+    """A mark from above; `side_m` is right of the axis, and 0 for what is only a distance."""
+
+    name: str
+    side_m: float
+    distance_m: float
+    is_movable: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is drawn from above.
+
+    half_tangent  of half the horizontal angle of view
+    points        (N, 2): metres right of the axis and in front of the camera
+    reach_m       how far the plan goes
+    marks         those with a distance at this frame
+    """
+
+    half_tangent: float
+    points: NDArray[np.float32]
+    reach_m: float
+    marks: tuple[PlanMark, ...]
+
+
+class PlanDrawer:
+    """Makes the plan; the surfaces of a plate are looked at once."""
+
+    def __init__(self) -> None:
+        self._made_of: object = None
+        self._surfaces = np.zeros((0, 2), np.float32)  # tangent right of the axis, distance
+
+    def plan(
+        self, plate: Plate, lens: Lens, marks: Iterable[tuple[Mark, float]], width_px: float
+    ) -> Plan:
+        """Return the plan of a plate with distances.
+
+        `marks` come with theirs in m; the picture on which they lie is `width_px` wide.
+        """
+        if self._made_of is not plate:
+            self._surfaces, self._made_of = _surfaces(plate), plate
+        half = lens.sensor_width_mm / lens.focal_length_mm / 2.0
+        shown = tuple(_placed(mark, at_m, width_px, half) for mark, at_m in marks)
+        points = self._surfaces.copy()
+        points[:, 0] *= np.float32(half) * points[:, 1]
+        return Plan(half, points, _reach_m(points, shown), shown)
+
+
+def _surfaces(plate: Plate) -> NDArray[np.float32]:
+    """Return (N, 2) for some pixels: -1 to 1 over the display window, and the distance in m."""
+    data, display = plate.data_window, plate.display_window
+    depth = plate.pixels.depth_in(Box(0, 0, data.width, data.height))
+    rows = np.arange(0, data.height, max(data.height // _ROWS, 1))
+    columns = np.arange(0, data.width, max(data.width // _COLUMNS, 1))
+    far = depth[np.ix_(rows, columns)]
+    side = (columns + 0.5 + data.x0 - display.x0) / display.width * 2.0 - 1.0
+    sides = np.broadcast_to(side, far.shape)
+    found = np.stack([sides, far], axis=-1).reshape(-1, 2).astype(np.float32)
+    return np.ascontiguousarray(found[np.isfinite(found[:, 1]) & (found[:, 1] > 0)])
+
+
+def _placed(mark: Mark, distance_m: float, width: float, half: float) -> PlanMark:
+    side = 0.0
+    if isinstance(mark, PointMark) and math.isfinite(distance_m):
+        side = ((mark.x_px + 0.5) / width * 2.0 - 1.0) * half * distance_m
+    return PlanMark(mark.name, side, distance_m, isinstance(mark, DistanceMark))
+
+
+def _reach_m(points: NDArray[np.float32], marks: Iterable[PlanMark]) -> float:
+    seen = float(np.quantile(points[:, 1], _SEEN_PART)) if len(points) else 0.0
+    marked = [mark.distance_m for mark in marks if math.isfinite(mark.distance_m)]
+    return _ROOM * max(seen, *marked, _LEAST_M)
