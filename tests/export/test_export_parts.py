@@ -1,8 +1,11 @@
 """`export --part`: several processes make one export, and it is the same as that of one."""
 
+import subprocess
+
 import pytest
 
 from heatlens.documents.shot_file import write_shot
+from support.dask_cluster import HEATLENS
 from support.exports import exported, files_in, names_of, refused, shot_of, write_plate
 
 MOVIES = (".mov", ".mp4")
@@ -67,3 +70,17 @@ def test_a_movie_keeps_the_timecode_and_the_shape_of_its_plates(capsys, tmp_path
 def test_a_part_beyond_the_export_is_refused(capsys, shot_file, tmp_path):
     said = refused(capsys, shot_file, tmp_path / "n.####.exr", "--part", "1006-1008")
     assert "1007-1008" in said and not list(tmp_path.glob("n.*"))
+
+
+@pytest.mark.parametrize("output", ["n.####.exr", "m.mov"])
+def test_two_tasks_at_the_same_frames_do_no_harm(capsys, shot_file, tmp_path, output):
+    """As a farm may start one again that it believes to be lost."""
+    exported(capsys, shot_file, tmp_path / "whole" / output)
+    line = [*HEATLENS, "export", str(shot_file), "-o", str(tmp_path / "out" / output)]
+    (tmp_path / "out").mkdir()
+    both = [subprocess.Popen([*line, "--part", "1001-1006"], stderr=subprocess.PIPE) for _ in "ab"]
+    for task in both:
+        assert task.communicate(timeout=60)[1] and task.returncode == 0
+    exported(capsys, shot_file, tmp_path / "out" / output)
+    assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")
+    assert [path.name for path in (tmp_path / "out").iterdir() if path.is_dir()] == []
