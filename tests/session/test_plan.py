@@ -66,6 +66,12 @@ def test_the_sky_is_no_surface_and_a_far_mark_makes_room():
     assert math.isfinite(PlanDrawer().plan(plate_of(depth), lens(), endless, WIDTH).reach_m)
 
 
+def test_the_end_of_a_long_street_leaves_the_actors_their_room():
+    street = np.full((HEIGHT, WIDTH), 5.0, np.float32)
+    street[: HEIGHT // 4] = 300.0
+    assert PlanDrawer().plan(plate_of(street), lens(), (), WIDTH).reach_m < 20.0
+
+
 def test_data_that_do_not_fill_the_picture_lie_where_they_are_seen():
     right = plate_of(np.full((HEIGHT, WIDTH // 2), 2.0, np.float32), WIDTH // 2)
     points = PlanDrawer().plan(right, lens(), (), WIDTH).points

@@ -62,10 +62,35 @@ def test_what_is_seen_across_is_to_the_same_scale_as_the_distance(gui):
     assert (x1 - x0) / metre == pytest.approx(seen_m, rel=1e-4)
 
 
-def test_the_name_of_a_distance_is_dragged_and_the_focus_stays(gui):
+def test_the_scale_stays_while_the_farthest_mark_is_dragged_to_the_edge(gui):
+    gui.session.editing.begin(
+        replace(gui.session.facts.shot, marks=(DistanceMark("A", 1.5), DistanceMark("B", 2.5)))
+    )
+    gui.frame(3)
     y0, metre = camera_and_metre(gui)
+    (x, y), top = gui.middle("B on the plan"), gui.rect("plan")[1]
+    gui.drag((x, y), (x, top - 40), steps=12)
+    reach_m = gui.session.facts.shot.marks[1].distance_m
+    assert 2.5 < reach_m <= (y0 - top) / metre + 0.01
+    y0, metre = camera_and_metre(gui)
+    gui.drag(gui.middle("B on the plan"), (x, y0 - 1.9 * metre), steps=12)
+    assert gui.session.facts.shot.marks[1].distance_m == pytest.approx(1.9, abs=2 / metre)
+
+
+def test_the_wheel_zooms_the_plan_and_leaves_the_focus(gui):
+    _, metre = camera_and_metre(gui)
+    focus = focus_m(gui)
+    gui.wheel(gui.middle("plan"), 2)
+    assert focus_m(gui) == focus
+    assert camera_and_metre(gui)[1] == pytest.approx(1.25**2 * metre, rel=1e-3)
+    gui.wheel(gui.middle("plan"), -2)
+
+
+def test_the_name_of_a_distance_is_dragged_and_the_focus_stays(gui):
     marks = DistanceMark("A", 1.5), PointMark("B", *BALL)
     gui.session.editing.begin(replace(gui.session.facts.shot, marks=marks))
+    y0, metre = camera_and_metre(gui)
+    gui.session.editing.begin(gui.session.facts.shot)
     gui.frame(2)
     focus, (x, y) = focus_m(gui), gui.middle("A on the plan")
     assert y == pytest.approx(y0 - 1.5 * metre, abs=1.0)

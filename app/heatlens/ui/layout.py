@@ -17,7 +17,7 @@ from heatlens.ui.timeline.view import TimelineView
 
 PICTURE = "Picture"
 PICTURE_ALONE = "Picture alone"
-_PANEL_EM = 23.6  # width of the column of panels
+_PANEL_EM = 24.8  # width of the column of panels, with five tabs side by side
 _COLUMN_MOST, _TIMELINE_MOST = 0.45, 0.54  # largest shares of the window
 _SPEED_PART = 0.42  # share of the column's height for the lower panels, such as Speed
 _TIMELINE_EM, _CURVE_EM = 16.5, 25.2  # height of the timeline under the picture; with a curve

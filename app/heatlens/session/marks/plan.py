@@ -13,7 +13,7 @@ from heatlens.model.marks import DistanceMark, Mark, PointMark
 from heatlens.plate.plate import Plate
 
 _COLUMNS, _ROWS = 64, 36  # pixels of the picture that are drawn from above, at most
-_SEEN_PART, _ROOM = 0.95, 1.12  # how much of the picture the plan reaches, and room behind it
+_SEEN_PART, _MEDIANS, _MARKS, _ROOM = 0.95, 3.0, 2.5, 1.12  # see `_reach_m`
 _LEAST_M = 0.5  # shortest reach
 
 
@@ -87,6 +87,13 @@ def _placed(mark: Mark, distance_m: float, width: float, half: float) -> PlanMar
 
 
 def _reach_m(points: NDArray[np.float32], marks: Iterable[PlanMark]) -> float:
-    seen = float(np.quantile(points[:, 1], _SEEN_PART)) if len(points) else 0.0
+    """Return how far the plan goes: to nearly all that is seen, but no end of a long street.
+
+    With marks it goes not much farther than they do.
+    """
+    middle, most = np.quantile(points[:, 1], (0.5, _SEEN_PART)) if len(points) else (0.0, 0.0)
+    seen = float(min(most, _MEDIANS * middle))
     marked = [mark.distance_m for mark in marks if math.isfinite(mark.distance_m)]
+    if marked:
+        seen = min(seen, _MARKS * max(marked))
     return _ROOM * max(seen, *marked, _LEAST_M)

@@ -1,7 +1,7 @@
 """Draw the plan: the camera, what is sharp, surfaces and marks from above, to scale."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, imgui
 
@@ -11,11 +11,12 @@ from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.units import FOOT_M
 from heatlens.session.marks.plan import Plan, PlanMark
-from heatlens.ui import probe, theme
+from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.distance_ticks import tick_text
 
 _EDGE_EM, _CAMERA_EM, _LEAST_EM = 1.0, 1.0, 8.0
 _DOT_EM, _LINE_EM, _NEEDLE_EM = 0.12, 0.067, 0.17
+_ZOOM, _ZOOM_LEAST, _ZOOM_MOST = 1.25, 0.1, 50.0  # by a notch of the wheel, and its limits
 _LINES_MOST = 7  # of distances across the plan
 
 
@@ -29,10 +30,12 @@ class PlanMoves:
 
 
 class PlanPanel:
-    """Draws the plan into the current window; a drag moves the focus or a mark."""
+    """Draws the plan into the current window; a drag moves the focus or a mark, the wheel zooms."""
 
     def __init__(self) -> None:
         self._held = ""  # the name of the mark that is dragged
+        self._zoom = 1.0
+        self._reach_m = 1.0  # stays during a drag, so that the mark stays under the pointer
 
     def draw(self, plan: Plan, lens: Lens, unit: str) -> PlanMoves:
         """Draw the plan into the room that is left; return what the user moved."""
@@ -40,6 +43,11 @@ class PlanPanel:
         corner, size = imgui.get_cursor_screen_pos(), ImVec2(room.x, max(room.y, _LEAST_EM * em))
         imgui.invisible_button("plan", size)
         probe.note("plan")
+        zoom = self._zoom * _ZOOM ** widgets.wheel_over_last()
+        self._zoom = min(max(zoom, _ZOOM_LEAST), _ZOOM_MOST)
+        if not imgui.is_item_active():
+            self._reach_m = plan.reach_m / self._zoom
+        plan = replace(plan, reach_m=self._reach_m)
         drawing = _Drawing(plan, lens, unit, corner, size)
         drawing.draw()
         if imgui.is_item_activated():
