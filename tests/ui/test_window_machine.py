@@ -21,7 +21,7 @@ BY_HAND = [
     for action in listed_actions()
     if action.name != "Quit" and action.name != "Copy picture" and not action.name.endswith("...")
 ]
-DRAGGED = ("focus bar", "f-stop", "focal length", "squeeze", "sensor width", "exposure", "gamma")
+DRAGGED = ("focus bar", "f-stop", "focal length", "exposure", "gamma")
 FIELDS = ("distance", "f-stop field", "T-stop")
 TEXTS = ("2.24", "6'3\"", "inf", "0.01", "two", "", "f/1.4", "1e9", "-1", "T2", "∞")
 PICTURE_POINTS = st.tuples(st.floats(-0.3, 1.3), st.floats(-0.3, 1.3))
