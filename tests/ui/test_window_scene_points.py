@@ -97,7 +97,7 @@ def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_d
         session.facts.shot, session.editing.frame, x, y
     )
     blur_px = coc_px(depth_m, coc_line(session.facts.lens, whole.width))
-    told_px = float(words.rpartition("coc ")[2].partition(" px")[0])
+    told_px = float(words.rpartition("blur ")[2].partition(" px")[0])
     assert told_px == pytest.approx(blur_px, rel=0.03, abs=0.02)
 
 
