@@ -227,15 +227,15 @@ def usd_path(tmp_path: Path) -> Path:
 @pytest.fixture
 def small_demo(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace the demo scene by a small one that is seen in few pixels."""
-    import heatlens.scene.demo.demo
+    import heatlens.scene.demo
     from heatlens.model.framing import Framing
     from heatlens.model.lens import Lens
     from heatlens.model.shot import Shot
     from support.scenes import still_life
 
     shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), framing=Framing(80, 48, "camera"))
-    monkeypatch.setattr(heatlens.scene.demo.demo, "demo_scene", still_life)
-    monkeypatch.setattr(heatlens.scene.demo.demo, "demo_shot", lambda: shot)
+    monkeypatch.setattr(heatlens.scene.demo, "demo_scene", still_life)
+    monkeypatch.setattr(heatlens.scene.demo, "demo_shot", lambda: shot)
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from heatlens.model.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.header.placement import from_exr
 from heatlens.plate.read import read_plate
-from heatlens.scene.demo.demo import demo_scene, demo_shot
+from heatlens.scene.demo import demo_scene, demo_shot
 from heatlens.scene.scene_bounds import track_of
 from heatlens.scene.scene_name import open_scene
 from heatlens.source.shot_camera import camera_of_shot

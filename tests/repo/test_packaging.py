@@ -44,7 +44,8 @@ def test_wheel_runs_from_outside_the_checkout(tmp_path: Path) -> None:
     shipped = {path.name for path in (tmp_path / "site" / "heatlens" / "shaders").rglob("*.glsl")}
     assert shipped == shaders
     assets = {path.name for path in (tmp_path / "site" / "heatlens" / "assets").iterdir()}
-    assert "still_life.exr" in assets and "window.png" not in assets
+    assert {"still_life.exr", "demo.glb"} <= assets
+    assert assets.isdisjoint({"window.png", "demo_street"})
     modules = {path.name for path in (tmp_path / "site" / "heatlens").rglob("*")}
     assert {
         "py.typed",

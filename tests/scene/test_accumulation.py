@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 import pytest
 
+from demo_street.shapes import moved, quads, scaled
 from heatlens.gpu.textures import download, new_texture
 from heatlens.model.coc import axial_px, coc_line, coc_px
 from heatlens.model.disc_shape import DiscShape
@@ -15,7 +16,6 @@ from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.picture_field import PictureField
-from heatlens.scene.demo.shapes import moved, quads, scaled
 from heatlens.scene.scene import Daylight, Instance, Material, Scene
 from heatlens.scene.scene_view import SceneView, pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation

@@ -1,13 +1,17 @@
 """The built-in scene: who is in focus stands at the mark, nobody jumps, and it stays small."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from demo_street.actors import LOOP_FRAMES, joints_at
+from demo_street.make import ACTORS, street_bytes
 from heatlens.model.marks import DistanceMark
-from heatlens.scene.demo.actors import LOOP_FRAMES, joints_at
-from heatlens.scene.demo.demo import ACTORS, demo_scene, demo_shot
+from heatlens.scene.demo import demo_scene, demo_shot
+from heatlens.scene.gltf.read import read_gltf
 from heatlens.scene.scene_bounds import bounds_m, object_names, track_of
 from heatlens.scene.scene_view import view_of
 
@@ -120,3 +124,28 @@ def test_normals_point_out_of_closed_shapes() -> None:
         facing = np.cross(b - a, c - a)
         agree = np.sum(facing * mesh.normals[mesh.triangles].mean(axis=1), axis=1) > 0
         assert agree.all()
+
+
+def test_the_file_is_what_its_scripts_make(tmp_path: Path) -> None:
+    """Everything but the last digits of the walks, which differ from processor to processor."""
+    path = tmp_path / "street.glb"
+    path.write_bytes(street_bytes())
+    made = read_gltf(path)
+    assert made.materials == SCENE.materials and made.lights == SCENE.lights
+    assert [(i.name, i.mesh) for i in made.instances] == [(i.name, i.mesh) for i in SCENE.instances]
+    np.testing.assert_array_equal(made.images[0], SCENE.images[0])
+    for of_script, of_file in zip(made.meshes, SCENE.meshes, strict=True):
+        np.testing.assert_allclose(of_script.positions_m, of_file.positions_m, atol=1e-6)
+        np.testing.assert_allclose(of_script.normals, of_file.normals, atol=1e-5)
+        np.testing.assert_array_equal(of_script.triangles, of_file.triangles)
+    for frame in (1.0, 77.3, 240.0):
+        np.testing.assert_allclose(made.transforms_at(frame), SCENE.transforms_at(frame), atol=1e-6)
+
+
+@given(frames)
+def test_the_curves_of_the_file_follow_the_walk(frame: float) -> None:
+    """Within 4 mm between the keys; a pixel of the nearest person is 2 mm wide."""
+    numbers = [i for i, one in enumerate(SCENE.instances) if one.name == "actor A"]
+    followed = joints_at(ACTORS["actor A"], frame)
+    at = SCENE.transforms_at(frame)[numbers[0]]  # the first part of a person is the coat
+    np.testing.assert_allclose(at[:3, 3], followed["body"][:3, 3], atol=4e-3)

@@ -10,7 +10,7 @@ from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import Shot
-from heatlens.scene.demo.demo import demo_scene, demo_shot
+from heatlens.scene.demo import demo_scene, demo_shot
 from heatlens.scene.nearest_seen import nearest_seen_m, with_near_plane
 from heatlens.scene.scene import SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, box_around, box_corners_m, corners_of, track_of

@@ -18,7 +18,7 @@ from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say
 from heatlens.files.atomic_file import write_whole
 from heatlens.plate.picture.png_write import encoded_picture, write_png
-from heatlens.scene.demo.demo import demo_shot
+from heatlens.scene.demo import demo_shot
 from heatlens.scene.scene_name import DEMO
 
 _STILL, _PULL = "heatlens_still_life.png", "heatlens_pull.webp"

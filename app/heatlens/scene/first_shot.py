@@ -83,7 +83,7 @@ def first_shot(
 
 
 def _demo(scene: Scene, text: str) -> FirstShot:
-    from heatlens.scene.demo.demo import demo_shot  # the demo is built only when it is used
+    from heatlens.scene.demo import demo_shot  # the demo is read only when it is used
 
     sources = dict.fromkeys((*ANGLE, *OPENING, "model"), "as the demo is shot")
     return FirstShot(scene, replace(demo_shot(), source=text), sources, frozenset())

@@ -22,7 +22,7 @@ def is_demo(text: str) -> bool:
 
 
 def open_scene(text: str, timing: SceneTiming | None = None) -> Scene:
-    """Return the scene, with its seconds converted to frames; the demo is built only if needed.
+    """Return the scene, with its seconds converted to frames; the demo is read only if needed.
 
     Raises InputError that names the file if it cannot be read, or if a timing is given for a file
     that defines its frames itself.
@@ -30,7 +30,7 @@ def open_scene(text: str, timing: SceneTiming | None = None) -> Scene:
     if is_demo(text):
         if timing is not None:
             raise InputError("The demo has one clip, and frames of its own.")
-        from heatlens.scene.demo.demo import demo_scene
+        from heatlens.scene.demo import demo_scene
 
         return demo_scene()
     return read_scene(Path(text), timing)

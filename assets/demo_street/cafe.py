@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from heatlens.scene.demo.shapes import (
+from demo_street.shapes import (
     Point,
     box,
     joined,
@@ -17,8 +17,8 @@ from heatlens.scene.demo.shapes import (
     turned_y,
     turned_z,
 )
-from heatlens.scene.demo.street import AMBER, WARM
-from heatlens.scene.demo.street_set import DemoSet
+from demo_street.street import AMBER, WARM
+from demo_street.street_set import DemoSet
 from heatlens.scene.scene import Array, Mesh, PointLight
 
 _TABLE_M = (0.78, -2.15)  # x, z

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from heatlens.scene.demo.shapes import (
+from demo_street.shapes import (
     joined,
     lathe,
     limb,
@@ -17,7 +17,7 @@ from heatlens.scene.demo.shapes import (
     turned_y,
     turned_z,
 )
-from heatlens.scene.demo.street_set import DemoSet
+from demo_street.street_set import DemoSet
 from heatlens.scene.scene import Array, Color, Mesh
 
 LOOP_FRAMES = 240

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from heatlens.scene.demo.shapes import (
+from demo_street.shapes import (
     Point,
     box,
     joined,
@@ -15,7 +15,7 @@ from heatlens.scene.demo.shapes import (
     tube,
     turned_y,
 )
-from heatlens.scene.demo.street_set import DemoSet
+from demo_street.street_set import DemoSet
 from heatlens.scene.scene import Array, Color, Mesh, PointLight
 
 WARM: Color = (1.0, 0.62, 0.28)
