@@ -2,40 +2,25 @@
 
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Unpack
 
-from heatlens.api.arguments import (
-    BLUR,
-    LENS_VALUES,
-    check_names,
-    known,
-    pair,
-    shown,
-    values_of,
-    whole,
-)
+from heatlens.api.arguments import LENS_VALUES, check_names, whole
 from heatlens.api.engine import ENGINE
 from heatlens.api.frame import Asked, Facts, Frame, check_frame, facts_of
 from heatlens.api.keywords import RenderOptions
 from heatlens.api.notes import Notes
 from heatlens.api.python_words import python_words
+from heatlens.api.request import Request, lens_values, request_of
 from heatlens.base.closing import Closing
 from heatlens.base.errors import InputError
 from heatlens.defocus.quality import unused_behind_notes
 from heatlens.gpu.textures import FloatArray
-from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.frames import check_within
 from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
-from heatlens.model.option import Values
-from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.plate.focus_pick import depth_at_m
-from heatlens.plate.header.header_lens import plate_lens
-from heatlens.plate.opening_picture import opening_notes
 from heatlens.plate.plate import Plate
 from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
 from heatlens.render import FrameRenderer
@@ -134,7 +119,7 @@ class Source(Asked, Closing):
         values = dict(zip(LENS_VALUES, of_lens, strict=True))
         with python_words():
             check_names("render", more)
-            request = _request(lens, frame, values, focus_at, lens_model, more)
+            request = request_of(lens, frame, values, focus_at, lens_model, more)
             renderer = ENGINE.renderer()
             shot, at = self._shot_on(renderer, request)
             pixels = renderer.pixels(shot, at)
@@ -143,10 +128,10 @@ class Source(Asked, Closing):
         return pixels
 
     @abstractmethod
-    def _shot_on(self, renderer: FrameRenderer, request: "_Request") -> tuple[Shot, int]:
+    def _shot_on(self, renderer: FrameRenderer, request: Request) -> tuple[Shot, int]:
         """Load the source for a request and note what is doubtful. Return the shot and frame."""
 
-    def _note_plate(self, plate: Plate, request: "_Request", doubts: Iterable[str]) -> None:
+    def _note_plate(self, plate: Plate, request: Request, doubts: Iterable[str]) -> None:
         """Note how a plate was read, and warn of what is doubtful about it and its lens."""
         self._notes.keep(depth_note(plate))
         self._notes.warn(*plate.notes, *request.notes(plate), *doubts)
@@ -154,77 +139,6 @@ class Source(Asked, Closing):
     def close(self) -> None:
         """Release the pixels; the next `render` reads and loads them again."""
         ENGINE.forget(self)
-
-
-@dataclass(frozen=True)
-class _Request:
-    """The checked arguments of a `render` call.
-
-    frame     None for the first frame
-    given     fields of Lens
-    focus_at  a pixel (x, y) to focus on; None if the focus is given, or comes from the source
-    blur      fields of DefocusSettings
-    """
-
-    frame: int | None
-    given: Values
-    focus_at: tuple[int, int] | None
-    blur: Values
-
-    @property
-    def changes_lens(self) -> bool:
-        """Return whether the lens differs from that of the source."""
-        return bool(self.given) or self.focus_at is not None
-
-    def lens(self, plate: Plate, told: Mapping[str, Any] = MappingProxyType({})) -> Lens:
-        """Return the lens in front of a plate; `told` holds the values of its shot file."""
-        values = {**told, **self.given}
-        if self.focus_at is not None:
-            values["focus_distance_m"] = depth_at_m(plate, *self.focus_at)
-        return plate_lens(plate, values).lens
-
-    def notes(self, plate: Plate) -> tuple[str, ...]:
-        """Return sentences on arguments without effect on a plate, and on the aperture image."""
-        unused = [name for name in (*LENS_VALUES, "model") if name in self.given]
-        said: tuple[str, ...] = ()
-        image = self.given.get("aperture_image")
-        if image is not None:
-            has_blades = any(self.given.get(name) for name in ("blades", "blade_curvature"))
-            said = opening_notes(image, has_blades)
-        if plate.has_distances or not unused:
-            return said
-        names = ", ".join("lens_model" if name == "model" else name for name in unused)
-        return (*said, f"The plate holds circles of confusion: {names} is not used.")
-
-
-def _request(
-    lens: Lens | None,
-    frame: int | None,
-    values: Mapping[str, float | None],
-    focus_at: tuple[int, int] | None,
-    lens_model: str | None,
-    more: Mapping[str, object],
-) -> _Request:
-    """Return the checked arguments. Raises InputError for a value of another type."""
-    if not (lens is None or isinstance(lens, Lens)):
-        raise InputError(f"lens must be a heatlens.Lens, got {shown(lens)}.")
-    given = {} if lens is None else _values_of(lens)
-    given |= values_of(Lens, _told({**values, **_among(APERTURE_FIELDS, more)}))
-    if lens_model is not None:
-        given["model"] = known(LensModel, "lens_model", lens_model)
-    if focus_at is not None and values["focus_distance_m"] is not None:
-        raise InputError("Give focus_distance_m or focus_at, not both.")
-    pixel = None if focus_at is None else pair("focus_at", "a pixel (x, y)", focus_at)
-    blur = values_of(DefocusSettings, _among(BLUR, more))
-    return _Request(None if frame is None else whole("frame", frame), given, pixel, blur)
-
-
-def _among(names: Iterable[str], given: Mapping[str, object]) -> dict[str, object]:
-    return {name: given[name] for name in names if name in given}
-
-
-def _told(given: Mapping[str, object]) -> dict[str, object]:
-    return {name: value for name, value in given.items() if value is not None}
 
 
 class OnePlate(Source):
@@ -246,7 +160,7 @@ class OnePlate(Source):
     def _facts_at(self, frame: int) -> Facts:
         return facts_of(self._plate)
 
-    def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
+    def _shot_on(self, renderer: FrameRenderer, request: Request) -> tuple[Shot, int]:
         if request.frame is not None:
             self._check(request.frame)
         lens = request.lens(self._plate)
@@ -266,7 +180,7 @@ class Plates(Source):
         self._shot = shot
         self._read: tuple[Path, Plate] | None = None
 
-    def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
+    def _shot_on(self, renderer: FrameRenderer, request: Request) -> tuple[Shot, int]:
         at = self._frame(request.frame)
         plate = self._plate(self._sequence.path_at(at))
         shot, doubts = self._through_lens(plate, at, request)
@@ -295,7 +209,7 @@ class Plates(Source):
         check_frame(self._source.text, frame, self.frames, of_sequence)
 
     def _facts_at(self, frame: int) -> Facts:
-        told = None if self._shot is None else _values_of(self._shot.lens_at(frame))
+        told = None if self._shot is None else lens_values(self._shot.lens_at(frame))
         return facts_of(self._plate(self._sequence.path_at(frame)), told)
 
     def _frame(self, frame: int | None) -> int:
@@ -307,11 +221,11 @@ class Plates(Source):
         return frame
 
     def _through_lens(
-        self, plate: Plate, at: int, request: _Request
+        self, plate: Plate, at: int, request: Request
     ) -> tuple[Shot, tuple[str, ...]]:
         """Return the shot with the lens of a request, and doubts about it."""
         options, shot = self._source.options, self._shot
-        told = {} if shot is None else _values_of(shot.lens_at(at))
+        told = {} if shot is None else lens_values(shot.lens_at(at))
         lens = request.lens(plate, told)
         if shot is None or request.changes_lens:
             doubts = lens_notes(plate, lens, options.scene_unit_m, options.strict)
@@ -348,13 +262,13 @@ class Scene(Source):
         check_within(self._first.shot.frames, self._text, (frame,))
 
     def _facts_at(self, frame: int) -> Facts:
-        told = _values_of(self._first.shot.lens_at(frame)).items()
+        told = lens_values(self._first.shot.lens_at(frame)).items()
         lens = {name: value for name, value in told if name not in self._first.assumed}
         shot, renderer = self._first.shot, ENGINE.renderer()
         ENGINE.load(self, self._first.scene, renderer.load_scene)
         return facts_of(renderer.look(shot, frame).plate, lens)
 
-    def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
+    def _shot_on(self, renderer: FrameRenderer, request: Request) -> tuple[Shot, int]:
         first = self._first
         at = first.frame if request.frame is None else request.frame
         self._check(at)
@@ -367,7 +281,7 @@ class Scene(Source):
         self._notes.warn(*first.scene.notes, *breathing_notes(shot.lens_at(at), None))
         return shot, at
 
-    def _check_lens(self, request: _Request) -> None:
+    def _check_lens(self, request: Request) -> None:
         """Raise InputError if a value that blur depends on is not known."""
         given = {*request.given, *([] if request.focus_at is None else ["focus_distance_m"])}
         needed = {"f_stop", "focus_distance_m"} & self._first.assumed - given
@@ -378,7 +292,7 @@ class Scene(Source):
             )
 
 
-def _seen(shot: Shot, request: _Request) -> Shot:
+def _seen(shot: Shot, request: Request) -> Shot:
     """Return the shot with the blur of a request."""
     return replace(shot, defocus=replace(shot.defocus, **request.blur))
 
@@ -393,8 +307,3 @@ def _with_values(shot: Shot, frame: int, given: Mapping[str, Any]) -> Shot:
 def _with_lens(shot: Shot, lens: Lens) -> Shot:
     """Return the shot with a lens that does not change over time."""
     return replace(shot, lens=lens, curves=LensCurves())
-
-
-def _values_of(lens: Lens) -> dict[str, object]:
-    values = {field.name: getattr(lens, field.name) for field in fields(lens)}
-    return {name: value for name, value in values.items() if value is not None}
