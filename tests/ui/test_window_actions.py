@@ -101,6 +101,7 @@ def test_shortcuts_are_written_as_people_read_them(name, shortcut):
 def test_a_switch_switches_and_its_key_switches_back(gui, action):
     gui.session.pictures.references.open(gui.session.source.plate.path)
     gui.until(lambda: gui.session.facts.reference is not None, "the reference")
+    gui.session.pictures.looks.keep()  # without a look there is no grid
     is_on = of(gui, action).is_on
     was = is_on()
     keyed(gui, action)
