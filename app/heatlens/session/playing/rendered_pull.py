@@ -85,26 +85,23 @@ class RenderedPull(Worker):
         timeline: Timeline,
         view: PictureView,
         preferences: Preferences,
-        is_busy: Callable[[], bool] = lambda: False,
-        is_turning: Callable[[], bool] = lambda: False,
-        wake: Callable[[], None] = lambda: None,
-        clock: Callable[[], float] = time.perf_counter,
+        is_busy: Callable[[], bool],
+        is_turning: Callable[[], bool],
+        wake: Callable[[], None],
     ) -> None:
         """Create it; `is_busy` returns True while more urgent work is waiting.
 
         `is_turning` returns True while a lens ring is being turned, which counts as user input.
         """
-        self.jobs = jobs
-        self.store = store
-        self._source = source
-        self._editing = editing
+        self.jobs, self.store = jobs, store
+        self._source, self._editing = source, editing
         self._timeline = timeline
         self._view = view
         self._preferences = preferences
         self._is_busy = is_busy
         self._is_turning = is_turning
         self._wake = wake
-        self._clock = clock
+        self._clock = time.perf_counter
         self.screen: ScreenWork = NoScreen()  # set by the interface
         self.version = 0  # counts rendered frames
         self._filler: FrameFiller | None = None
