@@ -86,7 +86,7 @@ def pose_of(camera_to_world: Array) -> Pose:
     return Pose(_vector(camera_to_world[:3, 3]), _quaternion(turn))
 
 
-def looking_at(eye_m: Vector, target_m: Vector, up: Vector = (0.0, 1.0, 0.0)) -> Pose:
+def looking_at(eye_m: Vector, target_m: Vector) -> Pose:
     """Return a camera at `eye_m` with `target_m` in the middle of its picture.
 
     Raises InputError if both are the same. Straight up or down, the picture's top is -z.
@@ -95,7 +95,7 @@ def looking_at(eye_m: Vector, target_m: Vector, up: Vector = (0.0, 1.0, 0.0)) ->
     if np.linalg.norm(back) < 1e-12:
         raise InputError("A camera cannot look at the place where it stands.")
     back = back / np.linalg.norm(back)
-    side = np.cross(up, back)
+    side = np.cross((0.0, 1.0, 0.0), back)
     if np.linalg.norm(side) < 1e-6:
         side = np.cross((0.0, 0.0, -1.0 if back[1] > 0 else 1.0), back)
     side = side / np.linalg.norm(side)

@@ -230,6 +230,6 @@ def _without_unit(text: str) -> str:
     return text.strip()
 
 
-def spacer(em: float = 0.3) -> None:
+def spacer() -> None:
     """Leave a small vertical gap."""
-    imgui.dummy(ImVec2(0, em * imgui.get_font_size()))
+    imgui.dummy(ImVec2(0, 0.3 * imgui.get_font_size()))

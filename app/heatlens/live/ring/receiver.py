@@ -24,21 +24,12 @@ _AT_ONCE = 256  # datagrams between checks whether the thread should end
 class LensReceiver(Hearing, RingInput):
     """Receives samples until `close`; its methods may be called from any thread."""
 
-    def __init__(
-        self,
-        address: RingAddress,
-        on_news: Callable[[], None] | None = None,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        """Listen at `address`; `on_news` is called on the thread after each sample.
-
-        Raise InputError if the address cannot be used.
-        """
+    def __init__(self, address: RingAddress, clock: Callable[[], float] = time.monotonic) -> None:
+        """Listen at `address`; raise InputError if it cannot be used."""
         decoder, is_stream = _DECODERS[address.protocol](), address.protocol.is_stream
         super().__init__(decoder, clock, SILENT_AFTER_S if is_stream else math.inf)
         self._socket = listening_socket(address)
         self.address = RingAddress(address.protocol, *self._socket.getsockname()[:2])
-        self.on_news = on_news
         self._wake, self._waker = socket.socketpair()
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._socket, selectors.EVENT_READ)

@@ -82,15 +82,15 @@ def _uniform(
     return frames.frame(uniform_coc_plate(size, coc_px), LENS, settings)
 
 
-def uniform_coc_scene(size: tuple[int, int], diameter_px: float, lens: Lens = LENS) -> Scene:
+def uniform_coc_scene(size: tuple[int, int], diameter_px: float) -> Scene:
     """Return a wall across the view that emits the colours of `uniform_coc_plate`, up to white.
 
     The wall is in front of the focus, where |coc| is `diameter_px`; behind the focus |coc| cannot
     exceed its value at infinity. The picture repeats beyond its border, so that no point of the
     lens sees past it.
     """
-    distance_m = wall_m(size[0], diameter_px, lens)
-    wall = _wall(size, diameter_px, distance_m, lens)
+    distance_m = wall_m(size[0], diameter_px, LENS)
+    wall = _wall(size, diameter_px, distance_m, LENS)
     glow = Material("wall", _BLACK, emission=(1.0, 1.0, 1.0), emission_map=0)
     here = Instance("wall", 0, np.eye(4))
     picture = _picture(size, diameter_px)

@@ -63,8 +63,8 @@ def _written(folder: Path, name: str, picture: FloatImage, as_it_is: bool = Fals
     return name
 
 
-def crop_boxes(pictures: list[FloatImage], reference: FloatImage, count: int = CROPS) -> list[Box]:
-    """Return up to `count` squares that do not touch, the most telling first.
+def crop_boxes(pictures: list[FloatImage], reference: FloatImage) -> list[Box]:
+    """Return up to CROPS squares that do not touch, the most telling first.
 
     `pictures` and `reference` are scene-linear (H, W, 3). The most telling place is where the
     errors of the best and the worst picture differ most; with one picture, where its error is
@@ -73,7 +73,7 @@ def crop_boxes(pictures: list[FloatImage], reference: FloatImage, count: int = C
     side = crop_side(*reference.shape[:2])
     sums = _box_sums(_telling(pictures, reference), side)
     boxes: list[Box] = []
-    while len(boxes) < count and np.isfinite(sums).any():
+    while len(boxes) < CROPS and np.isfinite(sums).any():
         y, x = (int(i) for i in np.unravel_index(int(np.argmax(sums)), sums.shape))
         boxes.append(Box(x, y, x + side, y + side))
         apart = side + side // 2  # crops closer together would show the same thing twice
