@@ -82,6 +82,12 @@ def _add_scene_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_farm_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("render farm")
+    _add_job_options(group)
+    _add_worker_options(group)
+
+
+def _add_job_options(group: "argparse._ArgumentGroup") -> None:
+    """Add what describes a job for other machines."""
     group.add_argument(
         "--submit",
         choices=("openjd", "slurm"),
@@ -110,6 +116,10 @@ def _add_farm_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--cpus", type=whole, metavar="N", help="processors of a task (default 2)")
     group.add_argument("--gpus", type=whole, metavar="N", help="GPUs of each task (default 0)")
+
+
+def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
+    """Add who makes the frames now, and which of them."""
     group.add_argument(
         "--processes",
         type=whole,

@@ -107,24 +107,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
 
 def _add_time_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("over time")
-    group.add_argument(
-        "--key",
-        action="append",
-        default=[],
-        metavar="PARAMETER@FRAME=VALUE[:PATH]",
-        help="focus, f-stop, focal-length or squeeze at a frame, and the path to the next key: "
-        f"{', '.join(Interpolation)} (default smooth); may be repeated",
-    )
-    group.add_argument(
-        "--mark",
-        action="append",
-        default=[],
-        metavar="NAME=DISTANCE",
-        help="focus mark at a distance, at a pixel of the picture as NAME@X,Y, or on a thing as "
-        "NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, its nearest part as "
-        "NAME=nearest:cryptomatte:THING, or on an object of a scene "
-        "as NAME=object:OBJECT; may be repeated",
-    )
+    _add_keys_and_marks(group)
     group.add_argument(
         "--focus-interpolation",
         choices=FOCUS_SCALES,
@@ -145,6 +128,27 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, for warnings"
+    )
+
+
+def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
+    group.add_argument(
+        "--key",
+        action="append",
+        default=[],
+        metavar="PARAMETER@FRAME=VALUE[:PATH]",
+        help="focus, f-stop, focal-length or squeeze at a frame, and the path to the next key: "
+        f"{', '.join(Interpolation)} (default smooth); may be repeated",
+    )
+    group.add_argument(
+        "--mark",
+        action="append",
+        default=[],
+        metavar="NAME=DISTANCE",
+        help="focus mark at a distance, at a pixel of the picture as NAME@X,Y, or on a thing as "
+        "NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, its nearest part as "
+        "NAME=nearest:cryptomatte:THING, or on an object of a scene "
+        "as NAME=object:OBJECT; may be repeated",
     )
 
 
