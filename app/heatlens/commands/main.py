@@ -23,6 +23,7 @@ from heatlens.base.errors import FAULT_CODE, FaultError, HeatlensError, InputErr
 from heatlens.base.faults import told_error
 from heatlens.base.printable import printable
 from heatlens.base.stopping import stop_was_said
+from heatlens.commands.options.movie_options import count_movie_frames
 from heatlens.commands.output.say import say_nothing
 from heatlens.model.other_names import OTHER_NAMES, or_meant
 from heatlens.version import __version__
@@ -148,6 +149,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         words = _with_command(sys.argv[1:] if argv is None else argv)
         args = build_parser(_needed(words)).parse_args(words)
         say_nothing(getattr(args, "quiet", False))
+        count_movie_frames(args)
         code = int(args.run(args))
         sys.stdout.flush()  # a closed pipe is noticed here, not when Python ends
         return code

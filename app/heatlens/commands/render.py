@@ -16,7 +16,7 @@ from heatlens.commands.options.display_options import (
     transform_of,
 )
 from heatlens.commands.options.field_options import add_blur_options, settings_of
-from heatlens.commands.options.frame_command import add_frame_command, check_one_frame
+from heatlens.commands.options.frame_command import add_frame_command, take_one_frame
 from heatlens.commands.options.given_options import given, refuse_unused
 from heatlens.commands.options.kept_option import add_keep_option, kept_names
 from heatlens.commands.options.lens_options import plate_options
@@ -120,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _render(args: argparse.Namespace) -> None:
     start = time.perf_counter()
-    check_one_frame(args.plate)
+    take_one_frame(args)
     beside = [*([] if args.depth is None else [args.depth]), *(args.behind or [])]
     check_output(args.output, *files_of_scene(args.plate), *map(Path, beside))
     _check_look(args)

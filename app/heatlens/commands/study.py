@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import add_fields, settings_of
-from heatlens.commands.options.frame_command import add_frame_command, check_one_frame
+from heatlens.commands.options.frame_command import add_frame_command, take_one_frame
 from heatlens.commands.options.given_options import refuse_unused
 from heatlens.commands.options.value_types import positive, whole
 from heatlens.commands.output.picture_progress import view_progress
@@ -124,7 +124,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _study(args: argparse.Namespace) -> None:
-    check_one_frame(args.plate)
+    take_one_frame(args)
     checked_target(args.output)
     check_page()
     check_chart()

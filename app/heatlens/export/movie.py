@@ -18,9 +18,9 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.export.frame_files import RenderedFrame, frame_timecode, quantised
 from heatlens.export.job import ExportJob
-from heatlens.export.movie_library import av
 from heatlens.export.whole import is_whole
 from heatlens.files.atomic_file import replacing
+from heatlens.files.movie_library import av
 from heatlens.files.output_check import check_space
 from heatlens.model.frames import exact_rate
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE

@@ -19,6 +19,7 @@ from heatlens.export.options import EXR, LOOK, ExportOptions, of_group
 from heatlens.export.output import check_names
 from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.files.json_record import plain
+from heatlens.files.picture_formats import file_on_disk
 from heatlens.model.framing import Framing
 from heatlens.model.guides import NO_GUIDES
 from heatlens.model.lens import Lens
@@ -139,7 +140,7 @@ def _check_whole(plan: ExportPlan) -> None:
 def _check_sources_stay(plan: ExportPlan) -> None:
     there = [frame for frame in plan.frames if os.path.lexists(frame.path)]
     paths = {file.path for frame in plan.frames for file in frame.origin.files} if there else ()
-    read = {os.path.realpath(path) for path in paths}
+    read = {os.path.realpath(file_on_disk(path)) for path in paths}
     for frame in there:
         if os.path.realpath(frame.path) in read:
             raise InputError(

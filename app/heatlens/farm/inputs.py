@@ -6,6 +6,7 @@ from pathlib import Path
 from heatlens.color.color_config import files_of_config
 from heatlens.documents.opening_images import shot_with_images
 from heatlens.export.plan import ExportPlan
+from heatlens.files.picture_formats import file_on_disk
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.shot import Shot
 
@@ -13,7 +14,7 @@ from heatlens.model.shot import Shot
 def files_beside(plan: ExportPlan) -> tuple[Path, ...]:
     """Return the files of all frames and the aperture images: all but the shot and its config."""
     stamped = dict.fromkeys(file for frame in plan.frames for file in frame.origin.files)
-    read = (plain_path(file.path) for file in stamped if file.stamp is not None)
+    read = (plain_path(file_on_disk(file.path)) for file in stamped if file.stamp is not None)
     deciding = (plain_path(path) for path in plan.source.all_files if path.exists())
     return tuple(dict.fromkeys((*read, *deciding, *images_of(plan.job.shot))))
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence as Items
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.files.picture_formats import is_picture
+from heatlens.files.picture_formats import in_movie, is_picture, movie_named
 from heatlens.sequence.names import form_of, parse_pattern
 from heatlens.sequence.sequence import Sequence, find_sequence
 
@@ -23,11 +23,13 @@ def depth_path_for(path: Path, source: str) -> Path:
 def beside_path(path: Path, source: str, option: str, what: str) -> Path:
     """Return the file that belongs to the picture at `path`.
 
-    This is `source`, or its frame of the same number if it is a pattern. Raises InputError if a
-    pattern has no such frame or the picture has no number. The error names `option` and `what` the
-    file holds.
+    This is `source`, or its frame of the same number if it is a pattern; frames of a movie go with
+    others in order. Raises InputError if there is no such frame or the picture has no number. The
+    error names `option` and `what` the file holds.
     """
     found = Path(os.path.expanduser(source))
+    if _go_in_order(path, found):
+        return _in_order(path, find_sequence(source), what)
     if os.path.exists(found) or parse_pattern(found.name) is None:
         return found
     frame = form_of(path.name)[1]
@@ -41,6 +43,26 @@ def beside_path(path: Path, source: str, option: str, what: str) -> Path:
     if not sequence.has(frame):
         raise InputError(f"{beside} is missing: the {what} of {path}.")
     return beside
+
+
+def _go_in_order(path: Path, source: Path) -> bool:
+    """Return whether the frames of `source` belong to those beside `path` first with first."""
+    if movie_named(source) is not None:
+        return True
+    return in_movie(path) is not None and parse_pattern(source.name) is not None
+
+
+def _in_order(path: Path, source: Sequence, what: str) -> Path:
+    """Return the frame of `source` with as many before it as `path` has in its own sequence."""
+    own = find_sequence(path)
+    movie, frame = in_movie(path), own.frame_at(path)
+    at = movie[1] if movie is not None else own.frames.index(frame) if frame is not None else 0
+    if at >= len(source.frames):
+        raise InputError(
+            f"{source.pattern} has {len(source.frames)} frames, but {path} is number {at + 1} of "
+            f"its own: its {what} is missing."
+        )
+    return source.path_at(source.frames[at])
 
 
 class PlateFiles:
@@ -63,12 +85,15 @@ class PlateFiles:
 
     def _beside(self, path: Path, source: str) -> tuple[Path, ...]:
         found, frame = Path(os.path.expanduser(source)), form_of(path.name)[1]
-        if os.path.exists(found) or parse_pattern(found.name) is None:
+        is_in_order = _go_in_order(path, found)
+        if not is_in_order and (os.path.exists(found) or parse_pattern(found.name) is None):
             return (found,)
         try:
             frames = self._frames.get(source) or find_sequence(source)
             self._frames[source] = frames
-        except InputError:  # the pattern has no file yet
+            if is_in_order:
+                return (_in_order(path, frames, "depth"),)
+        except InputError:  # the pattern has no such file yet
             return ()
         return () if frame is None else (frames.path_at(frame),)
 

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.files.picture_formats import MOVIES_READ
 from heatlens.sequence.names import NameForm, are_frames, sequences_among
 from heatlens.sequence.sequence import Sequence
 
 _DIGITS = re.compile(r"(\d+)")
-_NO_FRAMES = (".json",)  # numbers in names of text files are versions, not frames
+# Numbers in names of text files are versions, and a movie holds all its frames.
+_NO_FRAMES = (".json", *MOVIES_READ)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,14 @@ from pathlib import Path
 from typing import Literal
 
 from heatlens.base.errors import InputError
-from heatlens.files.picture_formats import PICTURES_READ
+from heatlens.files.movie_read import movie_at
+from heatlens.files.picture_formats import (
+    file_on_disk,
+    in_movie,
+    is_picture,
+    movie_frame_name,
+    movie_named,
+)
 from heatlens.sequence.names import (
     MAX_FRAMES,
     NameForm,
@@ -26,7 +33,8 @@ from heatlens.sequence.names import (
 # What to show for a frame without a file: the nearest earlier one (else the first), black, or
 # stop with an error.
 MissingPolicy = Literal["hold", "black", "stop"]
-Stamp = tuple[int, int]  # time of the last change in nanoseconds, size in bytes
+# Time of the last change in nanoseconds, size in bytes, and the number of a frame of a movie.
+Stamp = tuple[int, ...]
 
 _STILL_FRAME = 1  # frame number of a picture without a number in its name
 _NOTATIONS = "shot.####.exr, shot.%04d.exr, shot.@@@@.exr or shot.$F4.exr"
@@ -73,6 +81,8 @@ class Sequence:
 
         If the name itself contains notation marks, it is the path of one of the files instead.
         """
+        if movie_named(self.folder) is not None and not os.path.isdir(self.folder):
+            return str(self.folder)
         is_notation = self.form.padding and self.form.is_notation
         first = self.form.name_at((self.present or self.frames)[0])
         return str(self.folder / (self.form.text if is_notation else first))
@@ -129,17 +139,17 @@ def find_sequence(
     the digits (shot.1001-1100x2####.exr); a single # matches any padding. `frames`, such as
     1001-1100x2, takes precedence over a range in the pattern; with neither, all frames from the
     first file to the last are wanted. If `whole` is False, a file stands only for its own frame. A
-    file without a number is a sequence of one frame. Raises InputError that names what was looked
-    for and what was found instead.
+    file without a number is a sequence of one frame. A movie stands for a folder of its frames.
+    Raises InputError that names what was looked for and what was found instead.
     """
     path = Path(os.path.expanduser(text))
-    if os.path.isdir(path):
+    if os.path.isdir(path) or _movie_frames_in(path) is not None:
         names = _names_in(path)
         return _sequence_of(path, names, _form_of_folder(path, names), frames)
-    if not os.path.isdir(path.parent):
+    if not os.path.isdir(path.parent) and _movie_frames_in(path.parent) is None:
         raise InputError(f"{path} cannot be found: the folder {path.parent} does not exist.")
     names = _names_in(path.parent)
-    if os.path.isfile(path):
+    if os.path.isfile(path) or path.name in (_movie_frames_in(path.parent) or ()):
         form, own_frames = _form_of_file(path, names, whole)
     else:
         form, own_frames = _form_of_pattern(path, names)
@@ -163,11 +173,12 @@ def rescanned(sequence: Sequence) -> Sequence:
 
 def stamp_of(path: Path) -> Stamp | None:
     """Return a value that changes when the file does; None if there is no file."""
+    movie = in_movie(path)
     try:
-        status = path.stat()
+        status = file_on_disk(path).stat()
     except OSError:
         return None
-    return status.st_mtime_ns, status.st_size
+    return status.st_mtime_ns, status.st_size, *(() if movie is None else movie[1:])
 
 
 def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, str | None]:
@@ -202,8 +213,8 @@ def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
 
     EXR files take precedence over other formats. Raises InputError for several sequences or none.
     """
-    suffixes = (".exr",) if any(name.lower().endswith(".exr") for name in names) else PICTURES_READ
-    found = sequences_among(name for name in names if name.lower().endswith(suffixes))
+    exr = [name for name in names if name.lower().endswith(".exr")]
+    found = sequences_among(exr or [name for name in names if is_picture(Path(name))])
     forms = [form for form, frames in found.items() if are_frames(form, frames)] or list(found)
     if len(forms) == 1:
         return forms[0]
@@ -233,12 +244,24 @@ def _form_of_pattern(path: Path, names: list[str]) -> tuple[NameForm, str | None
 
 
 def _names_in(folder: Path) -> list[str]:
-    """Return the names of the files in `folder`."""
+    """Return the names of the files in `folder`, or of the frames of a movie."""
+    frames = _movie_frames_in(folder)
+    if frames is not None:
+        return frames
     try:
         with os.scandir(folder) as entries:
             return [entry.name for entry in entries if entry.is_file()]
     except OSError as error:
         raise InputError(f"{folder} cannot be listed: {error.strerror or error}.") from error
+
+
+def _movie_frames_in(path: Path) -> list[str] | None:
+    """Return the names of the frames if `path` is a movie, else None."""
+    named = movie_named(path)
+    if named is None or not os.path.isfile(named[0]):
+        return None
+    movie, first = named
+    return [movie_frame_name(movie, first + at) for at in range(movie_at(movie).count)]
 
 
 def _frames_among(form: NameForm, names: list[str]) -> tuple[int, ...]:

@@ -23,7 +23,7 @@ def sequence_of_one_size(text: str) -> Sequence:
     """
     found = find_sequence(text)
     path = Path(os.path.expanduser(text))
-    if found.is_single or not os.path.isfile(path):
+    if found.is_single or found.folder == path or not os.path.isfile(path):
         return found
     named = found.frame_at(path)
     own = _size_of(path)

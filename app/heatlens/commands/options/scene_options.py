@@ -187,8 +187,9 @@ def add_timing_options(group: "argparse._ArgumentGroup", has_rate: bool = False)
         "--first-frame",
         type=whole,
         metavar="N",
-        help="frame number of the first key of a glTF (default: second 0 is frame 1). Blender's "
-        "frames 101 to 126 at 25 a second are --fps 25 --first-frame 101",
+        help="frame number of the first key of a glTF (default: second 0 is frame 1), or of the "
+        "first frame of a movie (default 1). Blender's frames 101 to 126 at 25 a second are "
+        "--fps 25 --first-frame 101",
     )
     if not has_rate:
         group.add_argument(

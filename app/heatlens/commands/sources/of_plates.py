@@ -20,13 +20,14 @@ from heatlens.defocus.quality import unused_behind_notes
 from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.reader import SequenceReader, settled_options
 from heatlens.model.following import Distances
-from heatlens.model.frames import FrameRange
+from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens_model import LensModel
 from heatlens.model.marks import Mark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.exr.behind_write import behind_path, write_behind
+from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.inspection import inspect
 from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.plate import Plate
@@ -80,7 +81,12 @@ class PlateCommands(SourceCommands):
         plate = read_plate(sequence.path_at(sequence.present[0]), options)
         lens, said = lens_of(args, plate)
         say_plate(plate, lens, said, options)
-        shot = Shot(lens, source=args.shot, plate_options=settled_options(options, plate))
+        shot = Shot(
+            lens,
+            source=args.shot,
+            plate_options=settled_options(options, plate),
+            frames_per_second=rate_at(plate.attributes) or FRAMES_PER_SECOND,
+        )
         return shot_with_kit(args, shot)
 
     def new_shot(self, args: argparse.Namespace, camera: CameraSamples | None) -> Shot:

@@ -8,15 +8,16 @@ from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.commands.options.lens_options import given_lens, lens_of, plate_options
-from heatlens.commands.options.shot_timecode import first_timecode
+from heatlens.commands.options.shot_timecode import first_timecode, headers_of
 from heatlens.commands.output.plate_words import say_reading
 from heatlens.commands.output.say import say
-from heatlens.files.picture_formats import is_picture
+from heatlens.files.picture_formats import in_movie, is_picture
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode, parse_timecode
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
+from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import CameraHeader
 from heatlens.plate.read import read_plate
@@ -30,7 +31,7 @@ def plate_shot(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
         lens,
         source=_source_of(args.plate, sequence),
         frames=_frames_of(args, sequence, camera),
-        frames_per_second=rate_of(args, camera),
+        frames_per_second=rate_of(args, camera, sequence),
     )
 
 
@@ -123,8 +124,15 @@ def _frames_of(
     return FrameRange(sequence.first, sequence.last)
 
 
-def rate_of(args: argparse.Namespace, camera: CameraSamples | None) -> float:
-    """Return the given frame rate, else that of the camera, else the usual one."""
+def rate_of(
+    args: argparse.Namespace, camera: CameraSamples | None, sequence: Sequence | None = None
+) -> float:
+    """Return the given frame rate, else that of the camera or the movie, else the usual one."""
     if args.fps is not None:
         return float(args.fps)
-    return FRAMES_PER_SECOND if camera is None else camera.frames_per_second
+    if camera is not None:
+        return camera.frames_per_second
+    first = None if sequence is None else sequence.path_at(sequence.present[0])
+    is_movie = first is not None and in_movie(first) is not None
+    rates = map(rate_at, headers_of(first)) if first is not None and is_movie else ()
+    return next((rate for rate in rates if rate is not None), FRAMES_PER_SECOND)

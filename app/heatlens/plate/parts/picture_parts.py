@@ -109,11 +109,12 @@ def _for_the_eye(is_so: bool) -> Header:
 def _part(channels: dict[str, FloatImage], raw: RawPicture, facts: PictureFacts) -> Part:
     height, width = raw.values.shape[:2]
     header = _header(tuple(channels), (width, height), raw.info, facts)
-    return header | _for_the_eye(raw.full_scale is not None), dict(channels)
+    is_for_eye = raw.full_scale is not None and not raw.info.get("is_light")
+    return header | _for_the_eye(is_for_eye), dict(channels)
 
 
 def _header(
-    channels: tuple[str, ...], size: tuple[int, int], info: dict[str, object], facts: PictureFacts
+    channels: tuple[str, ...], size: tuple[int, int], info: dict[str, Any], facts: PictureFacts
 ) -> Header:
     window = header_at_box(Box(0, 0, *size))
     header: Header = {
@@ -125,7 +126,9 @@ def _header(
     }
     if "display p3" in _profile_name(info).lower():
         header["chromaticities"] = P3_D65.chromaticities
-    return header | _camera(info)
+    header |= _camera(info)
+    header |= info.get("header", {})
+    return header
 
 
 def _camera(info: dict[str, Any]) -> dict[str, object]:
@@ -152,11 +155,17 @@ def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImag
     values = values.astype(np.float32)
     is_srgb = _is_srgb(curve, raw)
     colors = values.shape[2] - (values.shape[2] in (2, 4))
-    if is_srgb:
-        values[:, :, :colors] = srgb_decoded(values[:, :, :colors])
+    own_curve = raw.info.get("curve") if curve is PictureCurve.AUTO else None
+    decode = own_curve or (srgb_decoded if is_srgb else None)
+    if decode is not None:
+        values[:, :, :colors] = decode(values[:, :, :colors])
+    if "note" in raw.info:
+        profile_notes = (*profile_notes, raw.info["note"])
     if curve is not PictureCurve.AUTO:
         return values, profile_notes
-    bits = raw.values.dtype.itemsize * 8
+    if own_curve is not None:
+        return values, (f"{path}: {raw.info['curve_words']}.", *profile_notes)
+    bits = raw.info.get("bits", raw.values.dtype.itemsize * 8)
     note = (
         f"{path}: {bits} bits, taken as sRGB and converted to linear light; "
         "--picture-curve linear takes them as light."

@@ -23,8 +23,10 @@ from heatlens.base.paths import unreadable
 from heatlens.base.printable import one_line
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
+from heatlens.files.picture_formats import in_movie
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.exr.exr_limits import MAX_SIDE_PX
+from heatlens.plate.picture.movie_picture import movie_info, movie_values
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
@@ -35,23 +37,30 @@ _HEAD_BYTES = 4096  # start of an AVIF that holds its description
 class RawPicture:
     """Stored values (H, W, C) of 8, 16 or 32 bits, with 1 to 4 channels, and their metadata.
 
-    `info` is what Pillow found beside the pixels: profile, EXIF, segments, depth images.
+    `info` is what Pillow found beside the pixels: profile, EXIF, segments, depth images; for a
+    frame of a movie, what `movie_info` tells. `white` is the value of white where it is not the
+    largest.
     """
 
     values: NDArray[Any]
     info: dict[str, Any] = field(default_factory=dict)
+    white: float | None = None
 
     @property
     def full_scale(self) -> float | None:
         """The value of white for integers; None for floating point."""
         kind = self.values.dtype
-        return float(np.iinfo(kind).max) if kind.kind in "ui" else None
+        return self.white or (float(np.iinfo(kind).max) if kind.kind in "ui" else None)
 
 
 def open_picture(path: Path) -> RawPicture:
     """Read a whole picture. Raises InputError that names the file if it cannot be read."""
     if _is_for_own_process(path):
         return called_apart(open_picture, path, str(path))
+    movie = in_movie(path)
+    if movie is not None:
+        values, white, info = movie_values(*movie)
+        return RawPicture(values, info, white)
     if path.suffix.lower() == ".npy":
         return RawPicture(_array(path))
     with refusals(path), _opened(path) as image:
@@ -68,6 +77,9 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
     """Read (width, height) and the metadata without decoding the pixels, where possible."""
     if _is_for_own_process(path):
         return called_apart(picture_info, path, str(path))
+    movie = in_movie(path)
+    if movie is not None:
+        return movie_info(*movie)
     if path.suffix.lower() == ".npy":
         height, width = _array(path).shape[:2]
         return (width, height), {}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.base.paths import folder_to_write_in, home_dir
 from heatlens.documents.shot_file import SHOT_SUFFIX
-from heatlens.files.picture_formats import PICTURES_READ
+from heatlens.files.picture_formats import MOVIES_READ, PICTURES_READ
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.picture.picture_write import PICTURE_SUFFIXES
 from heatlens.scene.scene_read import SCENE_SUFFIXES
@@ -31,7 +31,7 @@ PURPOSES = {
             "open",
             "Open a plate or a scene",
             "Open",
-            (".exr", *PICTURES_READ, *SCENE_SUFFIXES),
+            (".exr", *PICTURES_READ, *MOVIES_READ, *SCENE_SUFFIXES),
             "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
         ),
         Purpose(

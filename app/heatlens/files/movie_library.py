@@ -12,6 +12,6 @@ def av() -> ModuleType:
         return importlib.import_module("av")
     except ImportError as error:
         raise InputError(
-            f"PyAV, which writes movies, cannot be loaded ({error}). Install it with: "
+            f"PyAV, which reads and writes movies, cannot be loaded ({error}). Install it with: "
             "pip install 'heatlens[movie]'. PNG and EXR frames do not need it."
         ) from error

@@ -1,0 +1,92 @@
+"""Small movies, encoded by PyAV, whose frames can be told apart."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+
+WIDTH, HEIGHT, RATE = 64, 36, 24
+# Suffix, encoder, pixel format and options: all frames whole, or with frames that need others,
+# in pieces of twelve or all in one.
+CODECS: dict[str, tuple[str, str, str, dict[str, str]]] = {
+    "ProRes": (".mov", "prores_ks", "yuv422p10le", {"profile": "3"}),
+    "H.264": (".mp4", "libx264", "yuv420p", {"bf": "3", "g": "12", "crf": "8"}),
+    "H.264, one key frame": (".mp4", "libx264", "yuv420p", {"bf": "2", "g": "250", "crf": "8"}),
+    "VP9": (".webm", "libvpx-vp9", "yuv420p", {"cpu-used": "8", "crf": "4", "b:v": "0"}),
+    "MPEG-2 in MXF": (".mxf", "mpeg2video", "yuv420p", {"bf": "2", "q:v": "2"}),
+    "FFV1": (".mkv", "ffv1", "yuv444p16le", {}),
+}
+
+
+def ramps(count: int, width: int = WIDTH, height: int = HEIGHT) -> list[np.ndarray]:
+    """Return grey pictures (H, W, 3) of 16 bits, each brighter than the one before."""
+    across = np.linspace(4000, 20000, width)[None, :, None]
+    levels = [across + 40000 * at / max(count, 1) for at in range(count)]
+    return [np.broadcast_to(one, (height, width, 3)).astype(np.uint16) for one in levels]
+
+
+def write_movie(
+    path: Path,
+    pictures: Sequence[np.ndarray],
+    codec: str = "ProRes",
+    *,
+    pixel_format: str = "",
+    options: dict[str, str] | None = None,
+    times: Sequence[int] | None = None,
+    timecode: str = "",
+    rate: int = RATE,
+    **tags: Any,
+) -> Path:
+    """Write pictures of 16 bits, RGB or RGBA, tagged as Rec.709 unless `tags` say otherwise."""
+    _, encoder, usual, own = CODECS[codec]
+    fmt = pixel_format or usual
+    tags = {"color_primaries": 1, "color_trc": 1, "colorspace": 1, "color_range": 1} | tags
+    container_options = {"write_tmcd": "1"} if path.suffix in (".mov", ".mp4") else {}
+    with av.open(str(path), "w", options=container_options) as container:
+        stream = container.add_stream(encoder, rate=rate, options={**own, **(options or {})})
+        stream.height, stream.width = pictures[0].shape[:2]
+        stream.pix_fmt = fmt
+        for name, value in tags.items():
+            setattr(stream.codec_context, name, value)
+        if timecode:
+            container.metadata["timecode"] = timecode
+        for at, pixels in enumerate(pictures):
+            frame = _frame(pixels, fmt)
+            frame.pts = at if times is None else times[at]
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    return path
+
+
+def _frame(pixels: np.ndarray, pixel_format: str) -> av.VideoFrame:
+    if pixels.ndim == 3 and pixel_format.startswith("yuv444p") and pixels.dtype == np.uint8:
+        return av.VideoFrame.from_ndarray(pixels.transpose(2, 0, 1), format="yuv444p")
+    kind = "rgba64le" if pixels.shape[2] == 4 else "rgb48le"
+    if pixel_format.startswith(("yuv", "gray")):  # FFmpeg takes this for white, not 65535
+        pixels = pixels.copy()
+        pixels[..., :3] = np.round(pixels[..., :3] * (0xFF00 / 0xFFFF))
+    frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format=kind)
+    return frame.reformat(format=pixel_format, dst_colorspace="ITU709", dst_color_range="MPEG")
+
+
+def write_sound(path: Path) -> Path:
+    """Write a movie file that holds only sound."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("aac", rate=48000, layout="mono")
+        frame = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), "fltp", "mono")
+        frame.sample_rate = 48000
+        container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    return path
+
+
+def turned_clockwise(path: Path) -> Path:
+    """Say in a QuickTime file, as phones do, that it is shown turned to the right."""
+    data = bytearray(path.read_bytes())
+    at = data.index(b"tkhd") + 44
+    matrix = (0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30)
+    data[at : at + 36] = b"".join(value.to_bytes(4, "big", signed=True) for value in matrix)
+    path.write_bytes(data)
+    return path
