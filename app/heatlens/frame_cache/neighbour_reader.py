@@ -110,27 +110,27 @@ class NeighbourReader:
         if asked == 0 or len(present) < 2 or not self._sequence.form.padding:
             return Neighbourhood()
         count, cameras = asked or USUAL_COUNT, self._cameras()
-        if not cameras and asked is None:
-            return Neighbourhood()
-        plate = self._first_readable(present)
-        if plate is None:
-            return Neighbourhood()
-        if asked is None and plate.fragments is not None:  # it holds its hidden surfaces
-            return Neighbourhood()
-        focal = _focal_px(plate, self._options)
-        if not plate.has_distances:
-            return Neighbourhood(words=f"{_UNASKED} The plates hold circles of confusion.")
-        if cameras and focal is None:
-            why = "The focal length of the camera is unknown: give --focal-length and a film back."
-            return Neighbourhood(words=f"{_UNASKED} {why}")
-        last = plate if cameras else self._first_readable(present[::-1])
-        if not cameras and (last is None or not standing(plate, last)):
-            return Neighbourhood(words=f"{_UNASKED} {_NO_CAMERA}")
-        step = step_of(cameras, plate, 1.0 if focal is None else focal[0], count)
+        plate = self._first_readable(present) if cameras or asked else None
+        if plate is None or (asked is None and plate.fragments is not None):
+            return Neighbourhood()  # nobody asked, or it holds its hidden surfaces
+        why_not = self._why_not(plate, cameras)
+        if why_not:
+            return Neighbourhood(words=f"{_UNASKED} {why_not}")
+        focal = _focal_px(plate, self._options) or (1.0, 1.0)
+        step = step_of(cameras, plate, focal[0], count)
         every = "" if step == 1 else f", every {step} frames"
         how = "whose place the headers tell" if cameras else "which stands still"
         words = f"Uses {count} frames on either side{every}, of a camera {how}."
         return Neighbourhood(count, step, cameras, words)
+
+    def _why_not(self, plate: Plate, cameras: dict[int, FloatMatrix]) -> str:
+        """Return why no neighbours can be used, as a sentence; "" if they can."""
+        if not plate.has_distances:
+            return "The plates hold circles of confusion."
+        if cameras:
+            return "" if _focal_px(plate, self._options) else _NO_FOCAL
+        last = self._first_readable(self._sequence.present[::-1])
+        return "" if last is not None and standing(plate, last) else _NO_CAMERA
 
     def _first_readable(self, frames: tuple[int, ...]) -> Plate | None:
         for frame in frames:
@@ -174,6 +174,7 @@ class NeighbourReader:
         return None if focal is None else View(frame, plate, cameras[frame], focal, centre)
 
 
+_NO_FOCAL = "The focal length of the camera is unknown: give --focal-length and a film back."
 _NO_CAMERA = (
     "The camera moves, and the headers do not tell where it is: render the plates with an entry "
     "worldToCamera."
