@@ -133,7 +133,7 @@ def _both_axes(
 
 
 def _numbers(kernel: Kernel, values: npt.NDArray[np.complex128]) -> object:
-    """Return a kernel's coefficients as the shader's `Num` array takes them."""
+    """Return a kernel's coefficients in the layout of the shader's `Num` array."""
     flat = values.ravel()
     numbers = [(z.real, z.imag) for z in flat] if kernel.is_complex else [z.real for z in flat]
     return numbers if len(numbers) > 1 else numbers[0]

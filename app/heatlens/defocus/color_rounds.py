@@ -1,6 +1,6 @@
 """Blur the three colours one after the other, for a lens with axial colour.
 
-Such a lens has another focus for each colour, so that each needs a blur of its own.
+Such a lens focuses each colour at a different distance, so that each needs its own blur.
 """
 
 from collections.abc import Callable

@@ -1,8 +1,8 @@
 """Blur surfaces behind the focus for each part of the lens, where different blurs overlap.
 
-The lens is cut into parts of equal area. What each of them sees behind the focus is put together
-from the known surfaces, so that it is hidden and uncovered rightly, and diffused by the part's own
-small disc; the mean replaces the layers behind the focus in zones near the ends of such surfaces.
+The lens is cut into parts of equal area. The view of each part behind the focus is assembled from
+the known surfaces, so that they hide each other correctly, and diffused by the small disc of that
+part. The mean of all views replaces the layers behind the focus near the edges of such surfaces.
 """
 
 import math
@@ -45,7 +45,7 @@ def part_centres(parts: int) -> NDArray[np.float64]:
 
 
 def _ring(count: int, middle: float) -> NDArray[np.float64]:
-    """Return a ring of parts around a point with as many parts within the ring's `middle`."""
+    """Return a ring of parts around a point with as many parts inside the radius `middle`."""
     angle = np.arange(max(count, 1)) * 2 * math.pi / max(count, 1) + 0.2 * count
     return math.sqrt(middle + 0.5 * bool(count)) * np.stack([np.cos(angle), np.sin(angle)], -1)
 
@@ -53,14 +53,14 @@ def _ring(count: int, middle: float) -> NDArray[np.float64]:
 def is_in_parts(optics: Optics, settings: DefocusSettings, has_alpha: bool) -> bool:
     """Return whether the far field is blurred in parts.
 
-    Parts are those of a round or squeezed opening, and of pictures without alpha.
+    Only round or squeezed openings and pictures without alpha are cut into parts.
     """
     is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
     return settings.parts > 1 and is_far and optics.disc.is_plain and not has_alpha
 
 
 def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
-    """Return the layers, far to near, with a cut where what is behind the focus begins."""
+    """Return the layers, far to near, with an additional cut where the far field begins."""
     at_px = FAR_FROM_PX * proxy
     cut = Cut(at_px, at_px * _SOFTNESS)
     number = next(i for i, layer in enumerate(cuts) if layer.near.at_px < at_px)
@@ -78,7 +78,7 @@ class FarField:
     """The view of the parts of the lens behind the focus.
 
     total  rgb times the known share, and that share: the mean of all parts
-    zone   where it is used (far_zone.comp.glsl)
+    zone   weight of the far field at each pixel (far_zone.comp.glsl)
     """
 
     total: moderngl.Texture
@@ -87,7 +87,7 @@ class FarField:
 
 @dataclass(frozen=True)
 class FarSurfaces:
-    """The picture without highlights and the surfaces behind it; `least_px` is where far begins."""
+    """The picture without highlights, the surfaces behind it, and the coc where far begins."""
 
     color: moderngl.Texture
     coc: moderngl.Texture
@@ -133,7 +133,7 @@ class _Room:
 
 
 class FarPartsPass:
-    """Renders the far field in parts, and puts it in the place of layers."""
+    """Renders the far field in parts, which replaces layers."""
 
     def __init__(self, ctx: moderngl.Context, blur: BlurPass) -> None:
         self._ctx, self._blur, self._bands = ctx, blur, PixelBands(ctx)
@@ -154,7 +154,7 @@ class FarPartsPass:
         poles: moderngl.TextureArray,
         scratch: Scratch,
     ) -> Steps[FarField]:
-        """Diffuse the view of each part, and return their mean and where it is used."""
+        """Diffuse the view of each part; return the mean of the views and its weight."""
         room = _Room.of(what, scratch)
         total = scratch.texture("far sum", what.coc.size, 4)
         yield from self._added(room, 0.0, total)
@@ -232,7 +232,7 @@ class FarPartsPass:
         return zone
 
     def over(self, field: FarField, out: moderngl.Texture) -> None:
-        """Put the far field into its zones of `out`, which has the layers behind the focus."""
+        """Write the far field over its zones of `out`, which holds the layers behind the focus."""
         self._program("over").dispatch(
             pixel_groups(out.size),
             textures={"sum_tx": field.total, "zone_tx": field.zone},

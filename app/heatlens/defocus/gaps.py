@@ -1,12 +1,12 @@
 """Find the gaps between the things in a picture, where it is best cut into layers.
 
-Depths are compared in dioptres, in which the blurs of two things differ by the same at every focus.
-So gaps belong to what is seen and not to the lens: while focus or iris move, every thing stays in
-its layer, except when it comes into focus.
+Depths are compared in dioptres, because the blurs of two things then differ equally at every focus.
+So gaps depend on the picture and not on the lens: while focus or iris move, everything stays in its
+layer, except when it comes into focus.
 
 The cost of a set of cuts is estimated, with weights that suit many pictures: things of different
-blur that share a layer insulate each other, a thing that a cut crosses is blurred in two parts, and
-every layer takes time. Dynamic programming finds the cheapest of all sets.
+blur in one layer keep light from each other, a thing that a cut crosses is blurred in two parts,
+and every layer takes time. Dynamic programming finds the cheapest of all sets.
 """
 
 from functools import cache, lru_cache
@@ -22,8 +22,8 @@ GAPS_MAX = 6
 _CELLS = 256  # cells in which values are counted; a cut is between two cells
 _STRAY = 0.0005  # share of the values at either end that does not widen the cells
 _POWER = 0.65  # exponent of the distance of two values in the cost of sharing a layer
-_CROSSING = 0.12  # cost of a cut, if all values were at it
-_NEARBY = 0.02  # distance from a cut, as a share of the range, at which a value counts 1/e of that
+_CROSSING = 0.12  # cost of a cut through all values
+_NEARBY = 0.02  # distance from a cut, as a share of the range, at which a value counts only 1/e
 _LAYER = 0.0005  # cost of one more layer
 _SOFTNESS = 0.01  # half width of a cut's transition, as a share of the range
 
@@ -56,7 +56,7 @@ def _cheapest_cuts(cells: Array) -> list[int]:
 
 
 def _layer_costs(cells: Array) -> Array:
-    """Return the cost of a layer (begin, end) from one place to another; infinite if not after."""
+    """Return the cost of a layer from each place (begin) to each later one (end), else infinity."""
     pairs = np.zeros((_CELLS + 1, _CELLS + 1))
     pairs[1:, 1:] = (cells[:, None] * cells * _weights()[0]).cumsum(axis=0).cumsum(axis=1)
     own = np.diagonal(pairs)

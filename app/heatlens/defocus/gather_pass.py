@@ -52,7 +52,7 @@ def gather_steps(size: tuple[int, int], reach: tuple[int, int]) -> list[GatherSt
 
 
 class GatherPass:
-    """The mean over a disc of each pixel's own circle of confusion, a sample for each pixel of it.
+    """Gives each pixel the mean of all pixels within its own circle of confusion.
 
     A weakness of the method: a blurred foreground keeps a sharp silhouette, because the pixels
     outside it have small discs.

@@ -25,9 +25,9 @@ from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
 
 SPRITES_MAX = 4096
-_AREA_MAX = 24.0  # pixels drawn for each of the picture: hundreds of discs a third of it wide
-_SURROUNDINGS_PX = 16.0  # least diameter over which a pixel's surroundings are taken
-_PIXELS_A_BAND = 1 << 17  # drawn in a step: hundreds of discs may lie over each other there
+_AREA_MAX = 24.0  # pixels drawn per pixel of the picture: hundreds of discs a third as wide
+_SURROUNDINGS_PX = 16.0  # smallest diameter of the surroundings of a pixel
+_PIXELS_A_BAND = 1 << 17  # drawn in a step, because hundreds of discs may overlap there
 _TALLY_BYTES, _SPRITE_BYTES = 40, 32
 PLAN_BYTES = 32
 
@@ -97,7 +97,7 @@ class WithoutHighlights:
     low     RGBA, the part to diffuse
     high    RGBA, the part to draw as discs, and its signed coc
     around  R of half the size, the luminance that highlights exceed
-    lists   the same of fragment lists, where there are lists
+    lists   the same for fragment lists; None without lists
     """
 
     low: moderngl.Texture
@@ -276,7 +276,7 @@ class HighlightDrawPass:
         band: tuple[int, int, int, int],
         has_places: bool,
     ) -> None:
-        """Draw into `band` (x, y, width, height) alone; set all state, which others change."""
+        """Draw only into `band` (x, y, width, height); set all state that others change."""
         listed = {"LISTS": picture.lists is not None, "FINE_RIMS": has_places}
         switches = listed | optics.disc.switches
         program = self._programs.with_(**switches)

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-# With this one the radius at half height is within about 3 % of the disc's from d = 4 px on.
+# With this value, the radius at half height is within 3 % of the disc's from d = 4 px on.
 DISC_COMPACT = 0.1
 
 # The rims for which there are kernels; those in between are mixed.

@@ -1,8 +1,8 @@
 """Cut the picture into depth layers, by signed circle of confusion.
 
-One cut parts what is in focus from what is in front of it, and one is behind the focus. All nearer
-ones are in gaps between things (`gaps`). A cut is used as soon as one pixel is within its
-transition, so that it appears and disappears without a jump during a rack focus.
+One cut separates what is in focus from what is in front of it, and another lies behind the focus.
+All nearer cuts are in gaps between things (`gaps`). A cut is used as soon as one pixel is within
+its transition, so that it appears and disappears without a jump during a rack focus.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-FIRST_CUT_PX = -1.0  # parts what is sharp from what is in front of it
+FIRST_CUT_PX = -1.0  # between what is sharp and what is in front of it
 FIRST_SOFTNESS_PX = 0.4  # half width of its transition: wide, because every pull passes it
 FAR_CUT_PART = 1 / 3  # position of the far cut, as a share of the farthest coc ...
 FAR_CUT_LEAST_PX = 2.0  # ... but at least this

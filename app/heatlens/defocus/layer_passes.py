@@ -23,7 +23,7 @@ class Layer:
     color  rgb premultiplied by coverage, a = coverage; hidden pixels to fill are marked
     state  r = |coc| in pixels of the layer, g = how much content it has, 0..1
     mask   the active tiles; `listed` has the same tiles as a list
-    told   what the fragment lists know of it (layer_split.comp.glsl); None without lists
+    told   what the fragment lists tell of each pixel (layer_split.comp.glsl); None without lists
     """
 
     color: moderngl.Texture
@@ -76,7 +76,7 @@ class LayerSplitPass:
 
 
 def _of_both_sizes(ctx: moderngl.Context, shader: str) -> dict[bool, ComputeProgram]:
-    """Return two programs, by whether the layer is smaller than the picture."""
+    """Return two programs: for whole layers, and for layers smaller than the picture."""
     return {False: ComputeProgram(ctx, shader), True: ComputeProgram(ctx, shader, {"REDUCED": 1})}
 
 
@@ -110,7 +110,7 @@ def block_size(size: tuple[int, int]) -> tuple[int, int]:
 
 
 class HiddenFillPass:
-    """Guesses hidden colours by continuing visible structures behind nearer layers."""
+    """Guesses hidden colours: continues visible structures behind nearer layers."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")

@@ -14,8 +14,8 @@ from heatlens.defocus.optics import Optics
 
 REDUCTIONS = (8, 4, 2)
 LEAST_REDUCED_PX = 8.0  # smallest coc of a reduced layer, in its own pixels
-LEAST_REDUCED_SIDE = 64  # smallest shorter side of a reduced layer; below, there is little to gain
-SPREAD = 1.0  # reach of a kernel, relative to the coc: its tail beyond is below a thousandth
+LEAST_REDUCED_SIDE = 64  # smallest shorter side of a reduced layer; smaller ones gain little
+SPREAD = 1.0  # reach of a kernel, relative to the coc; beyond it, less than a thousandth is left
 MARGIN_PX = 8.0  # neighbourhood used by the fill, and by enlarging a reduced layer
 
 

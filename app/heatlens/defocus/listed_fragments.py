@@ -16,10 +16,10 @@ from heatlens.model.coc import CocLine
 class FragmentBuffers:
     """The fragment lists of a plate, packed as lib/fragment_list.lib.glsl reads them.
 
-    starts       one word per pixel, and one more
+    starts       one word per pixel, and one more as the end
     words        three words per fragment
     size         width and height of the plate, pixels
-    is_measured  the file has the coverage of visible surfaces, so that silhouettes need no guess
+    is_measured  the file has the coverage of visible surfaces, so that silhouettes are not guessed
     origin       position of the plate's first pixel among the pixels with lists
     stride       pixels with lists per row; 0 for the plate's width
     is_exact     the lists were rendered with the picture, and need not be matched to it

@@ -1,4 +1,4 @@
-"""Describe lens and plate to the blur, in pixels."""
+"""Describe the lens and the plate for the blur, in pixels."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -57,8 +57,8 @@ class Optics:
     def uncovered_px(self) -> int:
         """How far behind a silhouette hidden content can show.
 
-        The blur of the nearer surface uncovers half its diameter; the blur of the farther one adds
-        half of its own.
+        The blur of the nearer surface uncovers half its own diameter, and the blur of the farther
+        surface adds half of its own.
         """
         uncovering = max(-self.nearest_px, 0.0)
         widest = max(uncovering, abs(self.farthest_px))

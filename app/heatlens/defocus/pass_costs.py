@@ -38,7 +38,7 @@ class Work:
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """Bytes per pixel of all runs in a frame; None if only the plate decides."""
+    """Bytes per pixel of all runs in a frame; None if they depend only on the plate."""
 
     moved: float | None
     least: float | None
@@ -68,7 +68,7 @@ def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> flo
     once = reads.node + reads.source
     end = reads.finish + reads.written
     match solver:
-        case SolverName.PARTITION:  # all between stays on the chip
+        case SolverName.PARTITION:  # everything in between stays on the chip
             return once + end
         case SolverName.SWEEP:  # s and t of each block, written and read back; pixels twice
             kept = poles * (value + system.num_bytes) / SweepSolver.BLOCK
@@ -88,9 +88,9 @@ def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> flo
 def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
     """Return the bytes per pixel of a blur: rows and columns for each step."""
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
-    poles, coc_again = _POLE_LAYER * pole_layers(kernel), _COC  # is the pixel in focus?
+    poles, coc_again = _POLE_LAYER * pole_layers(kernel), _COC  # read again: in focus?
     read_twice = 0
-    if solver is SolverName.PARTITION:  # it keeps the coc; a texel of both parts is read for each
+    if solver is SolverName.PARTITION:  # keeps the coc, and reads a texel of both parts twice
         coc_again = 0
         read_twice = _POLE_LAYER * PartitionSolver.shared_texels(system)
     rows = AxisReads(_COC, _COLOR, 0, poles)
@@ -122,7 +122,7 @@ def highlights_found_bytes(work: Work, runs: int) -> Traffic:
 
 
 def highlights_listed_bytes(work: Work, runs: int) -> Traffic:
-    """Count two reads of the highlights, and counts and offsets written and read again."""
+    """Count two reads of the highlights; counts and offsets are written and read again."""
     width, height = work.size
     blocks = block_count(work.size) / (width * height)
     moved = 2 * _COLOR + blocks * (3 * _TALLY + 2 * _OFFSET)
@@ -186,14 +186,14 @@ def limits_bytes(work: Work, runs: int) -> Traffic:
 
 
 def alpha_bytes(work: Work, runs: int) -> Traffic:
-    """Count alpha read from the plate, and written into the picture, which is read for that."""
+    """Count alpha read from the plate, and the picture read and written to take it."""
     taken_out, joined = _COLOR + _COLOR, _COLOR + _COLOR + _COLOR
     moved = runs / 2 * (taken_out + joined)
     return Traffic(moved, moved)
 
 
 def colours_bytes(work: Work, runs: int) -> Traffic:
-    """Count a picture read, and channels of it written into another, which is read for that."""
+    """Count a picture read, and another one read and written to take its channels."""
     return Traffic(runs * 3 * _COLOR, runs * 3 * _COLOR)
 
 

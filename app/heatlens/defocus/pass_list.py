@@ -12,8 +12,8 @@ from heatlens.defocus.line_solver import LineSystem
 from heatlens.defocus.pass_costs import Traffic, Work
 from heatlens.gpu.program_versions import PLAIN, Variants, crossed, either
 
-# Where a name has its memory: a name, also with the only reduction that it is used for; "" if the
-# memory is called as it is.
+# Where a name has its memory: the name of the memory, perhaps with the only reduction for which it
+# is used; "" if memory and name are called the same.
 Places = Mapping[str, str | tuple[str, int]]
 
 
@@ -23,7 +23,7 @@ class Pass:
 
     shaders     the builds of each shader, by its file; a file may belong to several passes
     traffic     the bytes per pixel that it moves in a number of runs
-    writes      the names whose memory it is the first to write
+    writes      the names whose memory this pass is the first to write
     reads_last  the names whose memory no later pass reads; others stay until the next picture
     alone       the names whose memory only this pass uses
     systems     the systems of lines that it solves
@@ -59,8 +59,8 @@ def _own(*names: str) -> dict[str, str]:
     return dict.fromkeys(names, "")
 
 
-# In their order. "layer split" to "composite" run once for each layer, "colours" after all passes
-# before it for each colour, and each of the last three replaces "alpha" to "highlights drawn".
+# The passes in order. "layer split" to "composite" run once for each layer; all passes up to
+# "colours" run for each colour; each of the last three replaces "alpha" to "highlights drawn".
 PASSES: tuple[Pass, ...] = (
     Pass(
         "proxy",
@@ -75,7 +75,7 @@ PASSES: tuple[Pass, ...] = (
         "alpha", _comp("alpha_as_color", "alpha_join"), pass_costs.alpha_bytes, _own("alpha plate")
     ),
     Pass(
-        "highlights found",  # a pixel is compared with its surroundings at half the size
+        "highlights found",  # at half size, each pixel is compared with its surroundings
         _comp("highlight_luminance", "highlight_split", variants=_LISTS),
         pass_costs.highlights_found_bytes,
         _own("low", "low fragments", "around") | {"high": ("layer", 1)},
@@ -97,7 +97,7 @@ PASSES: tuple[Pass, ...] = (
         _own("highlight tally", "highlight offset"),
     ),
     Pass(
-        "far parts",  # what parts of the lens see behind the focus
+        "far parts",  # the views of parts of the lens behind the focus
         _comp("far_links", "far_view", "far_sum", "far_edges", "far_zone", "far_over"),
         pass_costs.far_parts_bytes,
         _own("far sum", "far zone"),
@@ -105,7 +105,7 @@ PASSES: tuple[Pass, ...] = (
         | {"far view": ("layer", 1), "far coc": "layer coc", "far poles": "poles"},
     ),
     Pass(
-        "fragments",  # the picture taken apart at its silhouettes
+        "fragments",  # the picture is split at its silhouettes
         _comp("fragments_find", "fragments_far", variants=_LISTS) | _comp("fragments_near"),
         pass_costs.fragments_bytes,
         _own("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),

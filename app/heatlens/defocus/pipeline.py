@@ -41,7 +41,8 @@ from heatlens.gpu.buffer_parts import BufferPart
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 
 _NO_COST = (-1.0, -1.0, -1.0, -1.0)  # marks visible pixels for hidden_fill.comp.glsl
-SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)  # handle a focus for each colour by themselves
+# These methods handle a different focus for each colour themselves.
+SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)
 
 
 class DefocusPipeline:
@@ -54,7 +55,7 @@ class DefocusPipeline:
         self._places: moderngl.Texture | None = None  # subpixel positions of the light
         self._reduced = ReducedPlate(ctx, passes.proxy, passes.proxy_lists)
         self._rounds = ColorRounds(passes.colors)
-        self.on_layer: Callable[[int, int], None] | None = None  # called with layers done, and all
+        self.on_layer: Callable[[int, int], None] | None = None  # called with layers done and total
 
     def steps(
         self,
@@ -229,7 +230,7 @@ class DefocusPipeline:
         settings: DefocusSettings,
         lists: ListedFragments | None,
     ) -> Steps[FarField | None]:
-        """Blur what lies behind the focus in parts of the lens; None where that is not done."""
+        """Blur the far field in parts of the lens; return None if it is blurred in layers."""
         least_px = FAR_FROM_PX * settings.proxy
         if lists is None or not is_in_parts(optics, settings, lists.is_open):
             return None

@@ -1,4 +1,4 @@
-"""Depth of field from a pyramid of ever smaller pictures, read at the level that fits the blur.
+"""Compute depth of field from a pyramid of ever smaller pictures, read at the level of the blur.
 
 Burt and Adelson 1983 make the levels, Williams 1983 reads between them.
 """
@@ -15,7 +15,7 @@ Place = tuple[int, int, int, int]  # corner x, y and size x, y
 
 
 def level_variance(level: int) -> float:
-    """Return pixels^2 along each axis of a level that is read linearly.
+    """Return the variance, in pixels^2 along each axis, of a level that is read linearly.
 
     See pyramid_read.comp.glsl.
     """
@@ -26,7 +26,7 @@ def level_places(size: tuple[int, int], widest_px: float) -> list[Place]:
     """Return where levels 1, 2, .. lie in one texture, as many as discs `widest_px` across need.
 
     The first is on the left, all others in a column beside it. A level has one pixel more than half
-    of the level below, to interpolate to; below 2 pixels it would not shrink.
+    of the level below, for interpolation; below 2 pixels it would not shrink.
     """
     places: list[Place] = []
     width, height = size
@@ -52,7 +52,7 @@ def widest_px(optics: Optics) -> float:
 
 
 class PyramidPass:
-    """Makes the levels, then reads each pixel from two of them: the same work for every blur.
+    """Makes the levels, then reads each pixel from two of them, whatever the blur.
 
     Sharp pixels bleed into blurred neighbours, because the pyramid ignores depth.
     """

@@ -56,7 +56,7 @@ def layers_for(settings: DefocusSettings) -> int:
 
 
 def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, ...]:
-    """Return sentences if the method cannot use what a plate has behind it, or lacks it."""
+    """Return sentences if the method cannot use the surfaces behind a plate, or lacks them."""
     notes = []
     if plate.fragments is not None and layers_for(settings) == 1:
         notes.append(

@@ -1,4 +1,4 @@
-"""Depth of field by scattering: each pixel is drawn as its disc, far to near.
+"""Compute depth of field by scattering: each pixel is drawn as its disc, far to near.
 
 Discs are drawn as instanced quads, sorted into bins of depth. Within a bin they add up, because the
 discs of one surface share its pixels and do not hide each other; bins are composited. Compositing
@@ -28,7 +28,7 @@ from heatlens.gpu.shader_constants import (
 )
 from heatlens.model.disc_shape import DiscShape
 
-_FRAGMENTS_PER_STEP = 2**23  # some tenths of a second on a processor: a window answers in between
+_FRAGMENTS_PER_STEP = 2**23  # takes some tenths of a second on a processor
 
 Counts = npt.NDArray[np.uint32]
 
@@ -37,8 +37,9 @@ Counts = npt.NDArray[np.uint32]
 class ScatterTargets:
     """The textures in which discs are drawn and composited, all of the picture's size.
 
-    light, cover          RGBA and red, the sums of one bin out_color, out_cover  RGBA and red, what
-    the bins make together place, pixel          buffers: see `buffer_bytes`
+    light, cover          RGBA and red, the sums of one bin
+    out_color, out_cover  RGBA and red, the composite of all bins
+    place, pixel          buffers: see `buffer_bytes`
     """
 
     light: moderngl.Texture
@@ -67,10 +68,7 @@ def _disc_sum(disc: DiscShape, radius: float) -> float:
 
 
 def bin_places(counts: Counts) -> Counts:
-    """Return (rows, SCATTER_BINS).
-
-    Where the pixels of a row and bin begin, the farthest bin first.
-    """
+    """Return (rows, SCATTER_BINS): where the pixels of each row and bin begin, far bins first."""
     far_to_near = counts[:, ::-1].T.astype(np.uint64)  # bins, rows
     flat = far_to_near.ravel()
     places = (np.cumsum(flat) - flat).reshape(far_to_near.shape)

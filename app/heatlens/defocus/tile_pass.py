@@ -20,7 +20,7 @@ from heatlens.model.settings import LAYERS_MAX
 
 @dataclass(frozen=True)
 class TileContent:
-    """The content of each tile: bit l of a word is set if layer l has content; nearest coc."""
+    """For each tile, a word with bit l set if layer l has content there, and the nearest coc."""
 
     content: moderngl.Buffer
     nearest: moderngl.Buffer
@@ -150,14 +150,14 @@ class SeenBitsPass:
 
 
 def _tiles_of(plan: LayerPlan, size: tuple[int, int], optics: Optics) -> tuple[int, int, int, int]:
-    """Return what lib/tile_reach.lib.glsl knows of a layer's tiles."""
+    """Return the uniforms of lib/tile_reach.lib.glsl for a layer."""
     tile_px, wider = float(TILE * plan.reduction), max(optics.disc.half_extents)
     reach = reach_tiles(plan, optics.nearest_px, wider, tile_px)
     return (*tile_count(plan.size(size)), reach, plan.reduction)
 
 
 def _for_all(of_layers: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
-    """Return values of layers as a uniform array for as many as there can be."""
+    """Return values of layers as a uniform array, padded to the largest number of layers."""
     return (*of_layers, *((0,) * len(of_layers[0]),) * (LAYERS_MAX - len(of_layers)))
 
 

@@ -69,7 +69,7 @@ class Aperture(OpeningFields):
 
     @property
     def grid(self) -> ImageGrid | None:
-        """The light of the image, rotated as in the lens; None without an image.
+        """The light of the image, rotated with the lens; None without an image.
 
         Raises LensError if the file of the image was not read.
         """
@@ -94,7 +94,7 @@ class Aperture(OpeningFields):
 
     @property
     def spreads(self) -> Pair:
-        """Standard deviation of a disc in front of the focus and behind it, over a round disc's."""
+        """Standard deviations of discs before and behind the focus, relative to a round disc."""
         if self.is_plain:
             return 1.0, 1.0
         front, behind = (self._variance(rim) for rim in (-self.rim, self.rim))
@@ -112,7 +112,7 @@ class Aperture(OpeningFields):
         return _light(self.diaphragm, rim)
 
     def covers(self, u: ArrayLike, v: ArrayLike) -> NDArray[np.bool_]:
-        """Return whether light passes at the points (u, v), of the shape of the arguments.
+        """Return whether light passes at the points (u, v), as an array of their shape.
 
         This is for the middle of the picture, where the barrel cuts nothing.
         """
@@ -129,9 +129,10 @@ class Aperture(OpeningFields):
         """Return the points (n, 2) of the opening that belong to `square` (n, 2) in [0, 1)^2.
 
         Equal areas of the square become equal areas of the opening, so that even points stay even.
-        `radius` is that of the lens and gives the points its unit. Neighbours stay neighbours, as
-        quasi-random points require: this is the concentric map of Shirley and Chiu 1997. With an
-        image equal areas become equal light. The caller's weights must account for barrel and rim.
+        `radius` is that of the lens, in the unit that the points shall have. Neighbours stay
+        neighbours, as quasi-random points require: this is the concentric map of Shirley and Chiu
+        1997. With an image equal areas become equal light. The caller's weights must account for
+        barrel and rim.
         """
         across, up = self.half_extents
         grid = self.grid
@@ -169,7 +170,7 @@ def _variance(blades: Blades, rim: float) -> float:
     return opening.variance(blades, rim)
 
 
-# Neither light nor variance is another one where the image is turned.
+# Turning the image changes neither its light nor its variance.
 
 
 @lru_cache(maxsize=64)

@@ -44,7 +44,7 @@ def coc_line(lens: Lens, display_width_px: int) -> CocLine:
     `DiscShape` says what shape of that diameter a disc has, and counts pixels that are not square.
     """
     per_dioptre_px = _per_dioptre_mm(lens) * display_width_px / lens.sensor_width_mm
-    # This division undone by `coc_px` gives exactly zero on the focus.
+    # With this division, `coc_px` gives exactly zero on the focus.
     return CocLine(-per_dioptre_px / lens.focus_distance_m, per_dioptre_px)
 
 
@@ -75,7 +75,7 @@ def axial_px(lens: Lens, display_width_px: int) -> float:
 
 
 def axial_dioptres(lens: Lens) -> float:
-    """Return 1 / focus distance in blue less that in green, and in green less that in red.
+    """Return 1 / focus distance in blue minus that in green, and in green minus that in red.
 
     This makes discs wider by `axial_px`.
     """
@@ -106,7 +106,7 @@ def near_limit_m(lens: Lens) -> float:
 def far_limit_m(lens: Lens) -> float:
     """Return the farthest depth that looks sharp, where coc = +c.
 
-    Infinite from the hyperfocal distance on.
+    It is infinite from the hyperfocal distance on.
     """
     dioptres = 1.0 / lens.focus_distance_m - sharp_dioptres(lens)
     return 1.0 / dioptres if dioptres > 0 else math.inf

@@ -16,7 +16,7 @@ from heatlens.model.interpolation import (
     monotone_slope,
 )
 
-# Keys nearer than this are one: no shutter is so fast, and no pointer on a timeline so exact.
+# Keys closer together than this count as one: no shutter is as fast, and no pointer as exact.
 SAME_FRAME = 1e-3
 # Half of it, so that keys moved together stay apart although sums are rounded.
 _FRAMES_APART = SAME_FRAME / 2
@@ -26,7 +26,7 @@ _FRAMES_APART = SAME_FRAME / 2
 class Key:
     """A value that a curve passes through exactly.
 
-    frame          between two frames is allowed
+    frame          may lie between two frames
     value          in the parameter's own unit: metres, not dioptres
     interpolation  of the segment after this key
     ease_out       handle into the segment after it, if that is a Bezier
@@ -65,7 +65,7 @@ class Curve:
                 )
 
     def value_at(self, frame: float) -> float:
-        """Return the value at any time, in the parameter's unit; at a key exactly the key's.
+        """Return the value at any time, in the parameter's unit; at a key, exactly that of the key.
 
         Raises ValueError for a curve without keys.
         """
@@ -103,13 +103,13 @@ class Curve:
     def moved(self, frames: Collection[float], by_frames: float) -> "Curve":
         """Return the curve with the keys at these frames moved.
 
-        They replace those that they land on.
+        A moved key replaces a key that is already at its new frame.
         """
         kept = self.without_keys(frames).keys
         return self._merged(kept, _shifted(self._keys_at(frames), by_frames))
 
     def rippled(self, from_frame: float, by_frames: float) -> "Curve":
-        """Return the curve with the keys from `from_frame` on moved, later or earlier.
+        """Return the curve with all keys from `from_frame` on moved later or earlier.
 
         Moving earlier cuts frames out, and the keys in those frames are removed.
         """
@@ -119,14 +119,14 @@ class Curve:
         return self._merged(kept, _shifted(late, by_frames))
 
     def copied(self, frames: Collection[float]) -> tuple[Key, ...]:
-        """Return the keys at these frames, counted from the first of them, for `pasted`."""
+        """Return the keys at these frames for `pasted`, with frames relative to the first key."""
         chosen = self._keys_at(frames)
         return tuple(_shifted(chosen, -chosen[0].frame)) if chosen else ()
 
     def pasted(self, keys: Collection[Key], at_frame: float) -> "Curve":
         """Return the curve with copied keys from `at_frame` on.
 
-        They replace those at their frames.
+        Pasted keys replace those at their frames.
         """
         return self._merged(self.keys, _shifted(keys, at_frame))
 
@@ -137,7 +137,7 @@ class Curve:
         """
         if scale is self.scale:
             return self
-        Curve(self.keys, scale)  # refuses values before their slopes are asked for
+        Curve(self.keys, scale)  # raises for values outside the scale, before slopes are computed
         keys = (
             _steepened(key, scale.slope_at(key.value) / self.scale.slope_at(key.value))
             for key in self.keys
@@ -170,7 +170,7 @@ class Curve:
         frames = end.frame - start.frame
         u = (frame - start.frame) / frames
         ends = self.scale.place_of(start.value), self.scale.place_of(end.value)
-        reached = [start.value, end.value]  # no path leaves these, but for handles that do
+        reached = [start.value, end.value]  # only handles can leave this range
         match start.interpolation:
             case Interpolation.HOLD:
                 return start.value
@@ -186,7 +186,7 @@ class Curve:
                 tips = (ends[0], out[1]), (ends[1], -into[1])
                 reached += [self.scale.value_at(at + rise) for at, rise in tips if rise]
         low, high = min(reached), max(reached)
-        return min(max(self.scale.value_at(place), low), high)  # rounding stays within too
+        return min(max(self.scale.value_at(place), low), high)  # also in spite of rounding
 
     def _slope(self, index: int) -> float:
         """Return the slope at a key on the scale.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from heatlens.model.value_bins import ValueBins
 
 BINS = 160
-_NEAR_ROOM = 1.12  # dioptres beyond the nearest surface, so that focus can be set in front of it
+_NEAR_ROOM = 1.12  # range beyond the nearest dioptres, so that focus can be set in front
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class DepthHistogram:
 
 
 def dioptres_shown(nearest: float) -> float:
-    """Return the dioptres at the near end of a scale whose nearest surface is at `nearest`."""
+    """Return the dioptres at the near end of the scale, for the dioptres of the nearest surface."""
     return nearest * _NEAR_ROOM
 
 
@@ -40,7 +40,7 @@ def depth_histogram(dioptres: ValueBins, least_most: float = 0.0) -> DepthHistog
     """
     most = dioptres_shown(dioptres.high)
     if not 0.0 < most < math.inf:
-        most = least_most or 1.0  # nothing was hit: any scale serves
+        most = least_most or 1.0  # any scale will do where nothing was hit
     most = max(most, least_most)
     counts, _ = np.histogram(dioptres.middles, BINS, (0.0, most), weights=dioptres.counts)
     heights = np.sqrt(counts / max(int(counts.max()), 1))

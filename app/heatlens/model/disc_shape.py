@@ -11,7 +11,7 @@ from heatlens.model.aperture import Aperture, shape_uniforms
 from heatlens.model.opening import Barrel
 from heatlens.model.picture_field import PictureField
 
-# The centre of a disc has no direction to its rim; nearer than this, in pixels, is the centre.
+# Points nearer to the centre than this, in pixels, have no direction to the rim.
 _CENTRE_PX = 1e-6
 
 Array = NDArray[np.float64]
@@ -26,10 +26,9 @@ class DiscShape:
     signed circle of confusion: at radius r the point (u, v) of the aperture lights the offset
     (r u, -r v pixel_aspect_ratio), so that in front of the focus the image stands on its head.
 
-    pixel_aspect_ratio   width of a pixel over its height: where pixels are wide, the same length
-                         covers more of them going down
-    in_picture           its middle and corners, for a shape that changes towards these
-    axial_px             signed diameter of a disc in blue less that in green, and of green less red
+    pixel_aspect_ratio   width of a pixel over its height; wide pixels make a disc taller in pixels
+    in_picture           middle and corners, for a shape that changes towards the corners
+    axial_px             signed diameter in blue minus that in green, and in green minus red
     """
 
     aperture: Aperture = field(default_factory=Aperture)
@@ -64,9 +63,9 @@ class DiscShape:
 
     @property
     def spreads(self) -> Pair:
-        """Standard deviations along x and y over those of a round disc of the same radius.
+        """Standard deviations along x and y, relative to a round disc of the same radius.
 
-        The smaller of those on the two sides of the focus, in the middle of the picture.
+        They are the smaller ones of the two sides of the focus, in the middle of the picture.
         """
         x, y = self.half_extents
         spread = min(self.aperture.spreads)
@@ -113,12 +112,12 @@ class DiscShape:
         ramp_px: float,
         place_px: Pair = (0.0, 0.0),
     ) -> Array:
-        """Return how much light the pixels at the offsets (x, y) get, 1 for a pixel wholly inside.
+        """Return the share of light of pixels at the offsets (x, y), 1 wholly inside the disc.
 
         With a rim that is not flat, 1 is the mean over a round disc. The rim is a ramp of half
-        width `ramp_px` all around. The distance to it is to first order: the implicit function of
-        the opening over the length of its gradient. `place_px` is the centre of the disc; the axial
-        colour is not counted.
+        width `ramp_px` all around. The distance to the rim is a first-order estimate: the implicit
+        function of the opening over the length of its gradient. `place_px` is the centre of the
+        disc; the axial colour is not counted.
         """
         if not self.is_plain:
             return self._shaped_coverage(x, y, radius_px, ramp_px, place_px)

@@ -8,7 +8,7 @@ THIRD_STOPS = (
     *(0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 3.5, 4.0, 4.5, 5.0),
     *(5.6, 6.3, 7.1, 8.0, 9.0, 10.0, 11.0, 13.0, 14.0, 16.0, 18.0, 20.0, 22.0, 25.0, 29.0, 32.0),
 )
-_SAME = 1e-4  # relative: 2.8 that went through a float32 is still 2.8
+_SAME = 1e-4  # relative, so that 2.8 stays 2.8 after rounding to float32
 
 
 def stepped(f_stop: float, steps: int) -> float:

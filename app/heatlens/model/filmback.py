@@ -15,7 +15,7 @@ from heatlens.base.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class Filmback:
-    """Width and height of the sensor or film gate, in millimetres, and where the size is from."""
+    """Width and height of the sensor or film gate in millimetres, and the source of the size."""
 
     name: str
     width_mm: float

@@ -1,7 +1,7 @@
 """Turn the distances of a thing over the frames into a focus that follows it, as few keys.
 
-The order is that of an assistant's hand: what is hidden is bridged, small moves are ignored, the
-hand is late or early, moves gently, and no faster than the ring turns.
+The steps are those of an assistant's hand: it bridges what is hidden, ignores small moves, is late
+or early, moves gently, and is no faster than the ring turns.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from heatlens.model.option import option_field, options_of
 from heatlens.model.pull import performed
 from heatlens.model.shot import Shot
 
-_REDUCED = 0.125  # part of the sharp range by which the keys may miss the curve
+_REDUCED = 0.125  # the keys may miss the curve by this part of the sharp range
 Distances = Mapping[int, float | None]  # metres by frame; None where the thing is hidden
 
 
@@ -70,7 +70,7 @@ class Follow:
 def followed(shot: Shot, distances_m: Distances, follow: Follow | None = None) -> Shot:
     """Return the shot with the focus on a thing at all frames of `distances_m`.
 
-    Its keys replace those that there were. With the default `follow` the focus is off by no more
+    Its keys replace all keys in their range. With the default `follow` the focus is off by no more
     than a quarter of the sharp range. Raises InputError if the thing is hidden at every frame,
     LensError if it comes nearer than a lens can be focused.
     """
@@ -98,7 +98,7 @@ def bridged(distances_m: Sequence[float | None]) -> list[float]:
 
 
 def _settled(track: list[float], slack: list[float]) -> list[float]:
-    """Return the track of a hand that moves only as far as the slack of each frame asks."""
+    """Return the track of a hand that moves only when it must, by the slack at each frame."""
     at, settled = track[0], []
     for place, reach in zip(track, slack, strict=True):
         at = min(max(at, place - reach), place + reach)
@@ -112,7 +112,7 @@ def _late(track: list[float], frames: int) -> list[float]:
 
 
 def _eased(track: list[float], reach: int) -> list[float]:
-    """Return the mean over as many frames before as after, as far as the track reaches."""
+    """Return the running mean over equally many frames before and after."""
     eased = []
     for at in range(len(track)):
         near = min(reach, at, len(track) - 1 - at)

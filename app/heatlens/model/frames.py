@@ -9,14 +9,14 @@ from fractions import Fraction
 
 from heatlens.base.errors import InputError
 
-# Frame numbers are counted or made of a time of day; both have nine digits at most.
+# Frame numbers are counted or encode a time of day; both have at most nine digits.
 FRAME_MOST = 999_999_999
-# Eleven hours at 24 frames per second. More is a slip of the keyboard, and would fill the memory.
+# Eleven hours at 24 frames per second. A longer range is a typing error, and would fill the memory.
 _COUNT_MOST = 1_000_000
 _RATE_MOST = 10_000.0
 _RANGE = re.compile(r"(-?[0-9]{1,9})(?:-(-?[0-9]{1,9}))?")
 
-FRAMES_PER_SECOND = 24.0  # what OpenEXR takes for granted where a header tells no rate
+FRAMES_PER_SECOND = 24.0  # the rate that OpenEXR assumes if a header has none
 
 
 @dataclass(frozen=True, slots=True)

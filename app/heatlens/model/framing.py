@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 _UNIT_LEAST_M, _UNIT_MOST_M = 1e-9, 1e9
 SIZE_MOST_PX = 16384
 _FAR_MOST_M = 1e9
-_UNIT = 1e-12  # so near to it a length is 1 but for rounding
+_UNIT = 1e-12  # a length this near to 1 differs from it only by rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class Pose:
         if not 1e-6 < length < 1e6:
             raise InputError(f"{self.orientation} is not an orientation: a quaternion of length 0.")
         if abs(length - 1.0) < _UNIT:
-            length = 1.0  # a pose made again of its own values is the same to the last bit
+            length = 1.0  # so that a pose made from the values of another is equal to the last bit
         unit = tuple(float(value) / length for value in self.orientation)
         object.__setattr__(self, "orientation", unit)
         object.__setattr__(self, "position_m", tuple(map(float, self.position_m)))
@@ -194,7 +194,7 @@ class CameraTrack:
         return _merged(kept, _shifted((k for k in self.keys if k.frame in frames), by_frames))
 
     def rippled(self, from_frame: float, by_frames: float) -> "CameraTrack":
-        """Return the track with the keys from `from_frame` on moved; they replace those passed."""
+        """Return the track with keys from `from_frame` on moved; keys on the way are replaced."""
         stay_until = from_frame + min(by_frames, 0.0)
         kept = [key for key in self.keys if key.frame < stay_until]
         return _merged(kept, _shifted((k for k in self.keys if k.frame >= from_frame), by_frames))
@@ -261,10 +261,10 @@ class WorldAxis(StrEnum):
 class SceneTiming:
     """How to convert the seconds of a scene's file to frames, for files without frame numbers.
 
-    clip               the animation that is played, by its name or its number from 1 on; None for
-                       all at once
-    frames_per_second  frames of a second
-    first_frame        the frame at the first key of what is played; None for frame 1 at second 0
+    clip               the animation that is played, by name or by number from 1; None for all
+    frames_per_second  frames per second
+    first_frame        the frame at the first key
+    of what is played; None for frame 1 at second 0
 
     Raises InputError for an impossible frame rate.
     """
@@ -286,12 +286,12 @@ class Framing:
     width_px, height_px  of the picture; pixels are square
     camera               name of the scene's camera that is used, None for none
     track                a camera of the shot's own, which takes precedence over that
-    timing               how its seconds become frames; None for the default
+    timing               how the seconds of the scene become frames; None for the default
     up_axis              up axis, for files that do not define it
     meters_per_unit      metres in one unit of such a file
 
-    With neither camera nor track, the scene's first camera is used; without any, the whole scene is
-    seen. Raises InputError for an impossible size or unit.
+    With neither camera nor track, the scene's first camera is used; a scene without cameras is
+    shown whole. Raises InputError for an impossible size or unit.
     """
 
     width_px: int = 1280
@@ -323,7 +323,7 @@ class Framing:
     def at(self, pose: Pose, frame: float) -> "Framing":
         """Return the framing from another pose.
 
-        A track with several keys gets a key; else the pose is constant.
+        A track with several keys gets a key at the frame; otherwise the pose becomes constant.
         """
         track = self.track
         if track is not None and track.is_moving:

@@ -11,7 +11,7 @@ from heatlens.model.option import check_range, option
 
 # Width over height, by the name that people use.
 MATTES = {"2.39": 2.39, "1.85": 1.85, "16:9": 16 / 9, "4:3": 4 / 3, "1:1": 1.0, "9:16": 9 / 16}
-# Squeezes of the anamorphic lenses that there are.
+# Squeezes of existing anamorphic lenses.
 SQUEEZES = {"1.25": 1.25, "1.33": 4 / 3, "1.5": 1.5, "1.65": 1.65, "1.8": 1.8, "2": 2.0}
 # Parts of the picture that every screen shows. Source: EBU R 95.
 ACTION_SAFE, TITLE_SAFE = 0.93, 0.90

@@ -23,7 +23,7 @@ _SHORT = {"focus_distance_m": "focus", "f_stop": "f-stop"}
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """Steps before `now`, and those undone. `now` may be ahead of its last step: a drag goes on.
+    """Steps before `now`, and undone steps. During a drag, `now` is ahead of the last step.
 
     past      shots that undo goes back to, the latest last
     settled   the shot at the end of the last gesture

@@ -14,12 +14,12 @@ from enum import StrEnum
 
 from heatlens.base.errors import InputError
 
-# Beyond these a number is in the wrong unit; within them nothing here overflows.
+# Values beyond these are in the wrong unit; within them, nothing here overflows.
 _LEAST, _MOST = 1e-9, 1e12
 _DOUBLINGS_MOST = math.log2(_MOST)
 _SPEED_MOST = 1e9
 _REACH_LEAST = 1e-6
-_HALVINGS = 60  # of an interval of length 1: below the rounding of its ends
+_HALVINGS = 60  # halvings of an interval of length 1, down to the rounding of its ends
 _CLOSE = 1e-15
 
 
@@ -47,7 +47,7 @@ class Scale(StrEnum):
         return math.log2(value) if self is Scale.LOGARITHMIC else value
 
     def value_at(self, place: float) -> float:
-        """Return the value of a place; less than 0 dioptres, beyond infinity, is infinity."""
+        """Return the value of a place; below 0 dioptres, it is infinity."""
         if self is Scale.RECIPROCAL:
             return 1.0 / place if place > 1.0 / _MOST else math.inf
         # A handle can ask for any height, and 2**1024 is an error.
@@ -78,7 +78,7 @@ class Ease:
     speed_per_frame    slope of the curve at the key, in units of its scale; 0 eases to a rest
     """
 
-    influence_percent: float = 100 / 3  # with a speed of 0: 3 u^2 - 2 u^3, as a smooth pull
+    influence_percent: float = 100 / 3  # with a speed of 0 this is 3 u^2 - 2 u^3, a smooth pull
     speed_per_frame: float = 0.0
 
     def __post_init__(self) -> None:
@@ -121,7 +121,7 @@ def monotone_slope(before: tuple[float, float], after: tuple[float, float]) -> f
 
 
 def hermite(u: float, ends: tuple[float, float], rises: tuple[float, float]) -> float:
-    """Return the cubic over 0 <= u <= 1 with these values at its ends and these slopes over u."""
+    """Return the cubic over 0 <= u <= 1 with these values and slopes at its ends."""
     (start, end), (rise_0, rise_1) = ends, rises
     v = 1.0 - u
     eased = u * u * (3.0 - 2.0 * u)
@@ -143,7 +143,7 @@ def bezier(
 def _parameter_at(u: float, time_1: float, time_2: float) -> float:
     """Return where a Bezier's time is u, by Newton's method with bisection as a fallback.
 
-    With both inner times within 0 and 1 the time only grows, so there is one such place.
+    With both inner times between 0 and 1, time only grows, so that there is only one such place.
     """
     low, high, t = 0.0, 1.0, u
     for _ in range(_HALVINGS):

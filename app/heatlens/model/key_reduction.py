@@ -3,7 +3,7 @@
 A recording becomes cubic pieces, each as long as the tolerance allows. A piece begins and ends on
 samples and never goes beyond them: the slopes at its ends are found by least squares, within the
 bounds that keep a cubic monotone (F. N. Fritsch and R. E. Carlson, "Monotone Piecewise Cubic
-Interpolation", 1980). So no curve overshoots where the hand did not.
+Interpolation", 1980). So the curve overshoots only where the hand did.
 
 `linear_keys` meets a value which is known at every frame with the fewest keys.
 """
@@ -21,9 +21,9 @@ Samples = Sequence[tuple[float, float]]  # (frame, focus distance in metres), by
 
 # A handle of a third of the piece makes a Bezier the plain cubic with that slope at its end.
 _THIRD_PERCENT = 100 / 3
-_STEEPEST = 3.0  # times the chord: no cubic whose slopes stay below leaves the range of its ends
-_SWEEPS = 12  # of the two slopes in turn; each more than halves what is left of the way
-_ROUNDING = 1e-9  # relative, and in dioptres: what two ways to compute a cubic differ by
+_STEEPEST = 3.0  # times the chord; a cubic with smaller slopes stays within the range of its ends
+_SWEEPS = 12  # over both slopes in turn; each more than halves the remaining error
+_ROUNDING = 1e-9  # difference between two ways to compute a cubic, relative and in dioptres
 # Relative difference of a value that was rounded to float32 twice.
 _SAME = 2e-7
 
@@ -93,7 +93,7 @@ class _Recording:
         return found
 
     def _longest(self, start: int, last: int) -> _Piece:
-        """Return a long piece from `start`: lengths are doubled, then halved between two."""
+        """Return a long piece from `start`, found by doubling its length, then by bisection."""
         longest, reach = self.piece(start, start + 1), 2
         too_long = last - start + 1
         while reach < too_long:
@@ -133,7 +133,8 @@ class _Recording:
     ) -> tuple[float, float, list[tuple[float, float, float]]]:
         """Return the frames of a piece, its rise, and a row for each sample inside.
 
-        A row has the weights of both slopes, and how far the sample is off the cubic without.
+        A row has the weights of both slopes, and the distance of the sample from a cubic with
+        slopes of 0.
         """
         (first, at_first), (last, at_last) = self.samples[start], self.samples[end]
         low, frames = self.scale.place_of(at_first), last - first
@@ -180,7 +181,7 @@ class _Recording:
 
 
 def _within(slope: float, rise: float) -> float:
-    """Return the slope, over a piece with this rise, as far as the cubic stays monotone."""
+    """Return the slope, limited so that the cubic over a piece with this rise stays monotone."""
     low, high = sorted((0.0, _STEEPEST * rise))
     return min(max(slope, low), high)
 
@@ -233,7 +234,7 @@ def _slack(value: float, scale: Scale) -> float:
 
 
 def moving_part(samples: Samples, tolerance_dioptres: float) -> Samples:
-    """Return the samples without the frames at both ends at which the focus does not move yet.
+    """Return the samples without the frames at both ends at which the focus does not move.
 
     Each sample that is left out lies within the tolerance of the first or the last that stays.
     """

@@ -14,8 +14,8 @@ from heatlens.model.units import parse_distance_m
 
 # Share of the sensor's width that still looks sharp; a common rule for pictures seen whole.
 _SHARP_SHARE = 1 / 1500
-# No lens or sensor was ever made outside these, in mm or as an f-number: a value beyond them is in
-# the wrong unit. Within them every diameter of blur stays finite in float32.
+# No lens or sensor lies outside these ranges in mm or f-numbers; a value beyond is in the wrong
+# unit. Within them every diameter of blur stays finite in float32.
 _HARDWARE: dict[str, Any] = {"least": 1e-3, "most": 1e6}
 
 
@@ -33,7 +33,7 @@ class Lens(OpeningFields):
     acceptable_coc_mm  diameter that still counts as sharp, None for 1/1500 of the sensor's width
     close_focus_m      nearest focus that the ring of the real lens allows, None where unknown; a
                        nearer one is rendered all the same, and `pull.frames_too_close` finds it
-    model              whose discs it makes: those of a real lens, or those of a CG renderer
+    model              whether its discs are those of a real lens or of a CG renderer
     breathing          width of the view at close focus over that at infinity; see `breathing`
     widest_f_stop      with the ring fully open; None if unknown: the barrel then cuts equally at
                        every stop
@@ -130,7 +130,7 @@ class Lens(OpeningFields):
                 continue
             if not told.allows(value):
                 raise LensError(_outside(told, value))
-        _ = self.aperture  # raises LensError for an opening that cannot be
+        _ = self.aperture  # raises LensError for an impossible opening
         _check_focus(self.focus_distance_m, self.focal_length_mm)
 
     @property

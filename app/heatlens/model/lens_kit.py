@@ -17,7 +17,7 @@ from heatlens.model.option import Values
 _LENGTHS_MM = (1.0, 5000.0)
 _STOPS = (0.5, 64.0)
 _CLOSE_M = (0.01, 100.0)
-_NEAREST_FOCUS = 1.1  # in lengths of the lens; at one length the image is infinitely far
+_NEAREST_FOCUS = 1.1  # in focal lengths; at 1 the image is infinitely far away
 _BREATHING = (0.5, 1.5)
 
 
@@ -120,7 +120,7 @@ class LensKit:
             raise InputError(f"The kit {self.name} has two lenses of {twice}.")
 
     def nearest(self, focal_length_mm: float) -> KitLens:
-        """Return the lens that comes nearest to a length, as a ratio of lengths."""
+        """Return the lens whose length has the smallest ratio to this one."""
         return min(
             self.lenses,
             key=lambda lens: abs(
@@ -185,7 +185,7 @@ def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
 
 
 def _close_focus_m(lens: Lens, kit_lens: KitLens) -> float:
-    """Return how near a lens of a kit focuses, from the entrance pupil.
+    """Return the close focus of a lens of a kit, from the entrance pupil.
 
     The kit's value is measured from the same point as `lens`. No lens focuses within its own
     length.

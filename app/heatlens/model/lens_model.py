@@ -1,4 +1,4 @@
-"""How large the discs of a lens are: those of a real lens, or those of a CG renderer.
+"""The size of a lens's discs: that of a real lens, or that of a CG renderer.
 
 A real lens that focuses nearer moves away from the sensor, to the image distance v with
 1/v = 1/f - 1/S. Renderers leave the image at the focal length, so that the field of view does not
@@ -28,14 +28,14 @@ class LensModelFacts:
 
 
 class LensModel(StrEnum):
-    """Whose discs a lens makes; one with the same focal length, f-stop and focus has two sizes."""
+    """Whether discs are those of a real lens or of a CG renderer, which differ in size."""
 
     PHOTOGRAPHIC = "photographic"
     RENDERER = "renderer"
 
     @property
     def facts(self) -> LensModelFacts:
-        """Return what is known of the model."""
+        """Return the facts of the model."""
         match self:
             case LensModel.PHOTOGRAPHIC:
                 meaning = "discs of a real lens of this f-stop on the film back"

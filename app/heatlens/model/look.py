@@ -15,9 +15,9 @@ _STILL_MOST = 100_000  # letters; a still has some 10,000
 class Look:
     """The lens as it was at a frame, under a name.
 
-    still  the picture as it was then, a small JPEG in base64; None if none was seen
+    still  a small JPEG of the picture at that time, in base64; None if there was none
 
-    Raises InputError for a name that cannot be shown, and a still too large to be one.
+    Raises InputError for a name that cannot be shown, and a still that is too large.
     """
 
     name: str

@@ -116,8 +116,9 @@ def distance_at_m(
 ) -> float:
     """Return the distance of a mark at a frame, in metres.
 
-    `depth_at` is called only for frames in `frames`. Towards the ends of `frames` equally many are
-    averaged before and after, so that an object that approaches evenly is not measured late.
+    `depth_at` is called only for frames in `frames`. Towards the ends of `frames`, equally many
+    frames are averaged before and after, so that an object that approaches evenly is not measured
+    late.
     """
     if isinstance(mark, DistanceMark):
         return mark.distance_m

@@ -1,7 +1,7 @@
 """Distances as people read and type them beside a lens: from the pupil or the film plane.
 
-A shot keeps every distance from the entrance pupil. Every distance shown beside a lens, or typed
-for it, is converted here, so that a focus, its limits and a mark on the same thing agree.
+A shot keeps every distance from the entrance pupil. Every distance that is shown or typed for a
+lens is converted here, so that a focus, its limits and a mark on the same thing agree.
 """
 
 from heatlens.model.lens import Lens

@@ -76,7 +76,7 @@ def past_blades(x: Array, y: Array, blades: Blades) -> tuple[Array, Array, Array
 
 
 def past_barrel(x: Array, y: Array, barrel: Barrel) -> tuple[Array, Array, Array]:
-    """Return for the barrel what `past_blades` returns for the diaphragm."""
+    """Return the same as `past_blades`, for the barrel."""
     side = np.where(x * barrel.shift[0] + y * barrel.shift[1] < 0, -1.0, 1.0)
     across, up = x + side * barrel.shift[0], y + side * barrel.shift[1]
     from_middle = np.maximum(np.hypot(across, up), _TINY)
@@ -113,7 +113,7 @@ def between_blades(points: Array, blades: Blades) -> Array:
 
 @lru_cache(maxsize=16)
 def _areas_from_corner(blades: Blades) -> tuple[Array, Array]:
-    """Return angles from a corner to the next, and the area up to each in angles of a disc."""
+    """Return angles from a corner to the next, and the area up to each as the angle of a disc."""
     sector = 2 * math.pi / blades.number
     angle = np.linspace(0.0, sector, _TABLE)
     square = rim_radius(angle + blades.turn, blades, None) ** 2

@@ -1,7 +1,7 @@
-"""A picture as the opening of the lens: its light on a grid, in NumPy.
+"""A picture used as the lens opening: its light on a grid, in NumPy.
 
-The square of the picture is the box around the round opening of the same f-stop, as a lamp behind
-the focus shows it: the top row is on top. Cells outside the circle are dark, because there is no
+The square picture is the box around the round opening of the same f-stop. A lamp behind the focus
+shows it upright. Cells outside the circle are dark, because there is no
 glass. Points are those of `model/opening.py`. The light is relative to its mean over the circle, so
 that neither a dark picture nor a small shape changes the exposure.
 
@@ -81,7 +81,7 @@ class ImageGrid:
         """Return the mean light in boxes around the points (x, y), of the arguments' shape.
 
         `half_sides` are half the width and height of a box in radii. A box is at least as large
-        as a cell, which so interpolates between cells: a large disc shows no steps.
+        as a cell, which interpolates between cells, so that a large disc shows no steps.
         """
         column, row = _place(np.asarray(x, np.float64), np.asarray(y, np.float64))
         half_x, half_y = (max(half * IMAGE_SIDE / 2, 0.5) for half in half_sides)
@@ -141,8 +141,9 @@ class ImageGrid:
     def parts_past_barrel(self, shift_most: float, radius: float, rim: float) -> Array:
         """Return the share of the light that the barrel lets pass, by the shift of its circles.
 
-        (2 BARREL_STEPS + 1, BARREL_STEPS + 1): rows by the shift along y from -shift_most on,
-        columns by that along x from 0 on, in even steps. A shift and its reverse are the same.
+        The shape is (2 BARREL_STEPS + 1, BARREL_STEPS + 1): rows by the shift along y from
+        -shift_most on, columns by that along x from 0 on, in even steps. A shift and its reverse
+        are the same.
         """
         side = IMAGE_SIDE // _COARSE
         light = self._rimmed(rim).reshape(side, _COARSE, side, _COARSE).sum(axis=(1, 3))
@@ -230,7 +231,7 @@ def _split(at: Array) -> tuple[NDArray[np.int64], Array]:
 
 
 def _inverted(sums: Array, wanted: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return the cell where the sums (n or 1, IMAGE_SIDE + 1) reach a share, and where in it."""
+    """Return the cell in which the sums (n or 1, IMAGE_SIDE + 1) reach a share, and where."""
     rows = np.arange(len(wanted)) % len(sums)
     level, cell = wanted * sums[:, -1], np.zeros(len(wanted), np.int64)
     step = IMAGE_SIDE // 2

@@ -74,7 +74,7 @@ def option_field(default: object, words: str, help: str = "", **more: object) ->
 
 
 def check_range(what: str, value: float | None, least: float, most: float) -> None:
-    """Raise InputError if a number lies outside its range or is NaN; None is no number."""
+    """Raise InputError if a number lies outside its range or is NaN. None always passes."""
     if value is not None and not least <= value <= most:
         raise InputError(f"The {what} should be {least:g} to {most:g}, got {value:g}.")
 

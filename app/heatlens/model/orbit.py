@@ -10,7 +10,7 @@ import numpy as np
 from heatlens.model.framing import Array, Pose, Vector, looking_at, pose_of
 
 _STEEPEST = math.radians(89.0)  # beyond it the picture would turn over
-_NEAREST = 0.05  # of the way to the pivot that one step may leave
+_NEAREST = 0.05  # smallest share of the way to the pivot that a step leaves
 
 
 def orbited(pose: Pose, pivot_m: Vector, turn_rad: float, tilt_rad: float) -> Pose:
@@ -35,9 +35,9 @@ def panned(pose: Pose, right_m: float, up_m: float) -> Pose:
 
 
 def dollied(pose: Pose, pivot_m: Vector, share: float) -> Pose:
-    """Move towards the pivot by a share of the way to it, away from it below 0.
+    """Move towards the pivot by a share of the way, or away from it if negative.
 
-    Never through it.
+    The camera never passes through the pivot.
     """
     way = np.subtract(pivot_m, pose.position_m)
     return _moved(pose, way * min(share, 1.0 - _NEAREST))

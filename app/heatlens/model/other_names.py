@@ -22,7 +22,7 @@ OTHER_NAMES = {
 
 
 def or_meant(name: str, known: Iterable[str]) -> str:
-    """Return " Did you mean X?" for a known name like this one, ignoring case, else ""."""
+    """Return " Did you mean X?" for a similar known name, ignoring case; "" if there is none."""
     by_small = {one.lower(): one for one in known}
     near = get_close_matches(name.lower(), by_small, 1)
     return f" Did you mean {by_small[near[0]]}?" if near else ""

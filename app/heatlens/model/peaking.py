@@ -8,7 +8,7 @@ from heatlens.model.option import check_range
 
 Rgb = tuple[float, float, float]
 
-# Display values by name; the first is one that scenes seldom have.
+# Display values by name; the first is a colour that is rare in scenes.
 PEAKING_COLORS: dict[str, Rgb] = {
     "magenta": (1.0, 0.2, 0.75),
     "red": (1.0, 0.15, 0.1),
@@ -27,7 +27,7 @@ class PeakingOn(StrEnum):
     """Where focus peaking draws its colour."""
 
     PICTURE = "edges of the picture"  # seen through the lens, and the silhouettes
-    DEPTH = "all at the distance"  # edges or none
+    DEPTH = "all at the distance"  # with or without edges
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,7 +72,7 @@ class PictureField:
         most = _shift_most(aperture)
         x = (place_px[0] - self.middle_px[0]) * most / self.half_diagonal_px
         y = (self.middle_px[1] - place_px[1]) * most / self.half_diagonal_px / pixel_aspect_ratio
-        part = min(1.0, most / max(math.hypot(x, y), 1e-30))  # beyond the corner it stays
+        part = min(1.0, most / max(math.hypot(x, y), 1e-30))  # constant beyond the corner
         return Barrel((x * part, y * part), aperture.stopped_down)
 
 
@@ -91,12 +91,12 @@ def field_variances(shift: float, radius: float) -> tuple[Pair, ...]:
 
 @lru_cache(maxsize=64)
 def _parts_past_barrel(aperture: Aperture) -> list[Pair]:
-    """Return what `ImageGrid.parts_past_barrel` does, in front of the focus and behind it."""
+    """Return `ImageGrid.parts_past_barrel` for discs in front of the focus and behind it."""
     grid = aperture.grid
     if grid is None or aperture.cat_eye == 0.0:
         return [(1.0, 1.0)] * (BARREL_STEPS + 1) * (2 * BARREL_STEPS + 1)
     most, radius = _shift_most(aperture), aperture.stopped_down
-    rims = dict.fromkeys((-aperture.rim, aperture.rim))  # one where it is flat
+    rims = dict.fromkeys((-aperture.rim, aperture.rim))  # a flat rim is the same on both sides
     sides = [grid.parts_past_barrel(most, radius, rim).ravel().tolist() for rim in rims]
     front, behind = sides[0], sides[-1]
     return list(zip(front, behind, strict=True))

@@ -11,8 +11,8 @@ from heatlens.base.errors import InputError
 from heatlens.model.option import option, options_of
 from heatlens.model.units import parse_scene_unit_m
 
-SPIKE_FROM = 2.0  # times as bright as the brightest neighbour: a spike,
-SPIKE_WHOLE = 4.0  # and from here on nothing of it is left
+SPIKE_FROM = 2.0  # times as bright as the brightest neighbour: a spike begins,
+SPIKE_WHOLE = 4.0  # and from here on it is removed entirely
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def _conventions() -> str:
 
 @dataclass(frozen=True)
 class PlateOptions:
-    """How to read a file; the defaults find out what they can.
+    """How to read a file; by default, everything possible is found out.
 
     depth_channel    None: found by its name
     color_layer      None: found by its name; "" is the layer without a name
@@ -132,8 +132,8 @@ class PlateOptions:
     sensor_width_mm  likewise
     depth_source     file or pattern that holds the depth; None: the picture does
     behind           files or patterns of the surfaces behind the picture, in any order
-    behind_conventions  of the depths of `behind`, one each; (): that of the plate, where one was
-                     chosen for a depth in its own file, else guessed
+    behind_conventions  of the depths of `behind`, one each; (): as for a separate depth
+                     file of the plate, else guessed
     picture_curve    of PNG, JPEG and TIFF
     eye              view of a stereo file; None: the first, or that of `color_layer`
     despike          replace lone pixels that are far too bright, see `plate.grain.despike`
@@ -301,7 +301,7 @@ class PlateOptions:
 
 
 def _member(kind: type[StrEnum], name: str, word: str) -> StrEnum:
-    """Return the member that `word` names. Raises InputError with those there are."""
+    """Return the member that `word` names. Raises InputError that lists the members."""
     try:
         return kind(word)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Whether a lens and the depths of a picture can belong together; if not, which unit may be wrong.
+"""Doubt that a lens and the depths of a picture belong together, and name a likely wrong unit.
 
 A unit that is wrong by a factor of 25 to 1000 blurs the whole picture, or nothing at all, without
 any other sign. These are doubts, not errors: such a picture may be intended.
@@ -13,9 +13,9 @@ from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.lens import Lens
 from heatlens.model.units import FOOT_M, INCH_M, format_distance
 
-# The units that programs measure their scenes in, the likeliest first, as --scene-unit takes them.
+# Units in which programs measure scenes, the likeliest first, as --scene-unit takes them.
 _SCENE_UNITS = {"cm": 1e-2, "mm": 1e-3, "m": 1.0, "in": INCH_M, "ft": FOOT_M, "km": 1e3}
-# What a focus without a unit may have been meant in.
+# Units that may have been meant by a focus without a unit.
 _FOCUS_UNITS = {"mm": 1e-3, "cm": 1e-2, "in": INCH_M, "ft": FOOT_M}
 _WORDS = {
     "mm": "millimetres",
@@ -26,11 +26,11 @@ _WORDS = {
     "ft": "feet",
 }
 
-# A focus a little in front of everything or behind it may be wanted; units differ by more.
+# A focus slightly outside the depths may be intended; a wrong unit makes a larger difference.
 _FAR_OFF = 1.5
-# Interiors, streets and tables have something nearer than this; whole landscapes may not.
+# Interiors, streets and tables have surfaces nearer than this; landscapes may have none.
 _NEAREST_USUAL_M = 30.0
-# Endoscopes and phones are larger; anything under it was meant in metres or inches.
+# Even endoscopes and phones are larger; a smaller value was meant in metres or inches.
 _LEAST_HARDWARE_MM = 1.0
 # From the sensor of a small phone to the widest plate of a view camera, 20 x 24 inches.
 _SENSOR_LEAST_MM, _SENSOR_MOST_MM = 2.0, 620.0
@@ -60,7 +60,7 @@ class DepthSpan:
 
     near_m, far_m   the nearest and the farthest surface
     has_sky         something is infinitely far as well
-    unit_m          metres that one unit of the depth was taken for
+    unit_m          metres assumed for one unit of the depth
     """
 
     near_m: float
@@ -70,7 +70,7 @@ class DepthSpan:
 
     @property
     def has_surfaces(self) -> bool:
-        """False where nothing was hit, or the plate brings its circle of confusion."""
+        """False if nothing was hit, or if the plate holds circles of confusion."""
         return 0 < self.near_m <= self.far_m < math.inf
 
     def in_unit(self, unit_m: float) -> "DepthSpan":
@@ -98,7 +98,7 @@ def doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
 
 
 def focus_unit_doubts(focus_m: Sequence[float], span: DepthSpan) -> tuple[Doubt, ...]:
-    """Return whether distances without a unit, taken for metres, are likely in another one."""
+    """Return doubts if distances without a unit are probably not metres."""
     told = sorted(value for value in focus_m if value < math.inf)
     if not told or not span.has_surfaces:
         return ()
@@ -130,7 +130,7 @@ def span_doubts(span: DepthSpan) -> tuple[Doubt, ...]:
 
 
 def _is_room(span: DepthSpan) -> bool:
-    """Return True for depths as of a table, a room or a street."""
+    """Return True for the depths of a table, a room or a street."""
     return 0.1 <= span.near_m <= 20.0
 
 
@@ -187,7 +187,7 @@ def _focus_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
         return
     hint = _focus_hint(focus_m, span)
     if is_behind and span.has_sky and not any(unit in hint for unit in ("millim", "centim")):
-        return  # the sky is in focus, or nearly: as wanted
+        return  # the sky is in focus or nearly so, as intended
     where = "nearer than everything" if is_before else "farther than every surface"
     yield Doubt(
         "focus",

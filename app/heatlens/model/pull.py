@@ -1,4 +1,4 @@
-"""Moves of the focus as one gesture: from here to there, along with something, and how near."""
+"""Moves of the focus as one gesture: pulls, recorded moves, and frames below the close focus."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,12 +12,12 @@ from heatlens.model.interpolation import Ease, Interpolation
 from heatlens.model.key_reduction import Samples, moving_part, reduced_keys
 from heatlens.model.shot import LensParameter, Shot
 
-_SNAP_AFTER = 0.7  # of the frames, for which a late snap waits
-_OVERSHOOT, _OVERSHOT_AFTER = 0.08, 0.75  # of the way, in dioptres, and of the frames
+_SNAP_AFTER = 0.7  # share of the frames for which a late snap waits
+_OVERSHOOT, _OVERSHOT_AFTER = 0.08, 0.75  # shares of the way in dioptres, and of the frames
 _LEAST_DIOPTRES = 1e-4
 _UNSEEN_LEAST = 0.002
 _UNSEEN_SHARE = {LensParameter.F_STOP: 0.01}
-EASE_PERCENT = 100 / 3  # as a smooth curve leaves and arrives
+EASE_PERCENT = 100 / 3  # the influence in a smooth curve
 
 
 def pull(
@@ -28,11 +28,11 @@ def pull(
     frames: float,
     ease_percent: float = EASE_PERCENT,
 ) -> Shot:
-    """Focus is pulled from one distance to another, leaving at `start_frame`, in `frames` frames.
+    """Pull the focus from one distance to another in `frames` frames from `start_frame` on.
 
-    `ease_percent` is the influence at both ends: 0 starts and stops at once, 100 lingers longest.
-    Focus keys inside the pull go. Raises InputError for a pull without frames or beyond an ease,
-    LensError for a distance at which no lens can be focused.
+    `ease_percent` is the influence at both ends: 0 starts and stops abruptly, 100 most gently.
+    Focus keys inside the pull are removed. Raises InputError for a pull without frames or beyond an
+    ease, LensError for a distance at which no lens can be focused.
     """
     if not frames > 0:
         raise InputError(f"A focus pull must last more than 0 frames, got {frames:g}.")
@@ -70,10 +70,10 @@ def shaped_pull(
     shape: PullShape = PullShape.EASE,
     ease_percent: float = EASE_PERCENT,
 ) -> Shot:
-    """Focus is pulled as `pull` does, in a shape; `ease_percent` counts where that eases.
+    """Pull the focus as `pull` does, in a shape; `ease_percent` applies where the shape eases.
 
-    A late snap stays for most of the time and then goes quickly. An overshoot goes past the end by
-    a part of the way, in dioptres, and comes back. Raises what `pull` raises.
+    A late snap waits for most of the time and then moves quickly. An overshoot passes the end by a
+    share of the way, in dioptres, and comes back. Raises what `pull` raises.
     """
     origin, target = from_distance_m, to_distance_m
     if shape is PullShape.LINEAR:
@@ -95,8 +95,8 @@ def shaped_pull(
 def reversed_focus(shot: Shot, frames: FrameRange) -> Shot:
     """Return the shot with the keys of the focus between two frames in the opposite order.
 
-    Where keys lie at both ends, the focus at each frame is that of the mirrored one before. Raises
-    InputError where there are fewer than two keys.
+    With keys at both ends, the focus at each frame is the old focus at the mirrored frame. Raises
+    InputError for fewer than two keys.
     """
     curve = shot.curves.focus_distance_m
     inside = [key for key in curve.keys if frames.first <= key.frame <= frames.last]
@@ -120,7 +120,7 @@ def reversed_focus(shot: Shot, frames: FrameRange) -> Shot:
 
 
 def held_focus(shot: Shot, frame: float) -> Shot:
-    """Return the shot with a key of the focus at a frame, from which it stays until the next."""
+    """Return the shot with a focus key at a frame that holds until the next key."""
     keyed = shot.with_key(frame, LensParameter.FOCUS_DISTANCE)
     curve = keyed.curves.focus_distance_m
     key = curve.key_at(frame)
@@ -132,7 +132,7 @@ def held_focus(shot: Shot, frame: float) -> Shot:
 def performed(
     shot: Shot, samples: Samples, tolerance_dioptres: float, by_hand: bool = False
 ) -> Shot:
-    """Return the shot with a recorded focus as few keys, in the place of those there were.
+    """Return the shot with a recorded focus as few keys, which replace those in its range.
 
     `samples` are (frame, focus distance in metres) in the order of the frames, at least one. The
     focus is off by no more than the tolerance at each of them. A pull that was performed `by_hand`
@@ -151,7 +151,7 @@ def performed(
 
 
 def _held(keys: list[Key], first: float, last: float, others: Curve) -> list[Key]:
-    """Return the keys of a recording, held to its ends where keys come before and after."""
+    """Return the keys of a recording; where other keys remain, its end values are held."""
     if len(keys) == 1 and last > first:  # still
         return [replace(keys[0], interpolation=Interpolation.HOLD), Key(last, keys[0].value)]
     held = list(keys)
@@ -164,9 +164,9 @@ def _held(keys: list[Key], first: float, last: float, others: Curve) -> list[Key
 
 
 def recorded(shot: Shot, parameter: LensParameter, track: Mapping[int, float]) -> Shot:
-    """Return the shot with a recorded parameter as few keys, in the place of those there were.
+    """Return the shot with a recorded parameter as few keys, which replace the old ones.
 
-    `track` is the value by frame. It is off by no more than a share of it that nobody sees, 1 % of
+    `track` is the value by frame. The keys differ from it by no more than anybody sees: 1 % of
     an f-stop and 0.2 % of a focal length. Raises LensError if there can be no such lens.
     """
     share = _UNSEEN_SHARE.get(parameter, _UNSEEN_LEAST)

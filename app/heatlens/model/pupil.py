@@ -1,4 +1,4 @@
-"""An opening of a size, through which a scene is seen."""
+"""A lens opening of physical size, through which a scene is seen."""
 
 from dataclasses import dataclass
 

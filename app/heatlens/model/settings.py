@@ -17,7 +17,7 @@ class Bokeh(StrEnum):
 
 
 class Quality(StrEnum):
-    """How closely the shape is met; the amount of blur is the same at each."""
+    """How closely the shape of the disc is matched; the amount of blur is always the same."""
 
     DRAFT = "draft"
     PREVIEW = "preview"
@@ -26,12 +26,12 @@ class Quality(StrEnum):
 
 @dataclass(frozen=True)
 class MethodFacts:
-    """The facts of a method, from which whoever asks derives.
+    """The facts of a method, from which all other code derives.
 
     meaning         words that explain it
-    needs_scene     it draws a 3D scene from many points of the lens; a plate cannot be seen so
+    needs_scene     it draws a 3D scene from many points of the lens, which a plate does not allow
     grows_with_blur  its work depends on how large the blur is
-    views_are       what `views` counts, "" where the method does not ask for views
+    views_are       what `views` counts; "" if the method has no views
     """
 
     meaning: str
@@ -41,7 +41,7 @@ class MethodFacts:
 
 
 class Method(StrEnum):
-    """How a pixel's light gets to where its disc is; all take the same lens and plate."""
+    """How the light of a pixel is spread over its disc, for the same lens and plate."""
 
     DIFFUSION = "diffusion"
     HEAT = "heat"  # Kass, Lefohn, Owens 2006
@@ -53,7 +53,7 @@ class Method(StrEnum):
 
     @property
     def facts(self) -> MethodFacts:
-        """Return what is known of the method."""
+        """Return the facts of the method."""
         match self:
             case Method.DIFFUSION:
                 return MethodFacts("layered diffusion (see --bokeh, --quality, --layers)")

@@ -33,7 +33,7 @@ class LensParameter(StrEnum):
         return options_of(Lens)[self].words
 
 
-# How focus goes from key to key, by the word for it in a file and on the command line.
+# Scales of the focus between keys, by their words in files and on the command line.
 FOCUS_SCALES = {"dioptres": Scale.RECIPROCAL, "distance": Scale.LINEAR}
 
 _SCALES: dict[LensParameter, tuple[Scale, ...]] = {
@@ -46,7 +46,7 @@ _SCALES: dict[LensParameter, tuple[Scale, ...]] = {
 
 @dataclass(frozen=True, slots=True)
 class LensCurves:
-    """The keys of each parameter. Only focus has a choice of scale: dioptres, or metres."""
+    """The keys of each parameter. Only the focus has a choice of scale: dioptres or metres."""
 
     focus_distance_m: Curve = field(default_factory=lambda: Curve(scale=Scale.RECIPROCAL))
     f_stop: Curve = field(default_factory=lambda: Curve(scale=Scale.LOGARITHMIC))
@@ -121,7 +121,7 @@ class Shot:
 
     @property
     def span(self) -> FrameRange | None:
-        """The plate's frames; where they are not known, those that the keys reach over."""
+        """The frames of the plate; if they are unknown, those from the first key to the last."""
         keyed = self.key_frames
         if self.frames is not None or not keyed:
             return self.frames
@@ -143,8 +143,8 @@ class Shot:
     ) -> Timecode | None:
         """Return the timecode of a frame; `told` is that in the header of the frame's plate.
 
-        `first` is the first frame where the shot does not know it: a still plate is there at any
-        frame. Returns None where there is none, or one that does not fit the rate.
+        `first` is the first frame if the shot has none, because a still plate is shown at any
+        frame. Returns None without a timecode, or for one that does not fit the rate.
         """
         if self.start_timecode is not None:
             first = self.span.first if self.span is not None else frame if first is None else first
@@ -154,7 +154,7 @@ class Shot:
 
     @property
     def played(self) -> FrameRange | None:
-        """The frames from in to out, where there are such; else all."""
+        """The frames from in to out if these are set, else all."""
         span = self.span
         if span is None or self.in_out is None:
             return span
@@ -163,7 +163,7 @@ class Shot:
     def lens_at(self, frame: float) -> Lens:
         """Return the lens at a frame or between two.
 
-        Raises LensError that names the frame where keys ask for an impossible lens.
+        Raises LensError that names the frame if the keys make an impossible lens.
         """
         curves = {str(p): c for p in LensParameter if (c := self.curves.of(p)).keys}
         values: Values = {name: curve.value_at(frame) for name, curve in curves.items()}
@@ -183,9 +183,9 @@ class Shot:
         return replace(self, curves=replace(self.curves, **{str(parameter): curve}))
 
     def with_focus_scale(self, scale: Scale) -> "Shot":
-        """Focus goes from key to key on another scale, its handles pointing as before.
+        """Return the shot with the focus on another scale; its speed at each key stays.
 
-        Raises InputError for metres where a key is at infinity, which no number of metres reaches.
+        Raises InputError for metres if a key is at infinity.
         """
         return self.with_curve(
             LensParameter.FOCUS_DISTANCE, self.curves.focus_distance_m.on_scale(scale)
@@ -197,8 +197,8 @@ class Shot:
         """Return the shot after a control was moved at a frame: the lens has the value there.
 
         Without keys for the parameter, it has the value at every frame. With keys, it is set at
-        this frame; where there is no key yet, only if `auto_key` allows to make one. Raises
-        LensError for an impossible value, InputError where a key would be needed.
+        this frame; a new key is made only if `auto_key` allows it. Raises
+        LensError for an impossible value, and InputError if a key would be needed.
         """
         curve = self.curves.of(parameter)
         if not curve.keys:
@@ -216,9 +216,7 @@ class Shot:
     ) -> "Shot":
         """Return the shot with a key at a frame.
 
-        Value None keeps the value that the lens has there.
-
-        Raises LensError for an impossible value.
+        If `value` is None, the value there becomes a key. Raises LensError for an impossible value.
         """
         if value is None:
             value = getattr(self.lens_at(frame), parameter)
@@ -229,7 +227,7 @@ class Shot:
     def without_key(self, frame: float, parameter: LensParameter) -> "Shot":
         """Return the shot without the key at a frame.
 
-        After the last one its value stays everywhere.
+        If it was the last key, its value applies at every frame.
         """
         curve = self.curves.of(parameter)
         key = curve.key_at(frame)

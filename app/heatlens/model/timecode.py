@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 from heatlens.base.errors import InputError
 
 _TEXT = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})([:;.])(\d{2})")
-_DROPPING = 30, 60  # whole numbers of frames a second that drop numbers
-_DROP_MINUTES = 10  # of which the first drops no numbers
+_DROPPING = 30, 60  # frames per second, rounded, whose timecode can drop frame numbers
+_DROP_MINUTES = 10  # the first of every ten minutes drops no numbers
 
 
 @dataclass(frozen=True)
 class Timecode:
-    """Hours, minutes, seconds and frames; `drop` for the count of 29.97 and 59.94 a second."""
+    """Hours, minutes, seconds and frames; `drop` is drop-frame counting at 29.97 and 59.94 fps."""
 
     hours: int
     minutes: int
@@ -32,7 +32,7 @@ class Timecode:
         return is_time and 0 <= self.frames < 100
 
     def fits(self, frames_per_second: float) -> bool:
-        """Return whether a second of this rate has such a frame, and drops numbers likewise."""
+        """Return whether this timecode exists at this rate, with or without dropped numbers."""
         return not self.why_not(frames_per_second)
 
     def why_not(self, frames_per_second: float) -> str:
@@ -59,7 +59,7 @@ class Timecode:
         return _at(count, round(frames_per_second), self.drop)
 
     def count(self, frames_per_second: float) -> int:
-        """Return how many frames it is since midnight."""
+        """Return the number of frames since midnight."""
         whole = round(frames_per_second)
         minutes = 60 * self.hours + self.minutes
         count = (60 * minutes + self.seconds) * whole + self.frames

@@ -26,7 +26,7 @@ _ONE_UNIT = re.compile(rf"{_NUMBER}\s*([a-z\"″”'′’]*)")
 _FEET_AND_INCHES = re.compile(
     rf"{_NUMBER}\s*(?:ft|feet|foot|'|′|’)\s*{_NUMBER}\s*(?:in|inch|inches|\"|″|”|'')?"
 )
-_SIGNIFICANT_DIGITS = 4  # the markings of a lens and a tape measure give no more
+_SIGNIFICANT_DIGITS = 4  # lenses and tape measures are marked no finer
 _CENTIMETRES_UNDER_M = 0.1
 _UNDERSTOOD = """2.24, 2.24m, 190cm, 1900 mm, 6'3", 6ft 3in, 75in or inf"""
 
@@ -54,7 +54,7 @@ def is_bare_number(text: str) -> bool:
 
 
 def with_points(words: str) -> str:
-    """Return the words with decimal points for commas; 1,900 may be a thousand, and keeps its."""
+    """Return the words with decimal points for commas; 1,900, perhaps a thousand, stays."""
     return re.sub(r"(?<=[0-9]),(?=[0-9]{1,2}(?![0-9])|[0-9]{4})", ".", words)
 
 

@@ -21,7 +21,7 @@ class Overlay(StrEnum):
 
 
 class Compare(StrEnum):
-    """How A, the picture through the lens, stands beside B."""
+    """How A, the picture through the lens, is compared with B."""
 
     OFF = "off"
     WIPE = "wipe"  # A left of the handle, B right of it
@@ -52,14 +52,14 @@ class ViewState:
                      own middle
     depth_of_field   False shows the pinhole picture
     b_method         how B's blur is computed where B is a method
-    b_look           name of the look where B is one
-    a_look           name of the look that A is where B is one, "" for the lens as it is
+    b_look           name of the look if B is a look
+    a_look           name of A's look if B is a look; "" for the current lens
     grid             names of the looks in the grid, () for the first ones
-    wipe             where the handle is, 0 left to 1 right of the picture
+    wipe             position of the handle, from 0 at the left of the picture to 1 at the right
     exposure_stops   brighter by 2^stops before the view transform
     gamma            display values to the power of 1/gamma, after it
     display, view    names in the colour config; "" its defaults
-    input_space      name of the space that the pictures' light is in; "" as their header tells
+    input_space      name of the colour space of the pictures; "" for that of their header
     unit             distances in "m" or "ft"
     pixel_grid       lines between pixels where they are large
     pixel_values     the light of each pixel written into it where they are larger still

@@ -25,14 +25,14 @@ class Viewport:
 
     @property
     def middle(self) -> Point:
-        """The position in its middle."""
+        """Its middle, as a window position."""
         (x, y), (width, height) = self.corner, self.size
         return x + width / 2, y + height / 2
 
 
 @dataclass(frozen=True, slots=True)
 class PictureShape:
-    """A display window: its size in pixels and how wide a pixel is for its height."""
+    """A display window: its size in pixels, and the width of a pixel over its height."""
 
     width_px: int
     height_px: int
@@ -79,7 +79,7 @@ def fit_zoom(viewport: Viewport, shape: PictureShape) -> float:
 
 
 def shown_shape(view: ViewState, shape: PictureShape) -> PictureShape:
-    """Return the shape with the pixels as wide as the view desqueezes them."""
+    """Return the shape with the pixel width that the view's desqueeze sets."""
     aspect = view.guides.desqueeze
     return shape if aspect is None else replace(shape, pixel_aspect=aspect)
 
