@@ -46,7 +46,7 @@ def decoded(path) -> np.ndarray:
             ).to_ndarray()
             for frame in container.decode(video=0)
         ]
-    return np.stack(frames).astype(float) / 257
+    return np.stack(frames).astype(float) / 256
 
 
 def box(data: bytes, name: bytes) -> bytes:

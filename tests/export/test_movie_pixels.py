@@ -55,7 +55,21 @@ def decoded(path: Path) -> np.ndarray:
             ).to_ndarray()
             for frame in container.decode(video=0)
         ]
-    return np.stack(frames).astype(np.float64) / 65535
+    return np.stack(frames).astype(np.float64) / 65280
+
+
+@pytest.mark.parametrize(("suffix", "black", "white"), [(".mov", 64, 940), (".mp4", 16, 235)])
+@pytest.mark.parametrize("level", [0.0, 0.25, 0.5, 1.0])
+def test_grey_is_coded_as_the_standard_says(tmp_path, suffix, black, white, level):
+    """ITU-R BT.709: luma runs from 64 to 940 in 10 bits, and from 16 to 235 in 8."""
+    path = tmp_path / f"grey{suffix}"
+    written(path, [np.full((HEIGHT, 96, 3), level, np.float32)] * COUNT)
+    with av.open(str(path)) as container:
+        plane = next(container.decode(video=0)).planes[0]
+    kind = np.uint16 if white > 255 else np.uint8
+    luma = np.frombuffer(plane, kind).reshape(plane.height, -1)[:, : plane.width]
+    wanted = black + level * (white - black)
+    assert np.abs(luma.astype(float) - wanted).max() <= 0.75
 
 
 @pytest.mark.parametrize(("suffix", "most"), [(".mov", 0.02), (".mp4", 0.05)])

@@ -31,6 +31,7 @@ _VIDEO_RANGE = 1  # FFmpeg's number for 16..235
 _OTHER_PRIMARIES = re.compile(r"P3|2020|2100|\bPQ\b|HLG|2084|XYZ|DCI|HDR|Adobe", re.IGNORECASE)
 
 
+_WHITE = np.float32(65280 / 65535)  # FFmpeg takes 255 times 256 as white in 16 bits
 _JUDGED_FRAMES = 24  # after this many frames, their size predicts the rest
 
 
@@ -159,7 +160,8 @@ class Movie:
         """
         height, width = display.shape[:2]
         even = np.pad(display, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-        frame = av().VideoFrame.from_ndarray(quantised(even, np.uint16), format="rgb48le")
+        levels = quantised(np.clip(even, 0.0, 1.0) * _WHITE, np.uint16)
+        frame = av().VideoFrame.from_ndarray(levels, format="rgb48le")
         coded = frame.reformat(
             format=self._codec.pixel_format,
             dst_colorspace="ITU709",
