@@ -43,6 +43,7 @@ def test_what_the_readme_shows_is_there() -> None:
         "blender.png",
         "behind_guessed.png",
         "behind_known.png",
+        "neighbours.webp",
         "demo.webp",
     ):
         assert f"assets/{name}" in text
