@@ -230,21 +230,6 @@ def cut(path: Path, part: float) -> Path:
     return path
 
 
-def of_two_sizes(path: Path) -> Path:
-    """Join two raw streams of different size in one file, as a broken recorder would."""
-    small = write_movie(path.with_name("a.mkv"), ramps(3, 32, 18), "FFV1")
-    large = write_movie(path.with_name("b.mkv"), ramps(3), "FFV1")
-    with av.open(str(path), "w") as out, av.open(str(small)) as one, av.open(str(large)) as two:
-        stream = out.add_stream_from_template(two.streams.video[0])
-        for source, start in ((two, 0), (one, 3)):
-            for packet in source.demux(video=0):
-                if packet.size:
-                    packet.stream, packet.pts = stream, (start + packet.pts // 41) * 41
-                    packet.dts = packet.pts
-                    out.mux(packet)
-    return path
-
-
 @pytest.mark.parametrize(
     ("make", "says"),
     [
