@@ -22,12 +22,17 @@ def shot_of(size: tuple[int, int], method: Method, views: int) -> Shot:
     return Shot(LENS, DefocusSettings(method=method, views=views), framing=Framing(*size))
 
 
+@pytest.fixture(scope="module")
+def still(session_context) -> FrameRenderer:
+    renderer = FrameRenderer(session_context)
+    renderer.load_scene(still_life())
+    return renderer
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("size", [(1, 1), (7, 3), (1, 33), (1031, 5)])
-def test_a_picture_of_any_size_is_whole(ctx, size, method):
-    renderer = FrameRenderer(ctx)
-    renderer.load_scene(still_life())
-    found = renderer.pixels(shot_of(size, method, 4), 1)
+def test_a_picture_of_any_size_is_whole(ctx, still, size, method):
+    found = still.pixels(shot_of(size, method, 4), 1)
     assert found.shape == (size[1], size[0], 4)
     assert np.isfinite(found).all() and found[..., :3].min() >= 0.0
     np.testing.assert_array_equal(found[..., 3], 1.0)
