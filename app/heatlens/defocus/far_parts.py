@@ -78,7 +78,7 @@ class FarField:
     """The view of the parts of the lens behind the focus.
 
     total  rgb times the known share, and that share: the mean of all parts
-    zone   weight of the far field at each pixel (far_zone.comp.glsl)
+    zone   blocks in which it is used (far_zone.comp.glsl)
     """
 
     total: moderngl.Texture
@@ -154,7 +154,7 @@ class FarPartsPass:
         poles: moderngl.TextureArray,
         scratch: Scratch,
     ) -> Steps[FarField]:
-        """Diffuse the view of each part; return the mean of the views and its weight."""
+        """Diffuse the view of each part; return the mean view and the zone for it."""
         room = _Room.of(what, scratch)
         total = scratch.texture("far sum", what.coc.size, 4)
         yield from self._added(room, 0.0, total)

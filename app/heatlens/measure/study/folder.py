@@ -24,7 +24,7 @@ def report_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a folder to write into; it replaces `path` when the block ends without an error.
 
     An older report stays there until then, and after an error. A link keeps its target. Raises
-    InputError if `path` is no report, or if nothing can be written there.
+    InputError if `path` holds anything else, or if nothing can be written there.
     """
     target = checked_target(path)
     beside = target.with_name(f".heatlens-{secrets.token_hex(8)}.part")
