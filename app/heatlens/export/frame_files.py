@@ -27,6 +27,7 @@ from heatlens.plate.plate import FloatImage, Plate
 
 IMAGE_DESCRIPTION = 270  # the TIFF tag for a text
 
+MOVIE_WHITE = 65280  # 255 times 256, which FFmpeg takes as white in 16 bits
 Whole = TypeVar("Whole", np.uint8, np.uint16)
 
 
@@ -165,8 +166,11 @@ def _marked(kind: str, mark: str) -> dict[str, object]:
     return {"comment": comment} if kind == "JPEG" else {"tiffinfo": {IMAGE_DESCRIPTION: comment}}
 
 
-def quantised(display: FloatImage, kind: type[Whole]) -> NDArray[Whole]:
-    """Convert 0..1 to rounded integers of `kind`; values outside, which a view may give, clip."""
-    most = np.iinfo(kind).max
-    scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * np.float32(most)
+def quantised(display: FloatImage, kind: type[Whole], white: int | None = None) -> NDArray[Whole]:
+    """Convert 0..1 to rounded integers of `kind`; values outside, which a view may give, clip.
+
+    `white` is the integer for 1, by default the largest.
+    """
+    most = np.float32(white or np.iinfo(kind).max)
+    scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * most
     return (scaled + np.float32(0.5)).astype(kind)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.export.finished import is_finished, is_movie_finished
-from heatlens.export.frame_files import RenderedFrame, quantised
+from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, quantised
 from heatlens.export.plan import ExportPlan, PlannedFrame, kept_path, planned
 from heatlens.export.rendering import FrameRendering
 from heatlens.model.boxes import Box
@@ -22,7 +22,6 @@ from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.render import FrameRenderer
 
 _CHANNELS = "RGB"
-_WHITE = np.float32(np.iinfo(np.uint16).max)
 
 
 def is_joined(plan: ExportPlan) -> bool:
@@ -35,7 +34,7 @@ def is_joined(plan: ExportPlan) -> bool:
 
 def write_kept(frame: RenderedFrame) -> None:
     """Write a frame to its own file. Raises InputError if that fails."""
-    values = quantised(frame.pixels, np.uint16).astype(np.uint32)
+    values = quantised(frame.pixels, np.uint16, MOVIE_WHITE).astype(np.uint32)
     window = Box(0, 0, values.shape[1], values.shape[0])
     write_exr(
         frame.planned.path,
@@ -95,4 +94,4 @@ def _read(path: Path, frame: PlannedFrame) -> RenderedFrame:
         attributes=header,
     )
     values = np.stack([channels[name] for name in _CHANNELS], axis=-1)
-    return RenderedFrame(frame, plate, values.astype(np.float32) / _WHITE)
+    return RenderedFrame(frame, plate, values.astype(np.float32) / np.float32(MOVIE_WHITE))

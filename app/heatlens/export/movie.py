@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.export.frame_files import RenderedFrame, frame_timecode, quantised
+from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, frame_timecode, quantised
 from heatlens.export.job import ExportJob
 from heatlens.export.whole import is_whole
 from heatlens.files.atomic_file import replacing
@@ -31,7 +31,6 @@ _VIDEO_RANGE = 1  # FFmpeg's number for 16..235
 _OTHER_PRIMARIES = re.compile(r"P3|2020|2100|\bPQ\b|HLG|2084|XYZ|DCI|HDR|Adobe", re.IGNORECASE)
 
 
-_WHITE = np.float32(65280 / 65535)  # FFmpeg takes 255 times 256 as white in 16 bits
 _JUDGED_FRAMES = 24  # after this many frames, their size predicts the rest
 
 
@@ -160,7 +159,7 @@ class Movie:
         """
         height, width = display.shape[:2]
         even = np.pad(display, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-        levels = quantised(np.clip(even, 0.0, 1.0) * _WHITE, np.uint16)
+        levels = quantised(even, np.uint16, MOVIE_WHITE)
         frame = av().VideoFrame.from_ndarray(levels, format="rgb48le")
         coded = frame.reformat(
             format=self._codec.pixel_format,
