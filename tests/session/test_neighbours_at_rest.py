@@ -1,7 +1,10 @@
 """What neighbouring frames show comes into the window's picture when the playhead rests."""
 
+import threading
+
 import pytest
 
+from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.model.plate_options import PlateOptions
 from support.dolly_plates import FIRST, write_dolly
 from support.evening import session_of, settled, until
@@ -38,4 +41,30 @@ def test_nothing_is_looked_for_if_it_is_switched_off(dolly, tmp_path):
         until(session, lambda: session.source.feed._found is not None, "the end of the search")
         assert session.source.plate.fragments is None
     finally:
+        session.close()
+
+
+def test_one_search_runs_at_a_time_however_many_frames_a_hand_passes(dolly, tmp_path, monkeypatch):
+    running, most, gate = [], [], threading.Event()
+    real = NeighbourReader.found
+
+    def slow(self, plate):
+        running.append(plate)
+        most.append(len(running))
+        gate.wait(10)
+        running.remove(plate)
+        return real(self, plate)
+
+    monkeypatch.setattr(NeighbourReader, "found", slow)
+    session = opened(tmp_path, dolly)
+    try:
+        for frame in (FIRST + 1, FIRST + 2, FIRST + 3):
+            session.time.timeline.go(frame)
+            name = f"dolly.{frame:04d}.exr"
+            until(session, lambda n=name: session.source.plate.path.name == n, "the frame")
+        gate.set()
+        until(session, lambda: session.source.plate.fragments is not None, "what is hidden")
+        assert session.source.plate.path.name == "dolly.0004.exr" and max(most) == 1
+    finally:
+        gate.set()
         session.close()

@@ -156,7 +156,8 @@ class PlateFeed(PictureFeed):
         self._found = self._finder.poll() or self._found
         if self._found is not None and self._found[0] is plate:
             return self._found[1]
-        if plate is not self._looked_at:
+        # One search at a time: a hand that scrubs passes many plates.
+        if plate is not self._looked_at and not self._finder.is_busy:
             self._looked_at = plate
             found = self._opened.again.read.found
             self._finder.start(lambda: (plate, found(plate).plate))
