@@ -15,12 +15,12 @@ from heatlens.plate.exr.deep_file import is_deep_file
 from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import ChannelRef, Header, flat_channels, listed, pixels_of
+from heatlens.plate.mattes.cryptomatte import METADATA
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import Plate
 from heatlens.plate.windows import box_at_header, moved_to_window
 
 ALL = "all"
-_ID_METADATA = "cryptomatte/"
 
 
 def kept_channels(
@@ -93,5 +93,5 @@ def _id_attributes(headers: Sequence[Header]) -> dict[str, object]:
         name: value
         for header in headers
         for name, value in header.items()
-        if name.startswith(_ID_METADATA) and isinstance(value, str)
+        if name.startswith(METADATA) and isinstance(value, str)
     }

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.plate.header.channels import ChannelRef, Header, flat_channels
+from heatlens.plate.header.placement import PLACEMENT, placement_at
 from heatlens.plate.plate import FloatImage
 
 _LAYERS = (
@@ -20,7 +21,6 @@ _LAYERS = (
     *("camerap", "pointposition", "worldpointposition", "ptworld", "pointworld"),
 )
 _AXES = (("x", "y", "z"), ("r", "g", "b"), ("red", "green", "blue"))
-_MATRIX = "worldToCamera"
 _INFINITE_FROM = 1e10
 _SAMPLES = 64  # along each side of the picture
 _LEAST_HITS = 32
@@ -65,9 +65,9 @@ def depth_of_positions(
             depth = np.where(is_hit, np.abs(seen[:, :, 2]), np.inf)
             return depth.astype(np.float32), why
     found = (
-        f"its {_MATRIX} does not belong to them"
-        if _matrix_of(headers) is not None
-        else (f"the header has no {_MATRIX}")
+        f"its {PLACEMENT} does not belong to them"
+        if placement_at(headers) is not None
+        else (f"the header has no {PLACEMENT}")
     )
     raise InputError(
         f"{path}: layer {layer!r} holds positions in the world, and {found}, so their distance "
@@ -89,19 +89,11 @@ def _names_of(ref: ChannelRef) -> tuple[str, str]:
 def _cameras(headers: Sequence[Header]) -> Iterator[tuple[Matrix, str]]:
     """Yield the matrices to try, for points as rows, each with the sentence for the report."""
     yield np.eye(4), "The positions are in camera space: their depth is along its axis."
-    matrix = _matrix_of(headers)
+    matrix = placement_at(headers)
     if matrix is not None:
-        why = f"From positions in the world, seen by the camera in {_MATRIX}."
+        why = f"From positions in the world, seen by the camera in {PLACEMENT}."
         yield matrix, why
         yield matrix.T, why
-
-
-def _matrix_of(headers: Sequence[Header]) -> Matrix | None:
-    for header in headers:
-        value = header.get(_MATRIX)
-        if value is not None and np.shape(value) == (4, 4) and np.isfinite(value).all():
-            return np.asarray(value, np.float64)
-    return None
 
 
 def _is_seen_evenly(points: Matrix, is_hit: NDArray[np.bool_]) -> bool:

@@ -19,7 +19,7 @@ from heatlens.base.errors import InputError
 from heatlens.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
 from heatlens.plate.plate import FloatImage
 
-_KEY = "cryptomatte/"
+METADATA = "cryptomatte/"  # begins the attributes
 _EXPONENT, _EXPONENT_ONE = 0x7F800000, 1 << 23
 _LEAVES = {"r": 0, "red": 0, "g": 1, "green": 1, "b": 2, "blue": 2, "a": 3, "alpha": 3}
 _HEX = 16
@@ -114,8 +114,8 @@ def _attributes(headers: Sequence[Header]) -> dict[str, dict[str, str]]:
     by_key: dict[str, dict[str, str]] = {}
     for header in headers:
         for attribute, value in header.items():
-            key, slash, what = attribute.removeprefix(_KEY).partition("/")
-            if attribute.startswith(_KEY) and slash and isinstance(value, str):
+            key, slash, what = attribute.removeprefix(METADATA).partition("/")
+            if attribute.startswith(METADATA) and slash and isinstance(value, str):
                 by_key.setdefault(key, {})[what] = value
     return {told["name"]: told for told in by_key.values() if told.get("name")}
 
