@@ -65,7 +65,7 @@ def test_a_gap_is_a_straight_line_in_dioptres_and_its_ends_are_held():
 
 def test_the_hand_is_late_gentle_and_no_faster_than_the_ring():
     step = {frame: 5.0 if frame < 20 else 2.0 for frame in range(41)}
-    exact = {"ignored": 0.0}
+    exact = {"ignored_part": 0.0}
     assert at(followed(SHOT, step, Follow(**exact)), 20) == pytest.approx(0.5, abs=0.01)
     late = followed(SHOT, step, Follow(late_frames=5, **exact))
     assert [at(late, 24), at(late, 25)] == pytest.approx([0.2, 0.5], abs=0.01)
@@ -73,11 +73,11 @@ def test_the_hand_is_late_gentle_and_no_faster_than_the_ring():
     assert at(early, 15) == pytest.approx(0.5, abs=0.01)
     eased = followed(SHOT, step, Follow(ease_frames=4, **exact))
     assert 0.25 < at(eased, 18) < at(eased, 19) < at(eased, 20) < 0.45
-    slow = followed(SHOT, step, Follow(speed_most=0.24, **exact))  # 0.01 dioptres a frame
+    slow = followed(SHOT, step, Follow(most_dioptres_per_s=0.24, **exact))  # 0.01 dioptres a frame
     assert at(slow, 30) == pytest.approx(0.2 + 0.01 * 11, abs=0.01)
 
 
 def test_impossible_hands_are_refused():
-    for wrong in ({"ignored": -1}, {"ease_frames": -1}, {"speed_most": float("nan")}):
+    for wrong in ({"ignored_part": -1}, {"ease_frames": -1}, {"most_dioptres_per_s": float("nan")}):
         with pytest.raises(InputError, match="--follow-"):
             Follow(**wrong)

@@ -25,7 +25,7 @@ Distances = Mapping[int, float | None]  # metres by frame; None where the thing 
 class Follow:
     """How the focus follows a thing. Raises InputError for a number outside its range."""
 
-    ignored: float = option_field(
+    ignored_part: float = option_field(
         0.125,
         "follow ignores",
         "ignore moves below this part of the sharp range, 0 to 0.5 (default 0.125); as much again "
@@ -51,7 +51,7 @@ class Follow:
         least=0,
         most=1000,
     )
-    speed_most: float = option_field(
+    most_dioptres_per_s: float = option_field(
         0.0,
         "follow speed",
         "the fastest move of the focus, in dioptres a second (default: no limit)",
@@ -80,9 +80,9 @@ def followed(shot: Shot, distances_m: Distances, follow: Follow | None = None) -
         raise InputError("It is hidden, or out of the picture, at every frame.")
     sharp = [sharp_dioptres(shot.lens_at(frame)) for frame in frames]
     track = bridged([distances_m[frame] for frame in frames])
-    track = _settled(track, [2.0 * follow.ignored * part for part in sharp])
+    track = _settled(track, [2.0 * follow.ignored_part * part for part in sharp])
     track = _eased(_late(track, follow.late_frames), follow.ease_frames)
-    track = _limited(track, follow.speed_most / shot.frames_per_second)
+    track = _limited(track, follow.most_dioptres_per_s / shot.frames_per_second)
     samples = [(f, Scale.RECIPROCAL.value_at(at)) for f, at in zip(frames, track, strict=True)]
     return performed(shot, samples, 2.0 * _REDUCED * min(sharp))
 
