@@ -14,7 +14,7 @@ from heatlens.session.files.file_commands import FileCommands
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.files.start_choices import StartChoices
 from heatlens.session.keys.key_commands import KeyCommands
-from heatlens.session.keys.key_rows import RowChoice
+from heatlens.session.keys.key_rows import CAMERA, Row, RowChoice
 from heatlens.session.lens.lens_commands import LensCommands
 from heatlens.session.live.pull_recording import PullRecording
 from heatlens.session.live.ring_hand import RingHand
@@ -154,6 +154,13 @@ class TimeDesk:
             source, pictures.sides, visible, self.pull, editing, view, speed, shared.say_error
         )
         self.workers = self.marks, self.marks.things, tracks, self.player, self.recording, self.pull
+
+    def toggle_key(self, row: Row) -> None:
+        """Set a key of a row at the playhead, or remove the one that is there."""
+        if row is CAMERA:
+            self.scenes.toggle_key()
+        else:
+            self.keys.toggle_here(row)
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
         """Return the distances of the marks over the frames.

@@ -6,7 +6,7 @@ from pathlib import Path
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.session.exports.export_process import ExportRun, ExportState
-from heatlens.ui import probe, theme
+from heatlens.ui import probe, theme, widgets
 from heatlens.ui.state import UiState
 
 _BAR_EM = 9.0
@@ -66,9 +66,8 @@ def export_bar(run: ExportRun, ui: UiState) -> None:
         probe.note("export progress")
     for name in buttons:
         imgui.same_line()
-        if imgui.button(f"{name}##export"):
+        if widgets.button(f"{name}##export", f"status {name}"):
             _pressed(name, run, ui)
-        probe.note(f"status {name}")
 
 
 def _parts(run: ExportRun, ui: UiState) -> tuple[tuple[str, ...], str]:

@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 
 from heatlens.base.printable import printable
 from heatlens.model.option import options_of, type_of
-from heatlens.ui import probe, widgets
+from heatlens.ui import widgets
 
 
 def field_row(kind: type, name: str, value: Any) -> Any:
@@ -18,8 +18,7 @@ def field_row(kind: type, name: str, value: Any) -> Any:
     told, of_type = options_of(kind)[name], type_of(kind, name)
     low, high = told.slider or (told.least, told.most)
     if of_type is bool:
-        _, value = imgui.checkbox(told.label, value)
-        probe.note(told.label)
+        value = widgets.check(told.label, value)
         widgets.tip_above(told.tip)
         return value
     if get_origin(of_type) is Literal:
@@ -30,9 +29,7 @@ def field_row(kind: type, name: str, value: Any) -> Any:
         return of_type(widgets.slider(told.label, value, low, high, told.shown, told.tip))
     if of_type is str:
         widgets.label(told.label, told.tip, is_above=True)
-        _, value = imgui.input_text(f"##{told.label}", value)
-        probe.note(told.label)
-        return value
+        return widgets.typed(told.label, value)
     widgets.label(told.label, f"{told.tip}\nSet it with --{told.flag}.")
     imgui.text_disabled(printable(str(value)))
     return value

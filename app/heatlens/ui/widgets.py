@@ -29,8 +29,7 @@ def label(text: str, tip: str = "", is_above: bool = False) -> None:
         imgui.text_colored(theme.colors.tried, text)
     else:
         imgui.text_disabled(text)
-    if tip and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(tip)
+    tooltip(tip)
     if not is_above:
         imgui.same_line(LABEL_EM * imgui.get_font_size())
     imgui.set_next_item_width(-1)
@@ -121,10 +120,59 @@ def choice(
             if picked:
                 value = item
         imgui.end_combo()
-    elif is_cut and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(printable(value))
+    elif is_cut:
+        tooltip(value)
     probe.note(name)
     return value
+
+
+def button(words: str, name: str, tip: str = "", width: float = 0.0) -> bool:
+    """Draw a button, known to `probe` by `name`; return True if it was pressed.
+
+    `width` is in screen units: 0 for that of the words, negative to fill the line.
+    """
+    pressed = imgui.button(words, ImVec2(width, 0))
+    probe.note(name)
+    tooltip(tip)
+    return bool(pressed)
+
+
+def small_button(words: str, name: str, tip: str = "") -> bool:
+    """Draw a button as high as a line of text, see `button`."""
+    pressed = imgui.small_button(words)
+    probe.note(name)
+    tooltip(tip)
+    return bool(pressed)
+
+
+def area(name: str, corner: ImVec2, size: ImVec2, tip: str = "") -> bool:
+    """Make a part of the screen answer the mouse as a button; return True if it was clicked."""
+    imgui.set_cursor_screen_pos(corner)
+    pressed = imgui.invisible_button(name, size)
+    probe.note(name)
+    tooltip(tip)
+    return bool(pressed)
+
+
+def check(words: str, value: bool, name: str = "", tip: str = "") -> bool:
+    """Draw a box to tick, known to `probe` by `name` or by its words."""
+    _, value = imgui.checkbox(words, value)
+    probe.note(name or words)
+    tooltip(tip)
+    return bool(value)
+
+
+def typed(name: str, value: str) -> str:
+    """Draw a text field without a label; return its text while it is being typed."""
+    _, text = imgui.input_text(f"##{name}", value)
+    probe.note(name)
+    return str(text)
+
+
+def tooltip(text: str) -> None:
+    """Show a tooltip while the pointer rests on the last item; none if `text` is empty."""
+    if text and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(printable(text, keep="\n"))
 
 
 def tip_above(text: str) -> None:
@@ -168,9 +216,13 @@ def colored_text(text: str, color: ImVec4) -> None:
     """Draw a text in colour, wrapped over several lines; draw nothing if it is empty."""
     if not text:
         return
-    imgui.push_style_color(imgui.Col_.text, color)
-    imgui.text_wrapped(printable(text))
-    imgui.pop_style_color()
+    with colored(color):
+        imgui.text_wrapped(printable(text, keep="\n"))
+
+
+def grey_text(text: str) -> None:
+    """Draw a text that is of less importance, wrapped over several lines."""
+    colored_text(text, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
 
 
 def folded(name: str, labels: Sequence[str]) -> bool:

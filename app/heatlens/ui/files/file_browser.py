@@ -81,9 +81,8 @@ class FileBrowser:
 
     def _path_row(self, walk: FolderWalk) -> None:
         for name, target in (("Up", ".."), ("Home", "~")):
-            if imgui.button(name):
+            if widgets.button(name, f"browser {name}"):
                 walk.go(target)
-            probe.note(f"browser {name}")
             imgui.same_line()
         imgui.set_next_item_width(-1)
         entered, walk.typed = imgui.input_text(
@@ -98,11 +97,7 @@ class FileBrowser:
         if walk.overwrites is not None:
             return _overwrite_question(walk, walk.overwrites)
         entered = walk.purpose.is_save and self._name_field(walk)
-        imgui.push_style_color(
-            imgui.Col_.text, theme.colors.bad if walk.problem else theme.colors.dim
-        )
-        imgui.text_wrapped(printable(_note(walk)))
-        imgui.pop_style_color()
+        widgets.colored_text(_note(walk), theme.colors.bad if walk.problem else theme.colors.dim)
         if not walk.purpose.is_save:
             _single_files(walk)
         _to_the_right(2)
@@ -138,9 +133,8 @@ def _place() -> None:
 
 def _single_files(walk: FolderWalk) -> None:
     """Draw the checkbox that lists single files instead of sequences, left of the buttons."""
-    changed, is_single = imgui.checkbox("single files", walk.is_single)
-    probe.note("browser single files")
-    if changed:
+    is_single = widgets.check("single files", walk.is_single, "browser single files")
+    if is_single != walk.is_single:
         walk.list_single(is_single)
     imgui.same_line()
 
@@ -232,9 +226,7 @@ def _to_the_right(buttons: int) -> None:
 
 
 def _button(name: str) -> bool:
-    pressed = imgui.button(name, ImVec2(_BUTTON_EM * imgui.get_font_size(), 0))
-    probe.note(f"browser {name}")
-    return bool(pressed)
+    return widgets.button(name, f"browser {name}", width=_BUTTON_EM * imgui.get_font_size())
 
 
 def _time_text(seconds: float) -> str:

@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.printable import printable
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.shot.shot_store import Found
-from heatlens.ui import probe, topmost, widgets
+from heatlens.ui import topmost, widgets
 from heatlens.ui.state import UiState
 
 _FLAGS = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
@@ -49,17 +49,12 @@ def _answer_quit(ui: UiState, words: str, stays: str) -> None:
     imgui.text_wrapped(f"{words}. {stays}")
     widgets.spacer()
     entered = imgui.is_key_pressed(imgui.Key.enter, False)
-    is_closing = _button("Stop it and close") or entered
+    is_closing = widgets.button("Stop it and close", "quit Stop it and close") or entered
     imgui.same_line()
-    if is_closing or _button("Keep exporting") or topmost.is_escaped() or not words:
+    is_going_on = widgets.button("Keep exporting", "quit Keep exporting")
+    if is_closing or is_going_on or topmost.is_escaped() or not words:
         ui.asks_to_quit, ui.is_over = False, is_closing or not words
         imgui.close_current_popup()
-
-
-def _button(name: str) -> bool:
-    pressed = imgui.button(name)
-    probe.note(f"quit {name}")
-    return bool(pressed)
 
 
 def shot_question(documents: ShotDocuments) -> None:
@@ -82,9 +77,8 @@ def _answer_recovery(documents: ShotDocuments, offer: Found) -> None:
     widgets.spacer()
     for name, goes_on in (("Recover it", True), ("Discard it", False)):
         entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)
-        if imgui.button(name) or entered:
+        if widgets.button(name, f"unsaved {name}") or entered:
             documents.answer(goes_on)
             imgui.close_current_popup()
-        probe.note(f"unsaved {name}")
         imgui.same_line()
     imgui.new_line()

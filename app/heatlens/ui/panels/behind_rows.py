@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import imgui
 
 from heatlens.base.printable import printable
 from heatlens.plate.plate import BehindReport
@@ -27,34 +27,25 @@ def behind_rows(
     `problem` says why `files` cannot be read, or is "". `ask` opens the dialog for another one.
     """
     imgui.separator_text("What lies behind")
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(_TIP)
+    widgets.tooltip(_TIP)
     for name, report in reports.items():
         if name not in files:
-            _sentence(report.sentence)
+            widgets.grey_text(report.sentence)
             probe.note(f"behind {name}")
     kept = tuple(text for text in files if not _row(text, reports.get(text)))
     widgets.colored_text(problem, theme.colors.bad)
     probe.note("behind problem")
-    if imgui.button("Add a picture behind...", ImVec2(-1, 0)):
+    if widgets.button("Add a picture behind...", "Add a picture behind", width=-1):
         ask()
-    probe.note("Add a picture behind")
     return kept
 
 
 def _row(text: str, report: BehindReport | None) -> bool:
     """Draw one file with what it adds; return True if the user removes it."""
-    is_removed = imgui.small_button(f"x##{text}")
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(printable(f"Take {text} away"))
-    probe.note(f"remove {text}")
+    is_removed = widgets.small_button(f"x##{text}", f"remove {text}", f"Take {text} away")
     imgui.same_line()
     imgui.text_wrapped(printable(Path(text).name))
     if report is not None:
-        _sentence(f"It {report.words}.")
+        widgets.grey_text(f"It {report.words}.")
         probe.note(f"behind {text}")
-    return bool(is_removed)
-
-
-def _sentence(words: str) -> None:
-    widgets.colored_text(words, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
+    return is_removed

@@ -51,7 +51,7 @@ def export_panel(
     is_busy = state is not None and state.code is None
     pressed = Pressed.NOTHING
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
-        if _button("Export"):
+        if widgets.button("Export", "Export"):
             pressed = Pressed.EXPORT
     imgui.same_line()
     imgui.text_disabled(printable(Path(settings.output).name))
@@ -60,7 +60,7 @@ def export_panel(
         settings, camera_kind=widgets.choice("for", settings.camera_kind, list(CAMERA_KINDS))
     )
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
-        if _button("Write camera"):
+        if widgets.button("Write camera", "Write camera"):
             pressed = Pressed.CAMERA
     imgui.same_line()
     imgui.text_disabled(printable(Path(settings.camera_output).name))
@@ -71,9 +71,9 @@ def export_panel(
 
 def _where(settings: ExportSettings) -> ExportSettings:
     widgets.label("folder", "Created if it does not exist.")
-    folder = _text("export folder", settings.folder)
+    folder = widgets.typed("export folder", settings.folder)
     widgets.label("name", "Followed by the frame number and the extension.")
-    return replace(settings, folder=folder, name=_text("export name", settings.name))
+    return replace(settings, folder=folder, name=widgets.typed("export name", settings.name))
 
 
 def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSettings:
@@ -94,27 +94,9 @@ def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSetti
             settings = replace(settings, **changed)
     if settings.is_linear:
         return settings
-    with_guides = _check("guides and desqueeze of the window", settings.with_guides)
+    with_guides = widgets.check("guides and desqueeze of the window", settings.with_guides)
     widgets.tip_above("Draws what the Guides tab draws over the picture into the files.")
     return replace(settings, with_guides=with_guides)
-
-
-def _text(name: str, value: str) -> str:
-    _, text = imgui.input_text(f"##{name}", value)
-    probe.note(name)
-    return str(text)
-
-
-def _check(name: str, value: bool) -> bool:
-    _, value = imgui.checkbox(name, value)
-    probe.note(name)
-    return value
-
-
-def _button(name: str) -> bool:
-    pressed = imgui.button(name)
-    probe.note(name)
-    return bool(pressed)
 
 
 def _progress(state: ExportState) -> bool:
@@ -126,10 +108,6 @@ def _progress(state: ExportState) -> bool:
         words = f"{state.done} of {state.frames}{left}" if state.frames else "starting ..."
         imgui.progress_bar(part, ImVec2(-5 * imgui.get_font_size(), 0), words)
         imgui.same_line()
-        return _button("Stop")
-    imgui.push_style_color(
-        imgui.Col_.text, theme.colors.dim if state.code == 0 else theme.colors.bad
-    )
-    imgui.text_wrapped(printable(state.said, keep="\n"))
-    imgui.pop_style_color()
+        return widgets.button("Stop", "Stop")
+    widgets.colored_text(state.said, theme.colors.dim if state.code == 0 else theme.colors.bad)
     return False

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 from heatlens.model.guides import MATTES, SQUEEZES, Guides, parse_aspect, parse_desqueeze
 from heatlens.model.peaking import BLUR_RANGE, PEAKING_COLORS, STOPS_RANGE, Peaking, PeakingOn
 from heatlens.model.view import ViewState
-from heatlens.ui import probe, widgets
+from heatlens.ui import widgets
 
 _NO_MATTE, _OWN = "none", "own"
 _AS_FILE, _SQUARE = "as the file says", "square pixels"
@@ -22,7 +22,7 @@ def guides_panel(view: ViewState, squeeze: float, say: Callable[[str], None]) ->
     imgui.separator_text("Matte and lines")
     guides = _matte(view.guides, say)
     for field, words in _LINES:
-        guides = replace(guides, **{field: _check(words, bool(getattr(guides, field)))})
+        guides = replace(guides, **{field: widgets.check(words, bool(getattr(guides, field)))})
     imgui.separator_text("Anamorphic")
     guides = _desqueeze(guides, squeeze, say)
     imgui.separator_text("Focus peaking")
@@ -71,7 +71,7 @@ def _desqueeze(guides: Guides, squeeze: float, say: Callable[[str], None]) -> Gu
 
 def _peaking(view: ViewState) -> ViewState:
     peaking = view.peaking
-    view = replace(view, is_peaking=_check("colour what is in focus", view.is_peaking))
+    view = replace(view, is_peaking=widgets.check("colour what is in focus", view.is_peaking))
     tip = "The edges of what is in focus as the picture shows them, or all of it by its distance."
     on = PeakingOn(widgets.choice("colours", peaking.on, [str(it) for it in PeakingOn], tip))
     color = widgets.choice("in", peaking.color, list(PEAKING_COLORS))
@@ -82,9 +82,3 @@ def _peaking(view: ViewState) -> ViewState:
     tip = "How large a blur still counts as in focus, in acceptable circles of confusion."
     blur = widgets.slider("blur up to", peaking.blur, *BLUR_RANGE, "%.2f", tip)
     return replace(view, peaking=Peaking(on, stops, blur, color))
-
-
-def _check(words: str, value: bool) -> bool:
-    _, value = imgui.checkbox(words, value)
-    probe.note(words)
-    return bool(value)

@@ -6,7 +6,7 @@ from heatlens.base.printable import printable
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.session.lens.kit_commands import KitCommands
-from heatlens.ui import probe, widgets
+from heatlens.ui import widgets
 
 _BREATHING_TIP = "At close focus the lens shows {:.3g} % of the width that it shows at infinity."
 _NONE = "none: any lens"
@@ -29,9 +29,6 @@ def kit_panel(kit: LensKit | None, lens: Lens, commands: KitCommands) -> None:
         commands.mount(kit.lenses[names.index(name)])
     imgui.text_disabled(mounted.words)
     if mounted.breathing != 1.0:
-        changed, is_on = imgui.checkbox("the view breathes", lens.breathing != 1.0)
-        probe.note("breathing")
-        if imgui.is_item_hovered():
-            imgui.set_tooltip(_BREATHING_TIP.format(100 * mounted.breathing))
-        if changed:
-            commands.breathe(is_on)
+        breathes, tip = lens.breathing != 1.0, _BREATHING_TIP.format(100 * mounted.breathing)
+        if widgets.check("the view breathes", breathes, "breathing", tip) != breathes:
+            commands.breathe(not breathes)

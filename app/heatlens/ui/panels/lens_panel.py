@@ -113,9 +113,7 @@ def _doubts(facts: LensFacts, about: About) -> None:
     """Draw the doubts about a field under it, with their remedy."""
     for doubt in facts.doubts:
         if doubt.about == about:
-            imgui.push_style_color(imgui.Col_.text, theme.colors.bad)
-            imgui.text_wrapped(window_words(doubt.sentence))
-            imgui.pop_style_color()
+            widgets.colored_text(window_words(doubt.sentence), theme.colors.bad)
             probe.note(f"doubt about {about}")
 
 

@@ -94,23 +94,20 @@ class LookStills:
 
 def looks_panel(facts: Facts, desk: PictureDesk, stills: LookStills) -> None:
     """Draw the panel in the current window."""
-    if imgui.button("Keep this look"):
+    tip = "Keeps length, stop, focus and film back under a letter (Shift+L)."
+    if widgets.button("Keep this look", "keep look", tip):
         desk.looks.keep()
-    probe.note("keep look")
-    _tip("Keeps length, stop, focus and film back under a letter (Shift+L).")
     view, looks = facts.view, facts.shot.looks
     is_grid = view.compare is Compare.GRID
     imgui.same_line()
     with widgets.disabled(not looks):
-        if imgui.button("Leave grid" if is_grid else "Grid"):
+        tip = "Up to four looks side by side (Shift+W); click one to take it."
+        if widgets.button("Leave grid" if is_grid else "Grid", "look grid", tip):
             desk.looks.toggle_grid()
-        probe.note("look grid")
-        _tip("Up to four looks side by side (Shift+W); click one to take it.")
     imgui.same_line()
     with widgets.disabled(not is_look_b(view)):
-        if imgui.button("Wipe off"):
+        if widgets.button("Wipe off", "look wipe off"):
             desk.commands.change(compare=Compare.OFF)
-        probe.note("look wipe off")
     if not looks:
         imgui.text_wrapped("No looks yet. Set up the lens, then Shift+L keeps it as look A.")
     for index, look in enumerate(looks):
@@ -125,7 +122,7 @@ def _row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, look: 
     if _still(stills.of(look)):
         desk.looks.go(index)
     probe.note(f"look {look.name}")
-    _tip(f"Take this lens again (Ctrl+{index + 1})" if index < 9 else "Take this lens again")
+    widgets.tooltip(f"Take this lens again{f' (Ctrl+{index + 1})' if index < 9 else ''}")
     if facts.lens == look.lens:
         size = imgui.get_item_rect_size()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
@@ -165,10 +162,8 @@ def _buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
         if _toggle("grid", f"in grid {look.name}", is_in, "Show this look in the grid"):
             desk.looks.toggle_in_grid(look)
     imgui.same_line(0.0, 4.0)
-    if imgui.button("x"):
+    if widgets.button("x", f"delete look {look.name}", "Forget this look"):
         desk.looks.delete(look)
-    probe.note(f"delete look {look.name}")
-    _tip("Forget this look")
 
 
 def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
@@ -177,12 +172,11 @@ def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
         imgui.push_style_color(imgui.Col_.button, theme.colors.handle)
         imgui.push_style_color(imgui.Col_.button_hovered, theme.colors.handle)
         imgui.push_style_color(imgui.Col_.text, theme.colors.on_accent)
-    pressed = imgui.button(words)
+    pressed = widgets.button(words, name)
     if is_on:
         imgui.pop_style_color(3)
-    probe.note(name)
-    _tip(tip)
-    return bool(pressed)
+    widgets.tooltip(tip)
+    return pressed
 
 
 def _still(texture: moderngl.Texture | None) -> bool:
@@ -202,8 +196,3 @@ def _still(texture: moderngl.Texture | None) -> bool:
     else:
         draw.add_image(imgui.ImTextureRef(texture.glo), corner, end, ImVec2(0, 1), ImVec2(1, 0))
     return bool(pressed)
-
-
-def _tip(text: str) -> None:
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(text)

@@ -25,19 +25,19 @@ _PULL = "pull focus"
 _HERE = "here"
 _RADIUS_EM = 0.33  # of the ring around a point
 _PULL_MOST = 100_000  # frames
+_FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
+_PART_TIP = "Which part of the thing is measured: its middle, or its nearest part."
 
 
 def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
     """Draw the panel in the current window."""
-    if imgui.button("Set mark here"):
+    tip = "At the distance in focus (M). Ctrl+Shift+click in the picture marks what is there."
+    if widgets.button("Set mark here", "set mark", tip):
         desk.marks.set_here()
-    probe.note("set mark")
-    _tip("At the distance in focus (M). Ctrl+Shift+click in the picture marks what is there.")
     imgui.same_line()
     with widgets.disabled(not desk.editing.shot.marks):
-        if imgui.button("Pull focus..."):
+        if widgets.button("Pull focus...", "open pull"):
             ui.open_pull()
-        probe.note("open pull")
     em = imgui.get_font_size()
     room_em = imgui.get_content_region_avail().x / em - _ROW_EM
     name_em = min(max(room_em, _NAME_LEAST_EM), _NAME_EM)
@@ -69,7 +69,7 @@ def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
     imgui.text(
         "not seen" if distance_m is None else measured_text(desk.editing.lens, distance_m, unit)
     )
-    _tip(_meaning(mark))
+    widgets.tooltip(_meaning(mark))
     imgui.table_next_column()
     _row_buttons(desk, mark)
 
@@ -86,27 +86,21 @@ def _meaning(mark: Mark) -> str:
 
 def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
     commands = desk.marks
-    if imgui.button(f"focus##{mark.name}"):
+    if widgets.button(f"focus##{mark.name}", f"go {mark.name}"):
         commands.go(mark)
-    probe.note(f"go {mark.name}")
     if not isinstance(mark, DistanceMark):
         imgui.same_line(0.0, 4.0)
         with widgets.disabled(commands.is_reading):
-            if imgui.button(f"follow##{mark.name}"):
+            if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):
                 commands.follow(mark)
-        probe.note(f"follow {mark.name}")
-        _tip("Keys the focus on it at every frame from in to out; frames not in memory are read.")
     if isinstance(mark, MatteMark):
         imgui.same_line(0.0, 4.0)
-        if imgui.button(f"{mark.part}##{mark.name}"):
+        if widgets.button(f"{mark.part}##{mark.name}", f"part {mark.name}", _PART_TIP):
             parts = [it for it in MattePart if it is not mark.part]
             commands.change(mark, replace(mark, part=parts[0]))
-        probe.note(f"part {mark.name}")
-        _tip("Which part of the thing is measured: its middle, or its nearest part.")
     imgui.same_line(0.0, 4.0)
-    if imgui.button(f"x##{mark.name}"):
+    if widgets.button(f"x##{mark.name}", f"delete {mark.name}"):
         commands.delete(mark)
-    probe.note(f"delete {mark.name}")
 
 
 def _close_focus(desk: TimeDesk, unit: str) -> None:
@@ -158,9 +152,8 @@ def pull_popup(desk: TimeDesk, ui: UiState) -> None:
             desk.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
             imgui.close_current_popup()
         imgui.same_line()
-        if imgui.button("Cancel"):
+        if widgets.button("Cancel", "cancel pull"):
             imgui.close_current_popup()
-        probe.note("cancel pull")
         imgui.end_popup()
 
 
@@ -189,8 +182,7 @@ def _pull_fields(desk: TimeDesk) -> None:
 
 
 def _pull_button() -> bool:
-    pressed = imgui.button("Pull")
-    probe.note("pull")
+    pressed = widgets.button("Pull", "pull")
     is_typing = imgui.is_any_item_active()
     entered = any(imgui.is_key_pressed(k, False) for k in (imgui.Key.enter, imgui.Key.keypad_enter))
     return bool(pressed or (entered and not is_typing))
@@ -213,8 +205,3 @@ def draw_point_marks(facts: Facts, view: PictureView) -> None:
         at = ImVec2(x + radius + 0.2 * em, y - em / 2)
         draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.OVER_PICTURE.shadow, printable(mark.name))
         draw.add_text(at, theme.OVER_PICTURE.mark, printable(mark.name))
-
-
-def _tip(text: str) -> None:
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(printable(text))

@@ -71,20 +71,14 @@ def _image(lens: Lens, ask: Callable[[], None]) -> Lens:
     widgets.label(_TOLD["aperture_image"].label, _TOLD["aperture_image"].tip)
     is_taken_off = False
     if image is not None:
-        is_taken_off = imgui.small_button("x##no aperture image")
-        _tip("Remove the image and use the blades again.")
-        probe.note("no aperture image")
+        tip = "Remove the image and use the blades again."
+        is_taken_off = widgets.small_button("x##no aperture image", "no aperture image", tip)
         imgui.same_line()
-    if imgui.button("Choose..." if image is None else f"{printable(Path(image.path).name)}##image"):
+    words = "Choose..." if image is None else f"{printable(Path(image.path).name)}##image"
+    tip = "Choose a picture." if image is None else image.path
+    if widgets.button(words, "aperture image", tip):
         ask()
-    _tip("Choose a picture." if image is None else printable(image.path))
-    probe.note("aperture image")
     return replace(lens, aperture_image=None) if is_taken_off else lens
-
-
-def _tip(text: str) -> None:
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(text)
 
 
 def _blades(lens: Lens) -> Lens:

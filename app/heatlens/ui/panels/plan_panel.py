@@ -41,8 +41,7 @@ class PlanPanel:
         """Draw the plan into the room that is left; return what the user moved."""
         em, room = imgui.get_font_size(), imgui.get_content_region_avail()
         corner, size = imgui.get_cursor_screen_pos(), ImVec2(room.x, max(room.y, _LEAST_EM * em))
-        imgui.invisible_button("plan", size)
-        probe.note("plan")
+        widgets.area("plan", corner, size)
         zoom = self._zoom * _ZOOM ** widgets.wheel_over_last()
         self._zoom = min(max(zoom, _ZOOM_LEAST), _ZOOM_MOST)
         if not imgui.is_item_active():

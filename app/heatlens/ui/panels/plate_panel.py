@@ -63,9 +63,8 @@ def plate_panel(
     options = _controls(options, facts, say)
     if not is_of_behind:
         widgets.colored_text(facts.problem, theme.colors.bad)
-    if imgui.button("Guess again", ImVec2(-1, 0)):
+    if widgets.button("Guess again", "Guess again", width=-1):
         options = PlateOptions(depth_source=options.depth_source, behind=options.behind)
-    probe.note("Guess again")
     reports = {report.name: report for report in facts.plate.behind}
     behind = behind_rows(options.behind, reports, facts.problem if is_of_behind else "", ask_behind)
     words = _NEIGHBOURS | {options.neighbours: _NEIGHBOURS.get(options.neighbours) or "other"}
@@ -196,22 +195,14 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
             probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
     options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))
-    options = replace(options, despike=_despike(options.despike))
+    tip = "Single pixels far brighter than their neighbours, as path tracers leave."
+    despike = widgets.check("take out bright grains", options.despike, tip=tip)
+    options = replace(options, despike=despike)
     if not plate.views:
         return options
     return replace(
         options, eye=_named("eye", options.eye, plate.views, "The view of a stereo file.")
     )
-
-
-def _despike(value: bool) -> bool:
-    _, value = imgui.checkbox("take out bright grains", value)
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(
-            "Single pixels far brighter than their neighbours, as path tracers leave."
-        )
-    probe.note("take out bright grains")
-    return value
 
 
 def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:

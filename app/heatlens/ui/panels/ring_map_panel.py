@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import imgui
 
 from heatlens.base.errors import InputError
 from heatlens.base.printable import printable
@@ -61,12 +61,12 @@ def _row(
     imgui.same_line()
     is_learning = hand.learning is not None and hand.learning.ring is ring
     # The button extends to the right edge, like the fields above and below.
-    if imgui.button(f"{'done' if is_learning else 'learn'}##{ring.words}", ImVec2(-1, 0)):
+    words = f"{'done' if is_learning else 'learn'}##{ring.words}"
+    if widgets.button(words, f"learn {ring.words}", width=-1):
         if is_learning:
             hand.end_learning()
         else:
             hand.learn(ring)
-    probe.note(f"learn {ring.words}")
 
 
 def _range(hand: RingHand, found: ChannelMap, unit: str, say: Say) -> None:

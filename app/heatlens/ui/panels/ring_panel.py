@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.base.printable import printable
 from heatlens.live.ring.sources import Heard
-from heatlens.ui import probe, theme, widgets
+from heatlens.ui import theme, widgets
 
 _LETTERS = 8  # of the number of a sender
 _FIRST_HEARD = "first one heard"
@@ -38,15 +38,14 @@ def ring_panel(state: RingState, facts: RingFacts) -> RingState:
     """Draw the panel; return the user's choice."""
     imgui.separator_text("Ring")
     _status(facts)
-    changed, is_followed = imgui.checkbox("the lens follows it", state.is_followed)
-    probe.note("follow ring")
+    is_followed = widgets.check("the lens follows it", state.is_followed, "follow ring")
     by_words = {_FIRST_HEARD: None} | {_words(name): name for name in facts.heard.sources}
     source = state.source
     if len(facts.heard.sources) > 1 or source is not None:
         now = _FIRST_HEARD if source is None else _words(source)
         picked = widgets.choice("source", now, list(by_words))
         source = by_words.get(picked, source)
-    return RingState(is_followed if changed else state.is_followed, source)
+    return RingState(is_followed, source)
 
 
 def _words(name: str) -> str:

@@ -52,17 +52,14 @@ def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], No
                 scenes.selected = name
         imgui.end_list_box()
     with widgets.disabled(scenes.selected is None):
-        if imgui.button("Frame it"):
+        if widgets.button("Frame it", "frame object"):
             scenes.frame_selected()
-        probe.note("frame object")
         imgui.same_line()
-        if imgui.button("Focus on it") and scenes.selected is not None:
+        if widgets.button("Focus on it", "focus on object") and scenes.selected is not None:
             _try(say, lambda: scenes.focus_on(scenes.selected or ""))
-        probe.note("focus on object")
         imgui.same_line()
-        if imgui.button("Mark it") and scenes.selected is not None:
+        if widgets.button("Mark it", "mark object") and scenes.selected is not None:
             _try(say, lambda: scenes.mark(scenes.selected or ""))
-        probe.note("mark object")
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
 
 
@@ -108,20 +105,14 @@ def _clip(scenes: SceneCommands) -> None:
 
 def _keys(scenes: SceneCommands, editing: Editing) -> None:
     keys = scenes.key_frames
-    if imgui.button("Set camera key"):
+    if widgets.button("Set camera key", "set camera key"):
         scenes.set_key()
-    probe.note("set camera key")
     imgui.same_line()
     with widgets.disabled(editing.frame not in keys or len(keys) < 2):
-        if imgui.button("Delete key"):
+        if widgets.button("Delete key", "delete camera key"):
             scenes.delete_key()
-        probe.note("delete camera key")
     if len(keys) > 1:
-        imgui.push_style_color(
-            imgui.Col_.text, imgui.get_style_color_vec4(imgui.Col_.text_disabled)
-        )
-        imgui.text_wrapped("keys at " + ", ".join(f"{frame:g}" for frame in keys))
-        imgui.pop_style_color()
+        widgets.grey_text("keys at " + ", ".join(f"{frame:g}" for frame in keys))
 
 
 def _size(scenes: SceneCommands, editing: Editing) -> None:

@@ -29,12 +29,12 @@ def speed_panel(speed: Speed, shown: Shown | None, renderer: FrameRenderer) -> N
         whole = "whole" if shown.is_whole else f"preview{quality}"
         rows.insert(0, ("picture", f"{1e3 * shown.seconds:.0f} ms, {width}x{height}, {whole}"))
     _rows(rows)
-    changed, on = imgui.checkbox("time each pass", renderer.stopwatch.on)
-    if changed:
-        renderer.stopwatch.on = on
-        renderer.stopwatch.times.clear()
-    times = renderer.stopwatch.times
-    _rows([(name, f"{1e3 * t.seconds:.1f} ms") for name, t in times.items()])
+    watch = renderer.stopwatch
+    is_on = widgets.check("time each pass", watch.on)
+    if is_on != watch.on:
+        watch.on = is_on
+        watch.times.clear()
+    _rows([(name, f"{1e3 * t.seconds:.1f} ms") for name, t in watch.times.items()])
 
 
 def _text(value: float | None, words: str) -> str:

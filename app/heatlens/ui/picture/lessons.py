@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.view_geometry import Viewport
 from heatlens.session.marks.lessons import Lesson, Lessons
-from heatlens.ui import probe
+from heatlens.ui import probe, widgets
 
 _WIDTH_EM, _LEAST_EM = 28.0, 16.0  # usual and least width of the card; without room it is left out
 _MARGIN_EM = 0.8  # margin to the edges of the picture's window
@@ -46,9 +46,8 @@ def draw_lessons(lessons: Lessons, viewport: Viewport, is_hidden: bool) -> None:
 def _hide(lessons: Lessons, card: float) -> None:
     """Draw the button that hides the lessons, at the right of the first one."""
     imgui.same_line(card - imgui.get_style().window_padding.x - _hide_width())
-    if imgui.small_button(_HIDE):
+    if widgets.small_button(_HIDE, "dismiss lessons"):
         lessons.is_dismissed = True
-    probe.note("dismiss lessons")
 
 
 def _with_room(left: Sequence[Lesson], card: float, room: float) -> Sequence[Lesson]:

@@ -5,7 +5,7 @@ from imgui_bundle import ImVec2, ImVec4, imgui
 from heatlens.model.view_geometry import Viewport
 from heatlens.session.loop.messages import window_words
 from heatlens.source.stream_source import StreamSource
-from heatlens.ui import probe, theme
+from heatlens.ui import theme, widgets
 
 _WIDTH_EM = 44.0  # longest line that is still easy to read
 _LINES = (
@@ -48,20 +48,15 @@ class StreamNotice:
         imgui.push_style_color(imgui.Col_.child_bg, theme.OVER_PICTURE.shadow)
         flags = imgui.ChildFlags_.auto_resize_y | imgui.ChildFlags_.always_use_window_padding
         imgui.begin_child("stream notice", ImVec2(min(_WIDTH_EM * em, width - em), 0.0), flags)
-        imgui.push_style_color(imgui.Col_.text, theme.OVER_PICTURE.told)
-        imgui.text_wrapped(said)
-        imgui.pop_style_color()
-        if imgui.small_button("Dismiss"):
+        widgets.colored_text(said, theme.OVER_PICTURE.told)
+        if widgets.small_button("Dismiss", "stream notice"):
             self._dismissed = said
-        probe.note("stream notice")
         imgui.end_child()
         imgui.pop_style_color()
 
 
 def _draw_wrapped(text: str, color: ImVec4, at: ImVec2, width: float) -> None:
     imgui.set_cursor_pos(at)
-    imgui.push_style_color(imgui.Col_.text, color)
     imgui.push_text_wrap_pos(at.x + width)
-    imgui.text_unformatted(text)
+    widgets.colored_text(text, color)
     imgui.pop_text_wrap_pos()
-    imgui.pop_style_color()

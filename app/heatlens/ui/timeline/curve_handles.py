@@ -12,7 +12,7 @@ from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import checked, frames_of
 from heatlens.session.loop.messages import Problem
-from heatlens.ui import probe, theme
+from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.curve_axis import CurveAxis
 from heatlens.ui.timeline.scale import TimeScale
 
@@ -110,9 +110,8 @@ def _handle(
     key = scale.x_at(handle.key.frame), heights.y_at(axis.place_of(handle.key.value))
     at = scale.x_at(frame), heights.y_at(axis.from_scale(place, curve_scale))
     tip = ImVec2(*_apart(key, at, _LEAST_EM * em, 1 if handle.is_out else -1))
-    imgui.set_cursor_screen_pos(ImVec2(tip.x - reach, tip.y - reach))
-    imgui.invisible_button(handle.name, ImVec2(2 * reach, 2 * reach))
-    probe.note(handle.name)
+    corner = ImVec2(tip.x - reach, tip.y - reach)
+    widgets.area(handle.name, corner, ImVec2(2 * reach, 2 * reach))
     if imgui.is_item_activated():
         desk.editing.settle()
     is_held = imgui.is_item_active()

@@ -4,83 +4,18 @@ from collections.abc import Mapping
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.model.curve import SAME_FRAME
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.session.keys.key_drag import KeyDrag, Move, Places
 from heatlens.session.keys.key_rows import CAMERA, ROWS, Row, key_frames
-from heatlens.ui import probe, theme
+from heatlens.ui import probe, theme, widgets
 from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.scale import TimeScale
 from heatlens.ui.timeline.stretch_grips import GRIPS_EM, stretch_grips
 from heatlens.ui.timeline.view import TimelineView
-
-
-def camera_row(desk: TimeDesk, scale: TimeScale, corner: ImVec2, row: float) -> None:
-    """Draw the row at `corner`, its name left of `scale`; its keys are drawn with all others."""
-    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    _dot(desk, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
-    row_name(desk, CAMERA, corner, scale.x, row, "Click to select the camera: K then sets its key")
-    color = theme.colors.handle if desk.editing.shot.camera_key_frames else theme.colors.text_dim
-    draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (row - em) / 2), color, CAMERA.words)
-    end = ImVec2(scale.x + scale.width, corner.y + row - 2)
-    draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
-
-
-def _dot(desk: TimeDesk, middle: ImVec2) -> None:
-    """Draw the dot of the camera; a click sets or removes its key at the playhead."""
-    side = 0.5 * imgui.get_font_size()
-    is_here = desk.editing.frame in desk.editing.shot.camera_key_frames
-    imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
-    if imgui.invisible_button("dot camera", ImVec2(2 * side, 2 * side)):
-        desk.scenes.toggle_key()
-    probe.note("dot camera")
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Key of the camera at this frame")
-    color = theme.colors.key if desk.editing.shot.camera_key_frames else theme.colors.queued
-    draw = imgui.get_window_draw_list()
-    if is_here:
-        draw.add_quad_filled(*diamond(middle, 0.6 * side), color)
-    else:
-        draw.add_quad(*diamond(middle, 0.6 * side), color, 1.2)
-
-
-_LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot left of the name, and for a gap to the keys
-
-
-def row_name(
-    desk: TimeDesk, row: Row, corner: ImVec2, keys_x: float, height: float, tip: str
-) -> None:
-    """Draw the background of a row's name, from `corner` to `keys_x`.
-
-    It is lighter for the selected row, and a click selects the row. The caller draws the name over
-    it.
-    """
-    em = imgui.get_font_size()
-    first = ImVec2(corner.x + _LEFT_EM * em, corner.y)
-    size = ImVec2(max(keys_x - _RIGHT_EM * em - first.x, 1.0), height - 2)
-    imgui.set_cursor_screen_pos(first)
-    if imgui.invisible_button(f"row {row}", size):
-        desk.keys.rows.choose(row)
-    probe.note(f"row {row}")
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(tip)
-    if desk.keys.rows.chosen is row:
-        end = ImVec2(first.x + size.x, first.y + size.y)
-        imgui.get_window_draw_list().add_rect_filled(first, end, theme.colors.played, 3.0)
-
-
-def diamond(middle: ImVec2, reach: float) -> tuple[ImVec2, ImVec2, ImVec2, ImVec2]:
-    """Return the corners of a diamond, `reach` from its middle, in screen units."""
-    x, y = middle.x, middle.y
-    return (
-        ImVec2(x, y - reach),
-        ImVec2(x + reach, y),
-        ImVec2(x, y + reach),
-        ImVec2(x - reach, y),
-    )
-
 
 # The names under which the Lens panel reports the controls of each parameter.
 _CONTROLS = {
@@ -91,6 +26,39 @@ _CONTROLS = {
 }
 _ROW_EM, _ROW_LEAST_EM = 1.45, 1.1  # height of a row, and the least height
 _KEY_EM, _REACH_EM = 0.42, 0.55
+_LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot left of the name, and for a gap to the keys
+
+
+def _draw_row(desk: TimeDesk, scale: TimeScale, row: Row, corner: ImVec2, height: float) -> None:
+    """Draw dot, name and ground of a row at `corner`; the keys of all rows are drawn later."""
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    key_dot(desk, row, ImVec2(corner.x + 0.5 * em, corner.y + height / 2), f"dot {row}")
+    _row_name(desk, row, ImVec2(corner.x + _LEFT_EM * em, corner.y), scale.x, height)
+    is_keyed = bool(key_frames(desk.editing.shot, row))
+    color = theme.colors.handle if is_keyed else theme.colors.text_dim
+    draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (height - em) / 2), color, row.words)
+    end = ImVec2(scale.x + scale.width, corner.y + height - 2)
+    draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
+
+
+def _row_name(desk: TimeDesk, row: Row, corner: ImVec2, keys_x: float, height: float) -> None:
+    """Draw the ground of a row's name, lighter for the selected row; a click selects it."""
+    size = ImVec2(max(keys_x - _RIGHT_EM * imgui.get_font_size() - corner.x, 1.0), height - 2)
+    tip = f"Click to select: Shift+C then shows the curve of the {row.words}"
+    if row is CAMERA:
+        tip = "Click to select the camera: K then sets its key"
+    if widgets.area(f"row {row}", corner, size, tip):
+        desk.keys.rows.choose(row)
+    if desk.keys.rows.chosen is row:
+        end = ImVec2(corner.x + size.x, corner.y + size.y)
+        imgui.get_window_draw_list().add_rect_filled(corner, end, theme.colors.played, 3.0)
+
+
+def diamond(middle: ImVec2, reach: float) -> tuple[ImVec2, ImVec2, ImVec2, ImVec2]:
+    """Return the corners of a diamond, `reach` from its middle, in screen units."""
+    x, y = middle.x, middle.y
+    top, bottom = ImVec2(x, y - reach), ImVec2(x, y + reach)
+    return top, ImVec2(x + reach, y), bottom, ImVec2(x - reach, y)
 
 
 def dope_sheet(
@@ -101,11 +69,8 @@ def dope_sheet(
     strip = GRIPS_EM * imgui.get_font_size()  # below the rows, so that no key lies under a grip
     row = _row_height(height - strip, len(rows))
     height = max(height, len(rows) * row + strip)
-    for index, parameter in enumerate(LensParameter):
-        _draw_row(desk, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
-    if desk.keys.rows.has_camera:
-        below = corner.y + len(LensParameter) * row
-        camera_row(desk, scale, ImVec2(corner.x, below), row)
+    for index, it in enumerate(rows):
+        _draw_row(desk, scale, it, ImVec2(corner.x, corner.y + index * row), row)
     places = _places(desk.editing.shot, rows, scale, corner.y, row)
     stretch_grips(view.stretch, scale, corner.y, height)
     hold_keys(view.drag, scale, corner.y, height, places, _move)
@@ -127,9 +92,7 @@ def hold_keys(
 ) -> None:
     """Draw the invisible button in which keys are clicked and dragged, and apply the mouse."""
     io, em = imgui.get_io(), imgui.get_font_size()
-    imgui.set_cursor_screen_pos(ImVec2(scale.x, y))
-    imgui.invisible_button("keys", ImVec2(scale.width, max(height, 1.0)))
-    probe.note("keys")
+    widgets.area("keys", ImVec2(scale.x, y), ImVec2(scale.width, max(height, 1.0)))
     for (key_row, frame), (x, key_y) in places.items():
         probe.note_at(f"key {key_row} {frame:g}", (x, key_y, x, key_y))
     mouse = io.mouse_pos.x, io.mouse_pos.y
@@ -151,41 +114,21 @@ def _places(
     }
 
 
-def _draw_row(
-    desk: TimeDesk, scale: TimeScale, parameter: LensParameter, corner: ImVec2, row: float
-) -> None:
-    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    is_keyed = bool(desk.editing.shot.curves.of(parameter).keys)
-    key_dot(desk, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
-    tip = f"Click to select: Shift+C then shows the curve of the {parameter.words}"
-    row_name(desk, parameter, corner, scale.x, row, tip)
-    color = theme.colors.handle if is_keyed else theme.colors.text_dim
-    draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + (row - em) / 2), color, parameter.words)
-    end = ImVec2(scale.x + scale.width, corner.y + row - 2)
-    draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.colors.groove)
-
-
-def key_dot(desk: TimeDesk, parameter: LensParameter, middle: ImVec2, name: str) -> None:
-    """Draw the dot of a parameter; a click sets or removes its key at the playhead.
+def key_dot(desk: TimeDesk, row: Row, middle: ImVec2, name: str) -> None:
+    """Draw the dot of a row; a click sets or removes its key at the playhead.
 
     It is filled if there is a key at the playhead, and hollow if there are keys elsewhere.
     """
-    side = 0.5 * imgui.get_font_size()
-    imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
-    if imgui.invisible_button(name, ImVec2(2 * side, 2 * side)):
-        desk.keys.toggle_here(parameter)
-    probe.note(name)
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(f"Key of the {parameter.words} at this frame")
-    curve = desk.editing.shot.curves.of(parameter)
-    is_here = curve.key_at(desk.editing.frame) is not None
+    side, frames = 0.5 * imgui.get_font_size(), key_frames(desk.editing.shot, row)
+    corner, size = ImVec2(middle.x - side, middle.y - side), ImVec2(2 * side, 2 * side)
+    if widgets.area(name, corner, size, f"Key of the {row.words} at this frame"):
+        desk.toggle_key(row)
     draw = imgui.get_window_draw_list()
-    color = theme.colors.key if curve.keys else theme.colors.queued
-    corners = diamond(middle, 0.6 * side)
-    if is_here:
-        draw.add_quad_filled(*corners, color)
+    color = theme.colors.key if frames else theme.colors.queued
+    if any(abs(frame - desk.editing.frame) < SAME_FRAME for frame in frames):
+        draw.add_quad_filled(*diamond(middle, 0.6 * side), color)
     else:
-        draw.add_quad(*corners, color, 1.2)
+        draw.add_quad(*diamond(middle, 0.6 * side), color, 1.2)
 
 
 def draw_keys(

@@ -44,23 +44,19 @@ def keys_row(desk: TimeDesk, view: TimelineView) -> None:
 
 
 def _set_key(desk: TimeDesk) -> None:
-    if imgui.button("Set key"):
+    if widgets.button("Set key", "set key", _SET_TIPS[desk.keys.rows.chosen is CAMERA]):
         desk.keys.set_here()
-    probe.note("set key")
-    _tip(_SET_TIPS[desk.keys.rows.chosen is CAMERA])
 
 
 def _auto_key(desk: TimeDesk) -> None:
-    _, desk.editing.auto_key = imgui.checkbox("auto key", desk.editing.auto_key)
-    probe.note("auto key")
-    _tip("Set a key whenever a parameter with keys is changed (A)")
+    tip = "Set a key whenever a parameter with keys is changed (A)"
+    desk.editing.auto_key = widgets.check("auto key", desk.editing.auto_key, tip=tip)
 
 
 def _shows_curve(desk: TimeDesk) -> None:
     rows = desk.keys.rows
-    _, rows.shows_curve = imgui.checkbox("curve", rows.shows_curve)
-    probe.note("curve")
-    _tip("Show the selected row as a curve, or all keys in rows (Shift+C)")
+    tip = "Show the selected row as a curve, or all keys in rows (Shift+C)"
+    rows.shows_curve = widgets.check("curve", rows.shows_curve, tip=tip)
 
 
 def _curve_of(desk: TimeDesk, view: TimelineView) -> None:
@@ -93,7 +89,7 @@ def _ease(desk: TimeDesk, found: Sequence[Key], name: str, is_out: bool) -> None
             imgui.SliderFlags_.always_clamp,
         )  # fmt: skip
         probe.note(name)
-        _tip("How far the handle reaches; the segment becomes a Bezier")
+        widgets.tooltip("How far the handle reaches; the segment becomes a Bezier")
     if changed:
         desk.keys.ease(new, is_out)
 
@@ -106,8 +102,3 @@ def _selection_note(desk: TimeDesk) -> str:
 def _words(words: str) -> None:
     imgui.align_text_to_frame_padding()
     imgui.text_disabled(words)
-
-
-def _tip(text: str) -> None:
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(text)

@@ -8,7 +8,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.session.desks import TimeDesk
 from heatlens.session.live.pull_recording import RecordingState
 from heatlens.session.time.frame_states import Run
-from heatlens.ui import probe, theme
+from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.curve_editor import curve_editor
 from heatlens.ui.timeline.dope_sheet import dope_sheet
 from heatlens.ui.timeline.keys_row import keys_row
@@ -37,9 +37,7 @@ def timeline_panel(desk: TimeDesk, view: TimelineView, unit: str) -> None:
     width = max(room.x - (NAMES_EM + _EDGE_EM) * em, 4 * em)
     scale = _scale(desk, view, x, width)
     ruler_height = _RULER_EM * em
-    imgui.set_cursor_screen_pos(ImVec2(x, corner.y))
-    imgui.invisible_button("timeline ruler", ImVec2(width, ruler_height))
-    probe.note("timeline ruler")
+    widgets.area("timeline ruler", ImVec2(x, corner.y), ImVec2(width, ruler_height))
     if imgui.is_item_active():
         desk.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
     _draw_ruler(desk, view, scale, corner.y, ruler_height)

@@ -73,16 +73,14 @@ def _tolerance(recording: PullRecording) -> None:
         imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp,
     )  # fmt: skip
     probe.note("tolerance")
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(_TOLERANCE_TIP)
+    widgets.tooltip(_TOLERANCE_TIP)
     if changed:
         recording.tolerate(tolerance)
 
 
 def _button(name: str, do: Callable[[], None]) -> None:
-    if imgui.button(name):
+    if widgets.button(name, f"recording {name}"):
         do()
-    probe.note(f"recording {name}")
 
 
 def _words(words: str) -> None:

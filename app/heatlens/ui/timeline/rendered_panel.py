@@ -6,7 +6,7 @@ from heatlens.base.errors import InputError
 from heatlens.rendered_frames.frame_store import MEGABYTE
 from heatlens.session.desks import TimeDesk
 from heatlens.session.settings.preferences import MEGABYTES_MOST
-from heatlens.ui import probe, theme, widgets
+from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.view import TimelineView
 
 _POPUP = "Rendered frames"
@@ -43,16 +43,15 @@ def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
     if not shown:  # another row would push the keys out of the panel, and the blue bar shows it too
         imgui.new_line()
         return
-    imgui.push_style_color(imgui.Col_.text, theme.colors.told if is_preview else theme.colors.dim)
     imgui.push_style_color(imgui.Col_.button, theme.NOTHING)
     imgui.push_style_var(imgui.StyleVar_.frame_border_size, 0.0)
-    if imgui.button(f"{shown}###rendered frames"):
-        view.open_frames()
+    with widgets.colored(theme.colors.told if is_preview else theme.colors.dim):
+        pressed = widgets.button(f"{shown}###rendered frames", "rendered frames")
     imgui.pop_style_var()
-    imgui.pop_style_color(2)
-    probe.note("rendered frames")
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(_TIP)
+    imgui.pop_style_color()
+    widgets.tooltip(_TIP)
+    if pressed:
+        view.open_frames()
 
 
 def rendered_popup(desk: TimeDesk, view: TimelineView) -> None:
@@ -84,9 +83,7 @@ def _facts(desk: TimeDesk) -> None:
     if store.problem:
         lines.append(store.problem)
     for line in lines:
-        imgui.push_style_color(imgui.Col_.text, theme.colors.dim)
-        imgui.text_wrapped(line)
-        imgui.pop_style_color()
+        widgets.colored_text(line, theme.colors.dim)
     widgets.spacer()
 
 
@@ -103,9 +100,8 @@ def _limits(desk: TimeDesk) -> None:
         widgets.label("disk", "Megabytes for rendered frames; 0 keeps none on disk")
         disk = _megabytes("disk for frames", before.disk_mb, "0", desk)
     widgets.label("render")
-    _, is_on = imgui.checkbox("frames ahead while idle", before.keep_frames)
-    probe.note("render frames ahead")
-    if is_on != before.keep_frames:
+    words = "frames ahead while idle"
+    if widgets.check(words, before.keep_frames, "render frames ahead") != before.keep_frames:
         desk.pull.switch()
     if (memory, disk) != (before.memory_mb, before.disk_mb):
         desk.pull.resize(memory, disk)
@@ -130,10 +126,8 @@ def _parse_megabytes(text: str) -> int:
 
 
 def _buttons(desk: TimeDesk) -> None:
-    if imgui.button("Clear"):
+    if widgets.button("Clear", "clear frames"):
         desk.pull.clear()
-    probe.note("clear frames")
     imgui.same_line()
-    if imgui.button("Close"):
+    if widgets.button("Close", "close rendered frames"):
         imgui.close_current_popup()
-    probe.note("close rendered frames")

@@ -3,7 +3,7 @@
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.session.keys.key_stretch import KeyStretch
-from heatlens.ui import probe, theme
+from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.scale import TimeScale
 
 _WIDTH_EM, _HEIGHT_EM, _GAP_EM = 0.5, 1.3, 0.55
@@ -34,14 +34,10 @@ def stretch_grips(stretch: KeyStretch, scale: TimeScale, y: float, height: float
 def _grip(stretch: KeyStretch, scale: TimeScale, name: str, corner: ImVec2, is_last: bool) -> None:
     em = imgui.get_font_size()
     size = ImVec2(_WIDTH_EM * em, _HEIGHT_EM * em)
-    imgui.set_cursor_screen_pos(corner)
-    imgui.invisible_button(name, size)
-    probe.note(name)
+    widgets.area(name, corner, size, "Drag to stretch or shorten the chosen keys")
     is_lit = imgui.is_item_hovered() or imgui.is_item_active()
     if is_lit:
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Drag to stretch or shorten the chosen keys")
     if imgui.is_item_activated():
         stretch.press(is_last)
     elif imgui.is_item_active():

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
-from heatlens.ui import probe
+from heatlens.ui import widgets
 
 _MORE = "..."
 
@@ -68,11 +68,9 @@ def _draw(tools: Sequence[Tool]) -> None:
 def _more(name: str, tools: Sequence[Tool]) -> None:
     """Draw the button and, while it is open, the popup: a line each, buttons in one line."""
     popup = f"more of the {name}"
-    if imgui.button(f"{_MORE}##{name}"):
+    tip = "More controls, which have no room here"
+    if widgets.button(f"{_MORE}##{name}", f"more {name}", tip):
         imgui.open_popup(popup)
-    probe.note(f"more {name}")
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("More controls, which have no room here")
     if imgui.begin_popup(popup):
         for before, tool in zip([None, *tools], tools, strict=False):
             if before is not None and before.gap is not None and tool.gap is not None:

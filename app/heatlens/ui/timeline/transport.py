@@ -99,8 +99,7 @@ def _icon(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
     with widgets.colored(theme.colors.armed if is_on else None, imgui.Col_.button):
         pressed = imgui.button(f"##{name}", ImVec2(_ICON * side, side))
     probe.note(f"transport {name}")
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(tip)
+    widgets.tooltip(tip)
     middle = ImVec2(corner.x + 0.5 * _ICON * side, corner.y + side / 2)
     _draw_shape(shape, middle, 0.26 * side)
     return bool(pressed)
@@ -134,16 +133,14 @@ def _words(words: str) -> None:
     imgui.align_text_to_frame_padding()
     imgui.text_disabled(words)
     probe.note(words)
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Frames to play: I and O set in and out, Shift+I clears them.")
+    widgets.tooltip("Frames to play: I and O set in and out, Shift+I clears them.")
 
 
 def _timecode_field(desk: TimeDesk) -> None:
     """Draw the timecode of the frame; typing one sets the timecode of the first frame."""
     shown, parse = desk.timeline.timecode, desk.timeline.start_timecode
     chosen = widgets.text_field("timecode", shown, shown, parse, desk.say, "timecode")
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(_TIMECODE_TIP)
+    widgets.tooltip(_TIMECODE_TIP)
     if chosen != shown:
         desk.editing.edit(replace(desk.editing.shot, start_timecode=chosen or None))
 
