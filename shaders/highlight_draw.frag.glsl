@@ -41,6 +41,10 @@ out vec4 out_light;
 // the gather position, so gather at the corner shared by the four texels, to match the weights.
 vec2 meeting_place(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
 vec4 cocs_around(vec2 at) { return textureGather(coc_tx, meeting_place(at)); }
+float least_around(vec2 at) {
+    vec4 cocs = cocs_around(at);
+    return min(min(cocs.x, cocs.y), min(cocs.z, cocs.w));
+}
 vec4 weights_around(vec2 at) {
     vec2 high = fract(at - 0.5), low = 1.0 - high;
     return vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y);
@@ -112,29 +116,32 @@ vec4 hits_around(vec2 at, float coc, float met) {
 }
 
 // Share of the highlight hidden from this point of the lens, 0..1: smooth across an occluder's edge.
-// Steps that need list lookups are noted and done last: a software rasteriser runs the whole body of a
-// loop as soon as one of its invocations needs part of it.
+// Steps that meet something are noted and looked at last: a software rasteriser runs the whole body of
+// a loop as soon as one of its invocations needs part of it.
 float hidden_part(vec2 at, vec2 centre, float coc) {
     float start = coc - max(MARGIN_PX, MARGIN_PART * abs(coc));
     float step_px = (start - nearest_px) / float(STEPS);
     vec2 per_px = (at - centre) / coc;
     float hidden = 0.0;
-    uint listed = 0u, mixed = 0u;
-    for (int k = 0; k < STEPS && step_px > 0.0 && hidden < 1.0; ++k) {
+    uint shown = 0u, listed = 0u, mixed = 0u;
+    for (int k = 0; k < STEPS && step_px > 0.0; ++k) {
         float level = start - (float(k) + 0.5) * step_px;
         vec2 crossed = centre + per_px * (coc - level);
         if (is_outside(crossed)) break;
 #ifdef LISTS
         if (texelFetch(kind_tx, inside(crossed), 0).g < min(start, level + step_px)) listed |= 1u << k;
 #endif
-        vec4 cocs = cocs_around(crossed);
-        float met = min(min(cocs.x, cocs.y), min(cocs.z, cocs.w));
-        if (met >= start || abs(met - level) > step_px) continue;
-        crossed = centre + per_px * (coc - met);
+        float met = least_around(crossed);
+        if (met < start && abs(met - level) <= step_px) shown |= 1u << k;
+    }
+    for (; shown != 0u && hidden < 1.0; shown &= shown - 1u) {
+        float level = start - (float(findLSB(shown)) + 0.5) * step_px;
+        float met = least_around(centre + per_px * (coc - level));
+        vec2 crossed = centre + per_px * (coc - met);
         float hit = dot(hits_around(crossed, coc, met), weights_around(crossed));
 #ifdef LISTS
         if (any(equal(kinds_around(crossed), vec4(LISTED)))) {
-            mixed |= 1u << k;
+            mixed |= shown & -shown;
             hit = 0.0;
         }
 #endif
@@ -147,8 +154,7 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
     }
     for (; mixed != 0u && hidden < 1.0; mixed &= mixed - 1u) {
         float level = start - (float(findLSB(mixed)) + 0.5) * step_px;
-        vec4 cocs = cocs_around(centre + per_px * (coc - level));
-        float met = min(min(cocs.x, cocs.y), min(cocs.z, cocs.w));
+        float met = least_around(centre + per_px * (coc - level));
         vec2 crossed = centre + per_px * (coc - met);
         vec4 hits = hits_around(crossed, coc, met) * covers_around(crossed, start);
         hidden = max(hidden, dot(hits, weights_around(crossed)));
