@@ -10,6 +10,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.camera.ring_samples import sample_of_shot
+from heatlens.commands.after_export import run_after
 from heatlens.commands.export_options import add_export_options, job_of, part_of
 from heatlens.commands.options.display_options import say_seen_through
 from heatlens.commands.options.field_options import fill_fields
@@ -17,9 +18,12 @@ from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.output.export_progress import failure_reported, progress_of
 from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
 from heatlens.commands.output.say import say
+from heatlens.commands.reels.reel_export import export_reel
+from heatlens.commands.reels.reel_options import add_reel_options, refuse_reel_options
 from heatlens.commands.submit import submit, task_words
 from heatlens.commands.worker import made_part
 from heatlens.defocus.solver_choice import settled_solver
+from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.export.job import read_job
 from heatlens.export.plan import ExportPlan, planned
@@ -50,6 +54,7 @@ examples:
   heatlens export demo -o out/####.png --frames 1-10 --size 320x180
   heatlens export scene.glb -o pinhole.####.exr --frames 1-48 --pinhole
   heatlens export shot.heatlens.json -o out/name.####.exr --submit openjd --chunk 5 > job.yaml
+  heatlens export cut.otio -o 'out/{shot}/{shot}.####.exr' --f-stop 2 --handles 8
 """
 # Options that need one of several others, and options that exclude each other.
 _NEEDED = {
@@ -72,7 +77,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument(
         "shot",
         metavar="SHOT",
-        help="shot file, plate.####.exr with a constant lens, a 3D scene, or demo",
+        help="shot file, plate.####.exr with a constant lens, a 3D scene, or demo; or a reel or an "
+        "edit (.otio, .edl, .xml, .aaf), of which every shot is exported",
     )
     parser.add_argument(
         "-o",
@@ -81,10 +87,19 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         metavar="FILES",
         help="out/name.####.exr, .png, .jpg or .tif; or a movie: name.mov (ProRes), name.mp4 "
         "(H.264). All but EXR show the display window. One missing folder is made. Files of "
-        "earlier exports are replaced where they are out of date; others need --overwrite",
+        "earlier exports are replaced where they are out of date; others need --overwrite. For a "
+        "reel, {shot} stands for the name of each shot; a movie without it is one of the cut",
     )
     add_export_options(parser)
+    add_reel_options(parser)
     add_send_option(parser)
+    parser.add_argument(
+        "--after-export",
+        metavar="COMMAND",
+        help="run this by the shell when all frames of a shot are written, with a line of JSON on "
+        "its standard input: shot, files, frames, lens (a value for each frame) and timecode. If "
+        "it fails, the export fails",
+    )
     parser.add_argument(
         "--job",
         type=Path,
@@ -108,8 +123,21 @@ def _export(args: argparse.Namespace) -> None:
     _check_together(args)
     if args.send is not None and args.submit is not None:
         raise InputError("--send is for frames that are rendered here; --submit renders none.")
+    if is_reel(args.shot):
+        export_reel(args, _export_shot, _renderer)
+        return
+    refuse_reel_options(args)
     job = job_of(args)
-    plan = planned(job, part_of(args, job))
+    _export_shot(args, planned(job, part_of(args, job)), job.options.shot_name or _name_of(args))
+
+
+def _name_of(args: argparse.Namespace) -> str:
+    """Return what a shot is called that no reel names."""
+    return Path(args.shot).name.split(".")[0]
+
+
+def _export_shot(args: argparse.Namespace, plan: ExportPlan, name: str) -> None:
+    """Make the frames, or print the job that makes them."""
     if args.submit is None and is_shot_file(args.shot):
         _say_of_shot(plan)
     if args.submit is not None:
@@ -125,6 +153,8 @@ def _export(args: argparse.Namespace) -> None:
         for done in steps:
             tell(done)
             send(done.frame)
+    if args.after_export is not None:
+        run_after(args.after_export, plan, name)
 
 
 @contextmanager

@@ -14,7 +14,10 @@ from heatlens.commands.options.scene_options import add_placing_options
 from heatlens.commands.options.value_types import number
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import tell
+from heatlens.commands.reels.reel_info import reel_info
+from heatlens.commands.reels.reel_options import add_media_options, reel_of
 from heatlens.commands.sources.source_commands import Facts, Line, commands_for
+from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.frame_cache.sequence_facts import sequence_facts
 from heatlens.model.plate_options import PlateOptions
@@ -32,6 +35,9 @@ For several frames (shot.####.exr, a folder, or a list of files): which frames e
 missing, their sizes, how their depth is read, and its range over the shot.
 
 For a 3D scene: its cameras, frames, objects, triangles, lights and size.
+
+For a reel or an edit (.otio, .edl, .xml, .aaf): its shots with their media and frames, and what a
+reel cannot hold, such as a change of speed.
 
 The exit code is 1 if frames of a sequence are missing, or cannot be rendered because they are
 damaged or have no depth, so that a farm can check plates before it renders. A single file that can
@@ -58,13 +64,14 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "plates",
         nargs="+",
         metavar="PLATE",
-        help="one or more renders; a sequence; a folder; a 3D scene; or demo",
+        help="one or more renders; a sequence; a folder; a 3D scene; a reel or an edit; or demo",
     )
     parser.add_argument("--json", action="store_true", help="print JSON for programs; see above")
     add_plate_options(parser)
     lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
     lens.add_argument("--focal-length", type=number, metavar="MM", help="focal length in mm")
     lens.add_argument("--sensor-width", type=number, metavar="MM", help="width of the sensor in mm")
+    add_media_options(parser)
     add_placing_options(parser.add_argument_group("for a 3D scene whose file does not define it"))
     parser.set_defaults(run=run)
 
@@ -85,6 +92,8 @@ def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[Facts, li
         return sequence_info(item, plate_options(args))
     if is_shot_file(item):
         raise InputError(f"{item} is a shot file: `heatlens shot show {item}` prints it.")
+    if is_reel(item):
+        return reel_info(reel_of(args, item))
     return commands_for(item).info(args, item)
 
 
@@ -142,7 +151,7 @@ def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[Facts, lis
 
 
 def lacks_frames(facts: Facts) -> bool:
-    """Return True for a sequence of which frames are missing or damaged."""
+    """Return True for a sequence of which frames are missing or damaged, and for missing media."""
     return bool(facts.get("missing") or facts.get("damaged"))
 
 

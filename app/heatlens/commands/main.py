@@ -47,7 +47,7 @@ examples:
 
 _OPTIONS_LISTED = 16  # in a usage; a longer list is shortened to [options]
 _COMMANDS = (
-    *("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench"),
+    *("view", "render", "export", "shot", "reel", "camera", "info", "compare", "study", "bench"),
     *("kits", "doctor", "worker"),
 )
 _QUIET = ("-q", "--quiet")

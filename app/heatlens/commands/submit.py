@@ -120,9 +120,10 @@ def farm_job(args: argparse.Namespace, plan: ExportPlan) -> FarmJob:
         places=places,
         words=tuple(_words(args, plan, places, config)),
         parts=(frames_text(plan.job.frames),),
-        joins=plan.job.output.is_movie,
+        joins=plan.job.output.is_movie or args.after_export is not None,
         needs=Needs(processors=args.cpus or _CPUS, gpus=args.gpus or 0),
         inputs=(*shot, *beside, *tables),
+        last=() if args.after_export is None else ((f"--after-export={args.after_export}",),),
     )
 
 

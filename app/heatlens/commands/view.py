@@ -25,6 +25,7 @@ from heatlens.commands.options.scene_options import (
 from heatlens.commands.options.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.output.pipes import DASH, file_of_input
 from heatlens.commands.output.say import say
+from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.live.ring.address import opentrackio_address, parse_ring_address
 from heatlens.live.ring.midi import open_ring
@@ -168,6 +169,11 @@ def _open(args: argparse.Namespace) -> int:
     if args.plate == "":
         raise InputError("The name of the plate is empty: leave it out to choose in the window.")
     plate = DEMO if args.demo else args.plate or ""  # "": chosen in the window
+    if is_reel(plate):
+        raise InputError(
+            f"{plate} is a reel or an edit, and the window shows one shot: `heatlens info {plate}` "
+            "lists the shots, `heatlens reel` writes a file for each."
+        )
     if is_shot_file(plate):
         _require(plate)
         refuse_given(args, ("clip", "first_frame", "fps"), f"{plate} says how its scene is played")

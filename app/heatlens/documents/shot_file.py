@@ -77,10 +77,10 @@ def read_shot(path: str | os.PathLike[str], moved: Sequence[Sequence[str]] = ())
         if name in entries
     }
     if "source" in entries:
-        values["source"] = _absolute(entries["source"].text(), path, moved)
+        values["source"] = absolute_source(entries["source"].text(), path, moved)
     if "plate_options" in values:
         values["plate_options"] = values["plate_options"].with_files_beside(
-            lambda text: _absolute(text, path, moved)
+            lambda text: absolute_source(text, path, moved)
         )
     if "marks" in entries:
         values["marks"] = tuple(_mark(entry) for entry in entries["marks"].items())
@@ -124,7 +124,7 @@ def write_autosave(path: str | os.PathLike[str], shot: Shot) -> None:
 
 def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, object]:
     """Return the entries of the file for `shot`, with paths relative to `folder`."""
-    options = shot.plate_options.with_files_beside(lambda text: _relative(text, folder))
+    options = shot.plate_options.with_files_beside(lambda text: relative_source(text, folder))
     shot = replace(shot, plate_options=options)
     shot = shot_with_images(shot, lambda image: named_beside(image, folder))
     fields = {
@@ -133,7 +133,7 @@ def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, object
         if (value := getattr(shot, field)) is not None and value != ()
     }
     curves = {parameter: shot.curves.of(parameter) for parameter in LensParameter}
-    source = {} if shot.source is None else {"source": _relative(shot.source, folder)}
+    source = {} if shot.source is None else {"source": relative_source(shot.source, folder)}
     return {
         _VERSION: SHOT_VERSION,
         **source,
@@ -213,7 +213,7 @@ def _focus_word(scale: Scale) -> str:
     return next(word for word, known in FOCUS_SCALES.items() if known is scale)
 
 
-def _relative(source: str, folder: str | os.PathLike[str]) -> str:
+def relative_source(source: str, folder: str | os.PathLike[str]) -> str:
     """Return the path relative to the folder of the file, or absolute on another drive."""
     if source in _NAMES and not os.path.exists(source):
         return source
@@ -221,7 +221,7 @@ def _relative(source: str, folder: str | os.PathLike[str]) -> str:
 
 
 def _image_at(image: OpeningImage, path: Path, moved: Sequence[Sequence[str]]) -> OpeningImage:
-    return image_beside(replace(image, path=_absolute(image.path, path, moved)), path.parent)
+    return image_beside(replace(image, path=absolute_source(image.path, path, moved)), path.parent)
 
 
 def _moved(absolute: str, folder: Path, moved: Sequence[Sequence[str]]) -> str:
@@ -232,7 +232,7 @@ def _moved(absolute: str, folder: Path, moved: Sequence[Sequence[str]]) -> str:
     return absolute
 
 
-def _absolute(source: str, path: Path, moved: Sequence[Sequence[str]] = ()) -> str:
+def absolute_source(source: str, path: Path, moved: Sequence[Sequence[str]] = ()) -> str:
     """Return the absolute path of `source`, which is relative to the folder of the file `path`."""
     if not source or "\0" in source:  # invalid: Shot refuses it with a better message
         return source

@@ -74,7 +74,7 @@ class KeptOrRendered:
         """Return the frame. Raises InputError as `FrameRendering.rendered` does."""
         path = self._kept.get(frame.frame)
         if path is not None:
-            return _read(path, frame)
+            return read_kept(path, frame)
         assert self._rendering is not None
         return self._rendering.rendered(frame)
 
@@ -84,7 +84,7 @@ class KeptOrRendered:
             self._rendering.close()
 
 
-def _read(path: Path, frame: PlannedFrame) -> RenderedFrame:
+def read_kept(path: Path, frame: PlannedFrame) -> RenderedFrame:
     """Return a frame from its file; its plate has nothing but what a movie takes from it."""
     ((header, channels),) = read_parts(path)
     plate = replace(

@@ -56,8 +56,9 @@ class FarmJob:
 
     words   the words of each task after `heatlens`; FRAMES stands for its part of the frames
     parts   the frames of each task
-    joins   a last task waits for the others, and makes a movie of their frames
+    joins   a last task waits for the others: it makes a movie of their frames, or runs a command
     inputs  every file that is read
+    last    more words of the last task
     """
 
     name: str
@@ -67,11 +68,12 @@ class FarmJob:
     joins: bool
     needs: Needs
     inputs: tuple[Path, ...]
+    last: tuple[Word, ...] = ()
 
     @property
     def join_words(self) -> tuple[Word, ...]:
         """Return the words of the last task, which are about all frames."""
-        return tuple(word for word in self.words if FRAMES not in word)
+        return (*(word for word in self.words if FRAMES not in word), *self.last)
 
 
 @dataclass(frozen=True)

@@ -95,6 +95,12 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{SHOT_SUFFIX} to write")
     parser.add_argument("--overwrite", action="store_true", help="replace an existing shot file")
+    add_shot_options(parser)
+    parser.set_defaults(run=run)
+
+
+def add_shot_options(parser: argparse.ArgumentParser) -> None:
+    """Add every option but the plate and the output."""
     add_camera_option(parser)
     _add_time_options(parser)
     add_follow_options(parser)
@@ -102,7 +108,6 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     add_blur_options(parser)
     add_plate_options(parser)
     add_framing_options(parser, has_rate=True)
-    parser.set_defaults(run=run)
 
 
 def _add_time_options(parser: argparse.ArgumentParser) -> None:
@@ -155,7 +160,7 @@ def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the shot; print what was found, and frames nearer than the close focus."""
     _check_output(args.output, args.overwrite)
-    shot = _piped_shot(args) if args.plate == DASH else _shot_of(args)
+    shot = _piped_shot(args) if args.plate == DASH else new_shot(args)
     write_shot(args.output, shot)
     close = frames_too_close(shot)
     if close:
@@ -168,7 +173,7 @@ def run(args: argparse.Namespace) -> int:
 def _piped_shot(args: argparse.Namespace) -> Shot:
     """Return the shot of a plate on standard input, which has no name to find it again."""
     with file_of_input(Path(DASH)) as plate:
-        shot = _shot_of(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
+        shot = new_shot(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
     say(
         "standard input has no file name, so the shot has no plate: give one with `heatlens "
         "export --plate`."
@@ -176,8 +181,8 @@ def _piped_shot(args: argparse.Namespace) -> Shot:
     return replace(shot, source=None)
 
 
-def _shot_of(args: argparse.Namespace) -> Shot:
-    """Return the shot of the options, after checking each key."""
+def new_shot(args: argparse.Namespace) -> Shot:
+    """Return the shot of the options and of `args.plate`, after checking each key."""
     keys, follows = keys_of(args.key), followed_name(args)
     camera = on_frames_of_plate(args, camera_of(args))
     kept = decided_otherwise(args, keys)

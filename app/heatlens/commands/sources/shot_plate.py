@@ -8,7 +8,6 @@ from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.commands.options.lens_options import given_lens, lens_of, plate_options
-from heatlens.commands.options.shot_timecode import first_timecode, headers_of
 from heatlens.commands.output.plate_words import say_reading
 from heatlens.commands.output.say import say
 from heatlens.files.picture_formats import in_movie, is_picture
@@ -16,6 +15,7 @@ from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_ran
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode, parse_timecode
+from heatlens.plate.first_timecode import first_timecode, headers_of
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.parts.header_read import read_headers

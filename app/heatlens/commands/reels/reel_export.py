@@ -1,0 +1,83 @@
+"""`heatlens export` of a reel or an edit: each of its shots, or one movie of the cut."""
+
+import argparse
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.base.errors import InputError
+from heatlens.commands.export_options import job_of
+from heatlens.commands.options.given_options import refuse_given
+from heatlens.commands.output.progress_line import progress_line
+from heatlens.commands.output.say import say, tell
+from heatlens.commands.reels.reel_options import checked_for_export, reel_of, shots_of
+from heatlens.documents.edit_write import Exported, check_edit_out, write_edit
+from heatlens.export.cut import Cut, export_cut, kept_movie
+from heatlens.export.job import ExportJob
+from heatlens.export.output import parse_output
+from heatlens.export.plan import ExportPlan, planned
+from heatlens.files.output_check import make_folder
+from heatlens.model.frames import FrameRange
+from heatlens.model.reel import SHOT_FIELD, Reel, ReelShot
+from heatlens.render import FrameRenderer
+
+_HERE_ALONE = ("submit", "cluster", "processes", "send", "after_export", "edit_out", "handles")
+
+
+def export_reel(
+    args: argparse.Namespace,
+    export_one: Callable[[argparse.Namespace, ExportPlan, str], None],
+    make_renderer: Callable[[], FrameRenderer],
+) -> None:
+    """Export the reel `args.shot`; `export_one` exports a shot of it.
+
+    Every shot is planned before the first frame is made, so that what is missing is told at once.
+    """
+    reel = reel_of(args, args.shot)
+    checked_for_export(args, reel)
+    for shot in reel.shots:
+        say(*(f"{shot.name}: {note}." for note in shot.notes))
+    if SHOT_FIELD not in args.output:
+        _export_cut(args, reel, make_renderer)
+        return
+    if args.edit_out is not None:
+        check_edit_out(args.edit_out)
+    jobs = [(shot, own, job_of(own)) for shot, own in shots_of(args, reel, args.output)]
+    make_folder(Path(args.output.partition(SHOT_FIELD)[0] + SHOT_FIELD).parent)
+    plans = [(shot, own, planned(job)) for shot, own, job in jobs]
+    for shot, own, plan in plans:
+        export_one(own, plan, shot.name)
+    if args.edit_out is not None:
+        write_edit(args.edit_out, reel, _exported(reel, [(s, p.job) for s, _, p in plans]))
+        tell(str(args.edit_out))
+
+
+def _export_cut(
+    args: argparse.Namespace, reel: Reel, make_renderer: Callable[[], FrameRenderer]
+) -> None:
+    """Export all shots as one movie."""
+    refuse_given(args, _HERE_ALONE, "This is not possible with one movie of a cut")
+    output = parse_output(args.output)
+    parts = []
+    for number, (shot, own) in enumerate(shots_of(args, reel, args.output), start=1):
+        job = replace(job_of(own), output=kept_movie(output, number, shot.name))
+        parts.append(planned(job, job.frames))
+    cut, count = Cut(reel, output, tuple(parts)), sum(len(plan.frames) for plan in parts)
+    names = {id(plan): shot.name for plan, shot in zip(cut.parts, reel.shots, strict=True)}
+    with progress_line() as show, closing(export_cut(cut, make_renderer)) as steps:
+        for number, (plan, done) in enumerate(steps, start=1):
+            show(f"{names[id(plan)]}, frame {done.frame}, {number} of {count} done")
+    tell(str(output.pattern))
+
+
+def _exported(reel: Reel, jobs: list[tuple[ReelShot, ExportJob]]) -> dict[str, Exported]:
+    """Return what was exported of each shot, by its name."""
+    made = {}
+    for inner, (shot, job) in zip(reel.shots, jobs, strict=True):
+        frames = FrameRange(job.frames[0], job.frames[-1])
+        if job.output.is_movie:
+            raise InputError("--edit-out is for exported frames, not for movies of the shots.")
+        cut = inner.frames or frames
+        made[shot.name] = Exported(job.shot, job.output.folder, job.output.form, frames, cut)
+    return made

@@ -1,0 +1,129 @@
+"""The options of commands that take a reel or an edit, and the options of each of its shots."""
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.base.errors import InputError
+from heatlens.commands.options.given_options import refuse_given
+from heatlens.commands.options.value_types import number, whole
+from heatlens.commands.output.say import say
+from heatlens.documents.edit_read import EditOptions
+from heatlens.documents.reel_file import is_reel, read_reel
+from heatlens.documents.shot_file import is_shot_file, read_shot
+from heatlens.export.output import parse_output
+from heatlens.model.frames import FrameRange
+from heatlens.model.reel import SHOT_FIELD, Reel, ReelShot
+from heatlens.sequence.sequence import find_sequence
+
+_ONE_SHOT = ("frames", "part", "plate", "start_timecode")
+
+
+def add_media_options(parser: argparse.ArgumentParser) -> None:
+    """Add how an edit is read."""
+    group = parser.add_argument_group("reels and edits")
+    group.add_argument(
+        "--media",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="look here for media that are not where the edit says; may be given several times",
+    )
+    group.add_argument(
+        "--edit-fps", type=number, metavar="N", help="frame rate of an EDL (default 24)"
+    )
+
+
+def add_reel_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of an export of a reel."""
+    add_media_options(parser)
+    parser.add_argument(
+        "--handles",
+        type=whole,
+        default=0,
+        metavar="N",
+        help="frames before and after the part of each shot that the cut shows (default 0)",
+    )
+    parser.add_argument(
+        "--edit-out",
+        type=Path,
+        metavar="FILE.otio",
+        help="write the cut with the exported frames in place of the plates, and the focus keys "
+        "as markers",
+    )
+
+
+def reel_of(args: argparse.Namespace, text: str) -> Reel:
+    """Return the reel `text`. Raises InputError if it cannot be read."""
+    for folder in args.media:
+        if not folder.is_dir():
+            raise InputError(f"--media {folder} is not a folder.")
+    return read_reel(Path(text), EditOptions(tuple(args.media), args.edit_fps))
+
+
+def refuse_reel_options(args: argparse.Namespace) -> None:
+    """Raise InputError for options of reels that were given for a single shot."""
+    names = ("media", "edit_fps", "handles", "edit_out")
+    given = [name for name in names if getattr(args, name)]
+    if given and not is_reel(args.shot):
+        refuse_given(args, given, f"{args.shot} is no reel and no edit")
+
+
+def checked_for_export(args: argparse.Namespace, reel: Reel) -> None:
+    """Raise InputError for options that are about one shot, and for missing media."""
+    refuse_given(args, _ONE_SHOT, "The cut says which frames of its shots are exported")
+    refuse_given(args, ("submit",), "A job is written for one shot at a time")
+    if reel.missing:
+        named = "; ".join(f"{shot.name}: {shot.notes[0]}" for shot in reel.missing)
+        raise InputError(f"{args.shot}: {named}. Give their folder with --media.")
+    if not parse_output(args.output).is_movie and SHOT_FIELD not in args.output:
+        raise InputError(
+            f"{args.output} is one name for {len(reel.shots)} shots. Write {SHOT_FIELD} in it, "
+            f"such as out/{SHOT_FIELD}/{SHOT_FIELD}.####.exr."
+        )
+
+
+def shots_of(
+    args: argparse.Namespace, reel: Reel, output: str
+) -> Iterator[tuple[ReelShot, argparse.Namespace]]:
+    """Yield each shot with the options of its export; `output` has the name of the shot in it."""
+    for shot in reel.shots:
+        own = with_handles(shot, args.handles)
+        frames = None if own.frames is None else str(own.frames)
+        values = {"shot": own.source, "frames": frames, "fps": _rate(args, own, reel)}
+        if args.burn_in and not args.shot_name:
+            values["shot_name"] = own.name
+        values["output"] = output.replace(SHOT_FIELD, own.name)
+        yield own, argparse.Namespace(**{**vars(args), **values})
+
+
+def _rate(args: argparse.Namespace, shot: ReelShot, reel: Reel) -> float | None:
+    """Return the rate to export plates at, which do not always tell one; others have their own."""
+    given: float | None = args.fps
+    if given is not None or is_shot_file(shot.source) or _frames_there(shot.source) is None:
+        return given
+    return reel.frames_per_second
+
+
+def with_handles(shot: ReelShot, handles: int) -> ReelShot:
+    """Return the shot with `handles` more frames at both ends, as far as its source has them."""
+    if shot.frames is None or not handles:
+        return shot
+    wide = FrameRange(shot.frames.first - handles, shot.frames.last + handles)
+    there = _frames_there(shot.source)
+    kept = wide if there is None else wide.intersection(there) or wide
+    if kept != wide:
+        say(f"{shot.name}: there are no handles but those of frames {kept}.")
+    return replace(shot, frames=kept)
+
+
+def _frames_there(source: str) -> FrameRange | None:
+    """Return the frames that a source has on disk; None for a scene and a still."""
+    named = read_shot(Path(source)).source if is_shot_file(source) else source
+    try:
+        sequence = find_sequence(named or "")
+    except InputError:  # a scene that is no file, or plates that are missing, which the plan tells
+        return None
+    return None if sequence.is_single else FrameRange(sequence.first, sequence.last)

@@ -1,0 +1,166 @@
+"""Find the media of the clips of an edit on disk, and the frame of a plate for a time of a clip."""
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from collections.abc import Sequence as Items
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+from heatlens.base.errors import InputError
+from heatlens.files.picture_formats import PICTURES_READ, movie_named
+from heatlens.model.timecode import Timecode
+from heatlens.plate.first_timecode import first_timecode
+from heatlens.sequence.names import NameForm, form_of, sequences_among
+from heatlens.sequence.sequence import Sequence, find_sequence
+
+_DEPTH_MOST = 6  # folders below one of --media; deeper ones are not searched
+_NUMBERED = (".exr", *PICTURES_READ)
+_DIGITS = re.compile(r"%0?([0-9]{1,2})d|\[([0-9]+)-[0-9]+\]")  # %04d, and [1001-1100] of an EDL
+
+
+@dataclass(frozen=True)
+class Media:
+    """What a clip shows.
+
+    source    a source as shots name it; "" if it is missing
+    sequence  its frames; None for a scene, a shot, and if it is missing
+    start     the time of `first` in the clock of the edit, in frames; None if the edit does not say
+    first     the number of the frame at `start`
+    told      the name in the edit
+    """
+
+    source: str
+    sequence: Sequence | None
+    first: int
+    start: float | None
+    told: str
+
+    def frame_at(self, time: float, rate: float) -> tuple[int, str]:
+        """Return the number of the frame at a time of the clip in frames, and a note or "".
+
+        Without a start, the time is a frame number if there is such a frame, else a timecode of the
+        headers, else counted from the first frame.
+        """
+        if self.start is not None:
+            return self.first + round(time - self.start), ""
+        if self.sequence is None or round(time) in self.sequence.frames:
+            return round(time), ""
+        began = first_timecode(self.sequence)
+        if began is not None and began[1].fits(rate):
+            return began[0] + round(time) - began[1].count(rate), ""
+        return self.sequence.first, (
+            f"the edit begins at {_as_timecode(time, rate)}, but no header of the media tells a "
+            "timecode: their first frame is taken"
+        )
+
+
+class MediaFinder:
+    """Finds media by what an edit calls them: where it says, else in the given folders."""
+
+    def __init__(self, edit: Path, folders: Items[Path]) -> None:
+        """Take the file of the edit and the folders to search; they are listed when needed."""
+        self._folder = edit.absolute().parent
+        self._folders = folders
+        self._known: dict[str, str] | None = None
+
+    def of(self, clip: Any) -> Media:
+        """Return the media of a clip of OpenTimelineIO."""
+        reference = clip.media_reference
+        available = reference.available_range
+        start = None if available is None else float(available.start_time.value)
+        if hasattr(reference, "frame_zero_padding"):
+            told = _pattern_of(reference)
+            first = int(reference.start_frame)
+            return self._found(told, clip.name, first, first if start is None else start)
+        told = getattr(reference, "target_url", None) or ""
+        return self._found(told, clip.name or reference.name, None, start)
+
+    def _found(self, told: str, name: str, first: int | None, start: float | None) -> Media:
+        """Return the media of a URL or path, or else of a name."""
+        path = _path_of(told, self._folder) if told else ""
+        for source in filter(None, (path, self._by_name(path), self._by_name(name))):
+            sequence = _sequence_at(source)
+            if sequence is not None:
+                at = sequence.first if first is None else first
+                plates = sequence if _is_numbered(sequence) else None
+                return Media(_source_of(source, sequence), plates, at, start, told or name)
+            if os.path.isfile(source):
+                return Media(source, None, first or 0, start, told or name)
+        return Media("", None, first or 0, start, told or name)
+
+    def _by_name(self, name: str | None) -> str | None:
+        """Return the media in the folders that are called `name`, by any of its usual forms."""
+        if not name or not self._folders:
+            return None
+        if self._known is None:
+            self._known = dict(_all_media(self._folders))
+        return next((self._known[key] for key in _keys(name) if key in self._known), None)
+
+
+def _pattern_of(reference: Any) -> str:
+    base = reference.target_url_base or ""
+    digits = "#" * max(1, int(reference.frame_zero_padding))
+    lead = base if not base or base.endswith("/") else f"{base}/"
+    return f"{lead}{reference.name_prefix}{digits}{reference.name_suffix}"
+
+
+def _path_of(told: str, folder: Path) -> str:
+    """Return the absolute path of a URL or path; relative ones begin at the folder of the edit."""
+    hashed = _DIGITS.sub(lambda found: "#" * int(found[1] or len(found[2])), told)
+    is_url = told.lower().startswith("file:")
+    path = unquote(urlsplit(hashed.replace("#", "%23")).path) if is_url else hashed
+    return os.path.abspath(folder / path)
+
+
+def _sequence_at(source: str) -> Sequence | None:
+    try:
+        return find_sequence(source)
+    except InputError:
+        return None
+
+
+def _is_numbered(sequence: Sequence) -> bool:
+    """Return whether these are frames, and not a scene, a shot or a still picture."""
+    return not sequence.is_single
+
+
+def _source_of(source: str, sequence: Sequence) -> str:
+    """Return how a shot names the files: a frame of a sequence stands for all of them."""
+    return source if sequence.is_single or movie_named(Path(source)) else sequence.pattern
+
+
+def _keys(name: str) -> Iterator[str]:
+    """Yield the forms under which media are listed: the name, its stem, and that without frames."""
+    last = Path(name).name.lower()
+    yield last
+    form, _ = form_of(last)
+    yield form.text if form.padding else last
+    yield form.prefix.rstrip("._-") if form.padding else Path(last).stem
+
+
+def _all_media(folders: Iterable[Path]) -> Iterator[tuple[str, str]]:
+    """Yield the media below the folders with the forms of their names; later ones win."""
+    for top in folders:
+        for folder, below, names in os.walk(top):
+            depth = len(Path(folder).parts) - len(top.parts)
+            below[:] = sorted(below, reverse=True) if depth < _DEPTH_MOST else []
+            numbered = [name for name in names if name.lower().endswith(_NUMBERED)]
+            for form in sequences_among(numbered):
+                yield from _named(os.path.join(folder, form.text), form)
+            for name in sorted(set(names).difference(numbered)):
+                yield Path(name).stem.lower(), os.path.join(folder, name)
+                yield name.lower(), os.path.join(folder, name)
+
+
+def _named(pattern: str, form: NameForm) -> Iterator[tuple[str, str]]:
+    if form.padding:
+        yield form.prefix.rstrip("._-").lower(), pattern
+        yield f"{form.prefix}{'#' * form.padding}{form.suffix}".lower(), pattern
+        yield Path(pattern).parent.name.lower(), pattern
+
+
+def _as_timecode(time: float, rate: float) -> Timecode:
+    return Timecode(0, 0, 0, 0).later(round(time), rate)

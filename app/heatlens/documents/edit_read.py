@@ -1,0 +1,189 @@
+"""Read the cut of an editor as a reel, by OpenTimelineIO: .otio, EDL, XML of Final Cut, AAF.
+
+Each clip of the picture becomes a shot with the frames of its media that the cut shows. What a reel
+cannot hold, such as a change of speed, is said in a note of the shot.
+"""
+
+import importlib
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from heatlens.base.errors import InputError
+from heatlens.base.paths import file_bytes, unreadable
+from heatlens.documents.edit_media import MediaFinder
+from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
+from heatlens.model.timecode import Timecode
+from heatlens.model.units import parse_distance_m
+
+EDIT_SUFFIXES = (".otio", ".otioz", ".edl", ".aaf", ".xml")
+_ADAPTERS = {".edl": "cmx_3600", ".xml": "fcp_xml", ".aaf": "AAF"}
+_AAF = bytes.fromhex("d0cf11e0a1b11ae1")  # of all compound files
+
+
+@dataclass(frozen=True)
+class EditOptions:
+    """How to read an edit.
+
+    folders  where to look for media that are not where the edit says, or that it names only
+    rate     frames per second of an EDL, which does not tell them; None for 24
+    """
+
+    folders: tuple[Path, ...] = ()
+    rate: float | None = None
+
+
+def otio() -> Any:
+    """Return the module opentimelineio. Raises InputError that says what to install."""
+    try:
+        return importlib.import_module("opentimelineio")
+    except ImportError as error:
+        raise InputError(
+            f"OpenTimelineIO, which reads edits, cannot be loaded ({error}). Install it with: "
+            "pip install 'heatlens[edit]'."
+        ) from error
+
+
+def read_edit(path: Path, options: EditOptions) -> Reel:
+    """Return the reel of an edit. Raises InputError if it cannot be read, or shows no picture."""
+    timeline = read_timeline(path, options.rate)
+    track = otio().algorithms.flatten_stack(timeline.video_tracks())
+    items = list(track)
+    finder = MediaFinder(path, options.folders)
+    clips = [item for item in items if isinstance(item, otio().schema.Clip)]
+    if not clips:
+        raise InputError(f"{path} has no clip in its picture tracks.")
+    rate = float(clips[0].duration().rate)
+    start = timeline.global_start_time
+    return Reel(
+        name=shot_name(timeline.name or path.stem),
+        shots=named_apart(tuple(_shot(item, track, finder, rate) for item in _shown(items))),
+        frames_per_second=rate,
+        start_timecode=None if start is None else _timecode(start.value, rate),
+        gaps=tuple(_gaps(items)),
+    )
+
+
+def read_timeline(path: Path, rate: float | None = None) -> Any:
+    """Return the timeline of a file. Raises InputError if it cannot be read, or holds none."""
+    suffix = path.suffix.lower()
+    if not path.is_file():
+        raise unreadable(path)
+    if suffix == ".aaf" and file_bytes(path)[: len(_AAF)] != _AAF:  # its reader leaves it open
+        raise InputError(f"{path} cannot be read as an edit: it is no AAF file")
+    values = {"rate": rate or FRAMES_PER_SECOND} if suffix == ".edl" else {}
+    try:
+        read = otio().adapters.read_from_file(os.fspath(path), _ADAPTERS.get(suffix), **values)
+    except InputError:
+        raise
+    except Exception as error:  # adapters pass on whatever their parsers raise
+        why = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise InputError(f"{path} cannot be read as an edit: {why}") from error
+    if isinstance(read, otio().schema.Timeline):
+        return read
+    found = [one for one in read if isinstance(one, otio().schema.Timeline)] if read else []
+    if not found:
+        raise InputError(f"{path} holds no timeline.")
+    return found[0]
+
+
+def _shown(items: list[Any]) -> Iterator[Any]:
+    """Yield the clips, and what stands for several: a stack or a nested track."""
+    schema = otio().schema
+    yield from (it for it in items if not isinstance(it, schema.Gap | schema.Transition))
+
+
+def _gaps(items: list[Any]) -> Iterator[tuple[int, int]]:
+    """Yield the empty frames before clips, with the numbers of the clips."""
+    schema, number, empty = otio().schema, 0, 0
+    for item in items:
+        if isinstance(item, schema.Gap):
+            empty += round(item.duration().value)
+        elif not isinstance(item, schema.Transition):
+            if empty:
+                yield number, empty
+            number, empty = number + 1, 0
+
+
+def _shot(item: Any, track: Any, finder: MediaFinder, rate: float) -> ReelShot:
+    name = shot_name(item.name or "shot")
+    if not isinstance(item, otio().schema.Clip):
+        note = "several clips are nested here: flatten them in the editor"
+        return ReelShot(name, "", notes=(note,))
+    media, (start, count, changed) = finder.of(item), _times(item)
+    first, doubt = media.frame_at(start, float(item.duration().rate))
+    frames = FrameRange(first, first + count - 1)
+    there = media.sequence is None or frames.intersection(
+        FrameRange(media.sequence.first, media.sequence.last)
+    )
+    notes = (
+        changed,
+        doubt if media.source else f"its media are missing: {media.told}",
+        "" if there else f"none of its frames {frames} exists: {media.told}",
+        _rate_note(item, rate),
+        *_dissolves(item, track),
+    )
+    marks, others = _markers(item)
+    return ReelShot(name, media.source, frames, (*filter(None, notes), *others), marks)
+
+
+def _times(clip: Any) -> tuple[float, int, str]:
+    """Return the first time of the media that a clip shows, its frames, and a note on its speed."""
+    shown = clip.trimmed_range()
+    start, count = float(shown.start_time.value), max(1, round(shown.duration.value))
+    speed = math.prod(
+        effect.time_scalar for effect in clip.effects if hasattr(effect, "time_scalar")
+    )
+    if speed == 1.0:
+        return start, count, ""
+    if speed == 0.0:
+        return start, 1, f"the cut holds this frame for {count} frames"
+    told = f"the cut plays it at {speed:.4g} times the speed; its frames are made once each"
+    return start, max(1, math.ceil(count * abs(speed))), told
+
+
+def _rate_note(clip: Any, rate: float) -> str:
+    own = float(clip.duration().rate)
+    return "" if own == rate else f"it runs at {own:g} frames a second, the cut at {rate:g}"
+
+
+def _dissolves(clip: Any, track: Any) -> Iterator[str]:
+    """Yield a note for each transition beside a clip."""
+    before, after = track.neighbors_of(clip)
+    schema = otio().schema
+    if isinstance(before, schema.Transition):
+        yield _dissolve_words(before.out_offset.value + before.in_offset.value, "before it")
+    if isinstance(after, schema.Transition):
+        yield _dissolve_words(after.out_offset.value + after.in_offset.value, "after it")
+
+
+def _dissolve_words(frames: float, where: str) -> str:
+    return f"a transition of {frames:g} frames {where} needs --handles {math.ceil(frames / 2)}"
+
+
+def _markers(clip: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the markers that are focus marks, such as "A=2.4m", and the others as notes."""
+    marks, notes = [], []
+    for marker in clip.markers:
+        text = " ".join(filter(None, (marker.name, marker.comment))).strip()
+        name, sign, place = (part.strip() for part in text.partition("="))
+        if sign and name and _is_distance(place):
+            marks.append(f"{name}={place}")
+        elif text:
+            notes.append(f"marker: {text}")
+    return tuple(marks), tuple(notes)
+
+
+def _is_distance(text: str) -> bool:
+    try:
+        return parse_distance_m(text) > 0
+    except InputError:
+        return False
+
+
+def _timecode(frames: float, rate: float) -> str:
+    return str(Timecode(0, 0, 0, 0).later(round(frames), rate))

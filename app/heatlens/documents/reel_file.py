@@ -1,0 +1,97 @@
+"""Read and write reels, name.heatreel.json: the names of shots in order, relative to the file."""
+
+import json
+from pathlib import Path
+
+from heatlens.base.errors import InputError
+from heatlens.documents.edit_read import EDIT_SUFFIXES, EditOptions, read_edit
+from heatlens.documents.shot_file import absolute_source, relative_source
+from heatlens.files.atomic_file import write_whole
+from heatlens.files.json_record import JsonEntry, read_json
+from heatlens.model.frames import parse_frame_range
+from heatlens.model.reel import Reel, ReelShot
+
+REEL_SUFFIX = ".heatreel.json"
+REEL_VERSION = 1
+_VERSION = "heatlens_reel"
+_AS_IT_IS = EditOptions()
+_LISTS = ("notes", "marks")
+_SHOT = ("name", "source", "frames", "notes", "marks", "gap_before")
+
+
+def is_reel(text: str) -> bool:
+    """Return whether a name is that of a reel or of an edit: OpenTimelineIO, EDL, AAF, XML."""
+    return text.lower().endswith((REEL_SUFFIX, *EDIT_SUFFIXES))
+
+
+def read_reel(path: Path, options: EditOptions = _AS_IT_IS) -> Reel:
+    """Return the reel of a file, or of an edit read with `options`.
+
+    The sources of its shots become absolute paths. Raises InputError that names the file and the
+    place in it if it is damaged.
+    """
+    if not path.name.lower().endswith(REEL_SUFFIX):
+        return read_edit(path, options)
+    top = read_json(path)
+    top.check_version(_VERSION, REEL_VERSION, "reel")
+    entries = top.members([_VERSION, "frames_per_second", "start_timecode", "shots"])
+    if "shots" not in entries:
+        top.refuse("the entry 'shots' is missing")
+    values = {
+        name: entries[name].of_type(kind)
+        for name, kind in (("frames_per_second", float), ("start_timecode", str))
+        if name in entries
+    }
+    items = entries["shots"].items()
+    gaps = ((at, _gap(item)) for at, item in enumerate(items))
+    values["shots"] = tuple(_shot(item, path) for item in items)
+    values["gaps"] = tuple(gap for gap in gaps if gap[1])
+    return top.built(Reel, {"name": path.name[: -len(REEL_SUFFIX)], **values})
+
+
+def write_reel(path: Path, reel: Reel) -> None:
+    """Write a reel completely or not at all. Raises InputError if that fails."""
+    gaps = dict(reel.gaps)
+    entries = {
+        _VERSION: REEL_VERSION,
+        "frames_per_second": reel.frames_per_second,
+        **({"start_timecode": reel.start_timecode} if reel.start_timecode else {}),
+        "shots": [_entry(shot, gaps.get(at, 0), path.parent) for at, shot in enumerate(reel.shots)],
+    }
+    write_whole(path, (json.dumps(entries, indent=2, ensure_ascii=False) + "\n").encode())
+
+
+def _gap(entry: JsonEntry) -> int:
+    members = entry.members(_SHOT)
+    return members["gap_before"].whole() if "gap_before" in members else 0
+
+
+def _shot(entry: JsonEntry, path: Path) -> ReelShot:
+    members = entry.members(_SHOT)
+    for name in ("name", "source"):
+        if name not in members:
+            entry.refuse(f"the entry {name!r} is missing")
+    source = members["source"].text()
+    try:
+        frames = parse_frame_range(members["frames"].text()) if "frames" in members else None
+    except InputError as error:
+        members["frames"].refuse(str(error))
+    return entry.built(
+        ReelShot,
+        {
+            "name": members["name"].text(),
+            "source": absolute_source(source, path) if source else "",
+            "frames": frames,
+            **{name: members[name].of_type(tuple[str, ...]) for name in _LISTS if name in members},
+        },
+    )
+
+
+def _entry(shot: ReelShot, gap: int, folder: Path) -> dict[str, object]:
+    return {
+        "name": shot.name,
+        "source": relative_source(shot.source, folder) if shot.source else "",
+        **({"frames": str(shot.frames)} if shot.frames is not None else {}),
+        **{name: list(texts) for name in _LISTS if (texts := getattr(shot, name))},
+        **({"gap_before": gap} if gap else {}),
+    }

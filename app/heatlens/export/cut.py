@@ -1,0 +1,121 @@
+"""Export a cut as one movie: the frames of its shots become lossless files, and are joined."""
+
+from collections.abc import Callable, Generator
+from contextlib import closing, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.export.finished import is_movie_finished
+from heatlens.export.frame_files import RenderedFrame
+from heatlens.export.job import ExportJob
+from heatlens.export.kept_frames import read_kept
+from heatlens.export.movie import movie_file
+from heatlens.export.output import Output, parse_output
+from heatlens.export.plan import ExportPlan, fingerprint_of_movie
+from heatlens.export.run import FrameDone, export_frames
+from heatlens.files.output_check import check_writable, make_folder
+from heatlens.model.frames import FrameRange
+from heatlens.model.reel import Reel
+from heatlens.render import FrameRenderer
+
+
+@dataclass(frozen=True)
+class Cut:
+    """The movie of a reel; `parts` are the plans of its shots, in the files of `kept_movie`."""
+
+    reel: Reel
+    output: Output
+    parts: tuple[ExportPlan, ...]
+
+    @property
+    def gaps(self) -> dict[int, int]:
+        """The black frames before shots, by the number of the shot."""
+        return dict(self.reel.gaps)
+
+    @property
+    def path(self) -> Path:
+        """The file of the movie."""
+        return self.output.path_at(0)
+
+    @property
+    def fingerprint(self) -> str:
+        """The fingerprint of the movie."""
+        told: list[str] = []
+        for number, plan in enumerate(self.parts):
+            told += ["black"] * self.gaps.get(number, 0)
+            told += [frame.fingerprint for frame in plan.frames]
+        return fingerprint_of_movie(told, self.reel.frames_per_second)
+
+
+def kept_movie(output: Output, number: int, name: str) -> Output:
+    """Return the output beside which the frames of a shot are kept until all are joined."""
+    movie = output.path_at(0)
+    return parse_output(movie.with_name(f"{movie.name}.frames") / f"{number:03}_{name}.mov")
+
+
+def export_cut(
+    cut: Cut, make_renderer: Callable[[], FrameRenderer]
+) -> Generator[tuple[ExportPlan, FrameDone]]:
+    """Export one frame a step, with the plan that it belongs to; then join all frames.
+
+    Raises InputError as `export_frames` does, and if the shots have different sizes.
+    """
+    force = any(plan.job.options.force for plan in cut.parts)
+    if not force and is_movie_finished(cut.path, cut.fingerprint):
+        for plan in cut.parts:
+            yield from ((plan, FrameDone(it.frame, it.path, True)) for it in plan.frames)
+        return
+    make_folder(cut.output.folder)
+    check_writable(cut.path)
+    for plan in cut.parts:
+        with closing(export_frames(plan, make_renderer)) as steps:
+            yield from ((plan, done) for done in steps)
+    _join(cut)
+    _remove(cut)
+
+
+def _join(cut: Cut) -> None:
+    black = None
+    with movie_file(_job_of(cut), cut.path, cut.fingerprint) as movie:
+        for number, plan in enumerate(cut.parts):
+            if black is None:
+                black = _black_like(plan)
+            for _ in range(cut.gaps.get(number, 0)):
+                movie.write(black)
+            for frame in plan.frames:
+                movie.write(replace(read_kept(frame.path, frame), planned=black.planned))
+
+
+def _black_like(plan: ExportPlan) -> RenderedFrame:
+    """Return a black picture of the size of the first frame, as the first frame of the cut."""
+    first = plan.frames[0]
+    read = read_kept(first.path, first)
+    return replace(read, planned=replace(first, frame=1), pixels=np.zeros_like(read.pixels))
+
+
+def _job_of(cut: Cut) -> ExportJob:
+    """Return the job of the whole movie, whose frames count from 1."""
+    first = cut.parts[0].job
+    count = sum(cut.gaps.values()) + sum(len(plan.frames) for plan in cut.parts)
+    shot = replace(
+        first.shot,
+        frames=FrameRange(1, count),
+        in_out=None,
+        frames_per_second=cut.reel.frames_per_second,
+        start_timecode=cut.reel.start_timecode,
+    )
+    return replace(first, shot=shot, frames=tuple(range(1, count + 1)), output=cut.output)
+
+
+def _remove(cut: Cut) -> None:
+    """Delete the files of the frames, which the movie has replaced."""
+    folders = dict.fromkeys(plan.folder for plan in cut.parts)
+    with suppress(OSError):  # those that stay do no harm
+        for plan in cut.parts:
+            for frame in plan.frames:
+                frame.path.unlink(missing_ok=True)
+        for folder in folders:
+            folder.rmdir()
+        cut.parts[0].job.output.folder.rmdir()
