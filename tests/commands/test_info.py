@@ -8,6 +8,7 @@ import pytest
 
 from heatlens.base.errors import HeatlensError
 from heatlens.commands import info
+from heatlens.commands.options.command_parser import add_command
 from support.command_line import stderr_of_run
 from support.exr_files import distances, rgb, window, write_file, write_parts
 
@@ -15,7 +16,7 @@ from support.exr_files import distances, rgb, window, write_file, write_parts
 def run_info(capsys, *words):
     """Return stdout of `heatlens info WORDS`, which must succeed with an empty stderr."""
     parser = argparse.ArgumentParser()
-    info.register(parser.add_subparsers())
+    add_command(parser.add_subparsers(), "info", info)
     args = parser.parse_args(["info", *map(str, words)])
     assert args.run(args) == 0
     printed = capsys.readouterr()

@@ -9,6 +9,7 @@ from PIL import Image
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.commands import compare
+from heatlens.commands.options.command_parser import add_command
 from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_write import write_exr
 
@@ -18,7 +19,7 @@ HALF = 0.21404114
 
 def run(*argv: object) -> int:
     parser = argparse.ArgumentParser()
-    compare.register(parser.add_subparsers())
+    add_command(parser.add_subparsers(), "compare", compare)
     args = parser.parse_args(["compare", *map(str, argv)])
     return args.run(args)
 

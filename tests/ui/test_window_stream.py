@@ -12,6 +12,7 @@ from tevclient import Ipc
 
 from heatlens.base.errors import InputError
 from heatlens.commands import view
+from heatlens.commands.options.command_parser import add_command
 from heatlens.gpu.textures import download
 from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import PlateOptions
@@ -153,7 +154,7 @@ def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
 
 def parsed(*words):
     parser = argparse.ArgumentParser()
-    view.register(parser.add_subparsers())
+    add_command(parser.add_subparsers(), "view", view)
     return parser.parse_args(["view", *words])
 
 

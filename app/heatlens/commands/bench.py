@@ -45,14 +45,15 @@ _SIZE = (1920, 1080)
 _TRUTH_VIEWS = 1024
 _TRUTH_SIZE = (480, 270)
 
-_DESCRIPTION = """\
+HELP = "measure how long a frame takes on this machine"
+DESCRIPTION = """\
 Renders a generated scene repeatedly and prints for each pass the milliseconds, the bytes that it
 moves and the least that it could move, and how close it comes to the speed of a plain copy.
 With --issues: how many requests OpenGL gets for a frame, which is what limits a fast GPU.
 With --drag: how fast and how good the pictures are that the window shows while you drag a control.
 The time left is estimated before and during the measurement.
 """
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens bench
   heatlens bench --bokeh heat --layers 1 --bare
@@ -68,15 +69,8 @@ examples:
 """
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `bench` to the command line."""
-    parser = commands.add_parser(
-        "bench",
-        help="measure how long a frame takes on this machine",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument(
         "--size",
         type=size_of,
@@ -85,7 +79,6 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     )
     add_blur_options(parser)
     _add_measure_options(parser)
-    parser.set_defaults(run=run)
 
 
 def _add_measure_options(parser: argparse.ArgumentParser) -> None:

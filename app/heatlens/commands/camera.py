@@ -31,7 +31,8 @@ from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.source.kinds import kind_of
 from heatlens.source.shot_camera import camera_of_shot
 
-_DESCRIPTION = """\
+HELP = "write the lens of a shot as a camera for USD, Nuke, Blender and scripts"
+DESCRIPTION = """\
 Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor. It also writes the
 position of the camera, if the plate's headers have it (worldToCamera) or the source is a 3D scene.
 The extension of the output decides the format:
@@ -51,7 +52,7 @@ that makes the same discs in a renderer, at every frame, and the nominal one bes
 """
 _TIMING = ("clip", "first_frame", "fps")
 _SAME_DISCS, _NOMINAL = "same-discs", "nominal"
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens camera s.heatlens.json -o cam.usda
   heatlens camera s.heatlens.json -o cam.nk --frames 1001-1024 --meters-per-unit cm
@@ -60,15 +61,8 @@ examples:
 """
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `camera` to the command line."""
-    parser = commands.add_parser(
-        "camera",
-        help="write the lens of a shot as a camera for USD, Nuke, Blender and scripts",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument(
         "source", metavar=f"SHOT{SHOT_SUFFIX}", help="the shot, a scene or a camera"
     )
@@ -89,7 +83,6 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         help="f-stop of a photographic lens: the one that makes the same discs in a CG renderer, "
         f"and the nominal one beside it (default), or only the {_NOMINAL} one (always with --send)",
     )
-    parser.set_defaults(run=run)
 
 
 def _add_send_options(parser: argparse.ArgumentParser) -> None:

@@ -24,7 +24,8 @@ from heatlens.plate.plate import FloatImage
 EXIT_NEAR_ENOUGH = 0
 EXIT_TOO_FAR = 1
 
-_DESCRIPTION = """\
+HELP = "measure how far a picture is from its truth"
+DESCRIPTION = """\
 Measures how far RESULT is from TRUTH, two pictures of one frame, and prints:
 
   PSNR       in dB, higher is closer: 30 good, 40 hard to see, 99 identical
@@ -62,20 +63,13 @@ _SHOWN = (
 )
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the parser of `heatlens compare`."""
-    parser = commands.add_parser(
-        "compare",
-        help="measure how far a picture is from its truth",
-        description=_DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument("result", type=Path, metavar="RESULT", help="the picture to measure")
     parser.add_argument("truth", type=Path, metavar="TRUTH", help="the reference picture")
     parser.add_argument("--json", action="store_true", help="print the scores as one JSON object")
     _add_limits(parser)
     _add_difference(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -15,7 +15,8 @@ from heatlens.doctor.gpu_check import Gpu
 from heatlens.gpu.context import headless_context
 from heatlens.measure.bench.schedule import Step
 
-_DESCRIPTION = """\
+HELP = "check that everything works on this machine"
+DESCRIPTION = """\
 Checks everything that heatlens depends on: packages, OpenGL and its limits, every shader, the
 solvers against float64, the still life against a stored picture, colours, fonts and display, and
 whether a second start finds its shaders compiled. Says how long it takes. The exit code is 1 if
@@ -29,26 +30,18 @@ _SECONDS = {
     "still life": 3.4,
     "second start": 6.2,
 }
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens doctor
   heatlens doctor --json > doctor.json
 """
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `doctor` to the command line."""
-    parser = commands.add_parser(
-        "doctor",
-        help="check that everything works on this machine",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object instead of lines"
     )
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -39,12 +39,13 @@ from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.version import __version__
 
-_DESCRIPTION = """\
+HELP = "render the frames of a shot to files or a movie"
+DESCRIPTION = """\
 Renders the frames of a shot: EXR scene-linear with the lens of each frame in its header, PNG,
 JPEG or TIFF through a view transform, or a movie. If you run it again after a stop or a change, it
 renders only the frames that are missing or out of date.
 """
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens export shot.heatlens.json -o out/name.####.exr --quality film
   heatlens export shot.heatlens.json -o out/name.####.exr --frames 1001-1100x2 --with-depth
@@ -65,15 +66,8 @@ _NEEDED = {
 _WAYS = ("submit", "cluster", "processes", "part")
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `export` to the command line."""
-    parser = commands.add_parser(
-        "export",
-        help="render the frames of a shot to files or a movie",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument(
         "shot",
         metavar="SHOT",
@@ -107,7 +101,6 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         help="options as JSON, as the window passes them; options on the command line take "
         "precedence",
     )
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

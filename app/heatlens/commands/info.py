@@ -25,7 +25,8 @@ from heatlens.model.units import format_distance
 from heatlens.sequence.names import NameForm, form_of, parse_pattern
 from heatlens.sequence.sequence import Sequence, find_sequence
 
-_DESCRIPTION = """\
+HELP = "show the contents of a render or a 3D scene, and how its depth is read"
+DESCRIPTION = """\
 Prints what a render holds and how heatlens would read it: size and windows (pixels), channels, the
 lens in the header (focal length and sensor in mm, focus in metres), the primaries of the colours,
 the range of the depth (metres), and how the depth is interpreted and why. Try the depth options
@@ -52,14 +53,8 @@ display_width_px and display_height_px that of the display window.
 _LABEL_WIDTH = 16
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `info` to the command line."""
-    parser = commands.add_parser(
-        "info",
-        help="show the contents of a render or a 3D scene, and how its depth is read",
-        description=_DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument(
         "plates",
         nargs="+",
@@ -73,7 +68,6 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     lens.add_argument("--sensor-width", type=number, metavar="MM", help="width of the sensor in mm")
     add_media_options(parser)
     add_placing_options(parser.add_argument_group("for a 3D scene whose file does not define it"))
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

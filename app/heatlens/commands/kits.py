@@ -8,12 +8,13 @@ from heatlens.documents.lens_kits import KitShelf, kit_shelf, kit_text, read_kit
 from heatlens.files.json_record import plain
 from heatlens.model.lens_kit import LensCharacter, LensKit
 
-_DESCRIPTION = """\
+HELP = "list the lens kits"
+DESCRIPTION = """\
 Lists the lens kits for --lens-kit and for the Lens panel of the window: the widest stop and the
 close focus of each lens, and its look out of focus. Your own kits are JSON files in the folder that
 is named at the end; to make one, copy a kit of heatlens (--json) and change it.
 """
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens kits
   heatlens kits vintage-primes
@@ -22,19 +23,11 @@ examples:
 """
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `kits` to the command line."""
-    parser = commands.add_parser(
-        "kits",
-        help="list the lens kits",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument("name", nargs="?", help="only this kit (default: all)")
     parser.add_argument("--json", action="store_true", help="print one kit as in a kit file")
     parser.add_argument("--check", type=Path, metavar="FILE", help="check a kit file")
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

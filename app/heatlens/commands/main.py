@@ -23,6 +23,7 @@ from heatlens.base.errors import FAULT_CODE, FaultError, HeatlensError, InputErr
 from heatlens.base.faults import told_error
 from heatlens.base.printable import printable
 from heatlens.base.stopping import stop_was_said
+from heatlens.commands.options.command_parser import add_command
 from heatlens.commands.options.movie_options import count_movie_frames
 from heatlens.commands.output.say import say_nothing
 from heatlens.model.other_names import OTHER_NAMES, or_meant
@@ -124,7 +125,7 @@ class _Completion(argparse.Action):
 
 def build_parser(names: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
     """Build the command line of the commands `names`; the default is all of them."""
-    parser = _Parser(
+    parser: argparse.ArgumentParser = _Parser(
         prog="heatlens",
         description="Puts a real lens in front of a pinhole render: depth of field by diffusion.",
         epilog=_EPILOG,
@@ -139,7 +140,7 @@ def build_parser(names: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name in names:
-        importlib.import_module(f"heatlens.commands.{name}").register(commands)
+        add_command(commands, name, importlib.import_module(f"heatlens.commands.{name}"))
     return parser
 
 

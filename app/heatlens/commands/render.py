@@ -16,7 +16,7 @@ from heatlens.commands.options.display_options import (
     transform_of,
 )
 from heatlens.commands.options.field_options import add_blur_options, settings_of
-from heatlens.commands.options.frame_command import add_frame_command, take_one_frame
+from heatlens.commands.options.frame_command import add_frame_options, take_one_frame
 from heatlens.commands.options.given_options import given, refuse_unused
 from heatlens.commands.options.kept_option import add_keep_option, kept_names
 from heatlens.commands.options.lens_options import plate_options
@@ -47,12 +47,13 @@ from heatlens.scene.scene_read import files_of_scene
 from heatlens.source.named import single_source
 
 _PACKED = 0.1  # size of a well compressed picture, as a part of its uncompressed size
-_DESCRIPTION = """\
+HELP = "render a plate with depth of field"
+DESCRIPTION = """\
 Puts a lens in front of a pinhole plate (EXR with colour and depth) or a 3D scene (glTF, OBJ, PLY,
 USD) and writes the picture: EXR scene-linear with the lens in its header, or PNG, JPEG or TIFF for
 viewing.
 """
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens render plate.exr -o out.exr --f-stop 2 --focus-distance 2.24 \\
       --focal-length 50 --sensor-width 36
@@ -69,16 +70,9 @@ examples:
 """
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `render` to the command line."""
-    add_frame_command(
-        commands,
-        "render",
-        words=("render a plate with depth of field", _DESCRIPTION, _EPILOG),
-        own=_add_output_options,
-        blur=add_blur_options,
-        run=run,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
+    add_frame_options(parser, _add_output_options, add_blur_options)
 
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:

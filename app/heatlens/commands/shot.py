@@ -2,16 +2,15 @@
 
 import argparse
 
+from heatlens.commands.options.command_parser import add_command
 from heatlens.commands.shots import shot_new, shot_sheet, shot_show
 
+HELP = "make a shot file with keys and marks, show its contents, or write its pull sheet"
+DESCRIPTION = "A shot is a plate seen through a lens that moves over frames."
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `shot new`, `shot show` and `shot sheet` to the command line."""
-    parser = commands.add_parser(
-        "shot",
-        help="make a shot file with keys and marks, show its contents, or write its pull sheet",
-        description="A shot is a plate seen through a lens that moves over frames.",
-    )
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the commands below it."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="new|show|sheet")
-    for action in (shot_new, shot_show, shot_sheet):
-        action.register(actions)
+    for name, module in (("new", shot_new), ("show", shot_show), ("sheet", shot_sheet)):
+        add_command(actions, name, module)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import add_fields, settings_of
-from heatlens.commands.options.frame_command import add_frame_command, take_one_frame
+from heatlens.commands.options.frame_command import add_frame_options, take_one_frame
 from heatlens.commands.options.given_options import refuse_unused
 from heatlens.commands.options.value_types import positive, whole
 from heatlens.commands.output.picture_progress import view_progress
@@ -35,7 +35,8 @@ from heatlens.source.kinds import SourceKind, kind_of
 _TRUTH_VIEWS = 1024
 _FINER = 4  # the truth has this many times the views of the judged methods
 
-_DESCRIPTION = """\
+HELP = "compare every method on one frame, as a page"
+DESCRIPTION = """\
 Blurs one frame with every method of heatlens and writes a folder with a page, index.html: each
 method's picture, how far it is from the truth (PSNR, SSIM, FLIP) and where, its time on this
 machine, and the places at which the methods differ most, side by side.
@@ -45,7 +46,7 @@ scene is the mean of --views views through the lens. The truth of a plate is unk
 are compared with diffusion at film quality, and the page says so. An earlier report is replaced.
 Needs: pip install 'heatlens[study]'
 """
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens study plate.exr --truth lens.exr -o report --f-stop 2 --focus-distance 2.24 \\
       --focal-length 50 --sensor-width 36
@@ -56,16 +57,9 @@ examples:
 """
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `study` to the command line."""
-    add_frame_command(
-        commands,
-        "study",
-        words=("compare every method on one frame, as a page", _DESCRIPTION, _EPILOG),
-        own=_add_study_options,
-        blur=_add_blur_options,
-        run=run,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
+    add_frame_options(parser, _add_study_options, _add_blur_options)
 
 
 def _add_study_options(parser: argparse.ArgumentParser) -> None:

@@ -36,7 +36,8 @@ from heatlens.scene.scene_name import DEMO, is_demo
 from heatlens.session.files.window_door import hand_over
 from heatlens.source.named import source_named
 
-_DESCRIPTION = """\
+HELP = "open the window (also: heatlens plate.exr, or heatlens alone)"
+DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Without a plate
 it begins on a start screen: the demo, the still life, any file, those opened last. Values of the
 lens not given here are taken from the plate's header, and can all be changed in the window. `?`
@@ -47,14 +48,8 @@ keeps what can be made again, or in the folder that HEATLENS_CACHE_DIR names.
 """
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `view` to the command line."""
-    parser = commands.add_parser(
-        "view",
-        help="open the window (also: heatlens plate.exr, or heatlens alone)",
-        description=_DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument(
         "plate",
         nargs="?",
@@ -69,11 +64,10 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         help="open another window; otherwise, if one is running and no options are given, that "
         "one opens the file",
     )
-    _add_options(parser)
-    parser.set_defaults(run=run)
+    _add_window_options(parser)
 
 
-def _add_options(parser: argparse.ArgumentParser) -> None:
+def _add_window_options(parser: argparse.ArgumentParser) -> None:
     """Add all options that are for a window of their own."""
     parser.add_argument(
         "--demo", action="store_true", help="open the scene that comes with heatlens"
@@ -134,7 +128,7 @@ def _is_handed_over(args: argparse.Namespace) -> bool:
 
     Raises InputError for files that cannot be opened, as a new window would.
     """
-    if not args.plate or args.new_window or given(args, _add_options):
+    if not args.plate or args.new_window or given(args, _add_window_options):
         return False
     _require(args.plate)
     name = args.plate if is_demo(args.plate) else os.path.abspath(os.path.expanduser(args.plate))

@@ -24,7 +24,8 @@ from heatlens.render import FrameRenderer
 from heatlens.sequence.names import parse_frames
 from heatlens.version import __version__
 
-_DESCRIPTION = """\
+HELP = "make frames for exports on other machines"
+DESCRIPTION = """\
 Makes frames for `heatlens export --cluster` on other machines, until you stop it or the scheduler
 ends. Start the scheduler with `dask scheduler` on one machine, and this on each that shall work,
 several times on one with many processors. Whoever reaches the port of a scheduler or a worker can
@@ -32,13 +33,9 @@ run programs there: use them in a network that you trust, or with the certificat
 """
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `worker` to the command line."""
-    parser = commands.add_parser(
-        "worker", help="make frames for exports on other machines", description=_DESCRIPTION
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument("address", metavar="tcp://HOST:8786", help="address of the Dask scheduler")
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""The parser and the check that all commands on one frame of a plate or a 3D scene share."""
+"""The options and the check that all commands on one frame of a plate or a 3D scene share."""
 
 import argparse
 import os
@@ -17,28 +17,8 @@ from heatlens.sequence.sequence import find_sequence
 AddOptions = Callable[[argparse.ArgumentParser], None]
 
 
-def add_frame_command(
-    commands: "argparse._SubParsersAction[argparse.ArgumentParser]",
-    name: str,
-    *,
-    words: tuple[str, str, str],
-    own: AddOptions,
-    blur: AddOptions,
-    run: Callable[[argparse.Namespace], int],
-) -> None:
-    """Add the command `name`; `words` are its one-line help, its description and its examples.
-
-    `own` adds the options of this command alone, `blur` those of the blur; the options of the lens,
-    the plate and the scene are the same for all commands.
-    """
-    brief, description, epilog = words
-    parser = commands.add_parser(
-        name,
-        help=brief,
-        description=description,
-        epilog=epilog,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_frame_options(parser: argparse.ArgumentParser, own: AddOptions, blur: AddOptions) -> None:
+    """Add the plate, then the options of the command alone, the lens, the blur and the scene."""
     parser.add_argument(
         "plate",
         type=Path,
@@ -56,7 +36,6 @@ def add_frame_command(
         metavar="N",
         help="frame to show, also of a movie or of 'plate.####.exr' (default: first)",
     )
-    parser.set_defaults(run=run)
 
 
 def take_one_frame(args: argparse.Namespace) -> None:

@@ -52,11 +52,12 @@ from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.sequence.names import frames_text
 
-_DESCRIPTION = """\
+HELP = "write a shot file"
+DESCRIPTION = """\
 Writes a shot file: the plate or 3D scene, the lens with its keys, focus marks, frames and blur. The
 plate's frames may be rendered later, unless the lens is to be taken from their header.
 """
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens shot new 'plate.####.exr' -o s.heatlens.json --focal-length 50 --sensor-width 36 \\
       --f-stop 1.3 --key focus@1001=0.94 --key focus@1024=3.83
@@ -79,15 +80,8 @@ _OBJECT, _NEAREST = "object:", "nearest:"
 Keys = dict[LensParameter, list[Key]]
 
 
-def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `new` to `heatlens shot`."""
-    parser = actions.add_parser(
-        "new",
-        help="write a shot file",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument(
         "plate",
         help="the plate: a pattern such as 'plate.####.exr' or one file; or a 3D scene; or - to "

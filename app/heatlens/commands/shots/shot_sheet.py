@@ -28,28 +28,22 @@ from heatlens.render import FrameRenderer
 from heatlens.source.named import source_of
 
 _SUFFIXES = (".html", ".htm")
-_DESCRIPTION = """\
+HELP = "write the pull sheet of a shot, with a picture of each key"
+DESCRIPTION = """\
 Writes one page (HTML with its pictures, for print or a phone) with a row for each focus key: its
 picture through the lens, frame, timecode, the mark in focus, the distance in metres and feet, the
 depth of field, the stop, and the frames to the next key. A list of all marks with their distances
 follows. The same rows are written beside it as CSV.
 """
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens shot sheet s.heatlens.json -o pull.html
   heatlens shot sheet s.heatlens.json -o pull.html --start-timecode 10:00:00:00 --title 'Scene 12'
 """
 
 
-def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `sheet` to `heatlens shot`."""
-    parser = actions.add_parser(
-        "sheet",
-        help="write the pull sheet of a shot, with a picture of each key",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the shot")
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="PAGE.html",
@@ -71,7 +65,6 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         help="json: a line on stdout for each picture, and one with a message if it fails",
     )
     add_display_options(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

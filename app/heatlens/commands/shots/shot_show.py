@@ -21,7 +21,8 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 from heatlens.sequence.names import frames_text
 
-_DESCRIPTION = """\
+HELP = "print a shot file"
+DESCRIPTION = """\
 Prints a shot file: the plate, keys, marks and the lens at every frame, with the nearest and the
 farthest depth that look sharp. The plate itself need not exist.
 """
@@ -30,20 +31,13 @@ _LABEL_WIDTH = 16
 Row = Sequence[str]
 
 
-def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `show` to `heatlens shot`."""
-    parser = actions.add_parser(
-        "show",
-        help="print a shot file",
-        description=_DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the shot file")
     parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
     parser.add_argument(
         "--unit", choices=("m", "ft"), default="m", help="unit of distances in the text (default m)"
     )
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
