@@ -170,7 +170,9 @@ def command_context(session_context: "moderngl.Context") -> Iterator["moderngl.C
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(moderngl, "create_context", contexts.noted(moderngl.create_context))
         for path in root.rglob("*.py"):
-            if re.search(r"import .*\bheadless_context", path.read_text(encoding="utf-8")):
+            if re.search(
+                r"import [^()]*\(?[^()]*\bheadless_context", path.read_text(encoding="utf-8")
+            ):
                 module = ".".join(path.relative_to(root.parent).with_suffix("").parts)
                 patch.setattr(f"{module}.headless_context", lambda: session_context)
         yield session_context

@@ -14,12 +14,13 @@ from heatlens.defocus.passes import DefocusPasses
 from heatlens.defocus.pipeline import DefocusPipeline
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
-from heatlens.defocus.solver_choice import fastest_solver
+from heatlens.defocus.solver_choice import fastest_solver, settled_solver
 from heatlens.defocus.steps import Result, Steps
 from heatlens.gpu.context import (
     check_plate_fits,
     check_texture_fits,
     check_work_fits,
+    headless_context,
     is_software,
 )
 from heatlens.gpu.stopwatch import Stopwatch
@@ -40,6 +41,12 @@ from heatlens.scene_gpu.overscan import Overscan
 from heatlens.source.on_gpu import SourceOnGpu
 from heatlens.source.pinhole import Pinhole
 from heatlens.source.plate_on_gpu import PlateOnGpu
+
+
+def headless_renderer() -> "FrameRenderer":
+    """Return a renderer without a window, whose solver is the same in every process."""
+    ctx = headless_context()
+    return FrameRenderer(ctx, settled_solver(ctx))
 
 
 class FrameRenderer:

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.camera_file import write_camera
-from heatlens.camera.from_shot import camera_before_plates
 from heatlens.camera.same_discs import with_renderer_f_stop
 from heatlens.camera.samples import INFINITE_M
 from heatlens.model.frames import FrameRange
@@ -124,7 +123,7 @@ OPENINGS = st.fixed_dictionaries(
 def test_a_lens_leaves_nothing_of_the_one_before(before, after):
     """After any two lenses the camera has what it has after the second alone."""
     first, second = (
-        blender_text(camera_before_plates(Shot(Lens(50.0, 2.0, 2.0, 36.0, **opening)), "c", ONE))
+        blender_text(camera_of_shot(Shot(Lens(50.0, 2.0, 2.0, 36.0, **opening)), "c", ONE))
         for opening in (before, after)
     )
     both = blender()

@@ -6,11 +6,11 @@ import subprocess
 import pytest
 
 from heatlens.camera.blender_write import blender_text
-from heatlens.camera.from_shot import camera_before_plates
 from heatlens.camera.same_discs import with_renderer_f_stop
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.source.shot_camera import camera_of_shot
 from support.blender import PYTHON
 
 FRAMES = FrameRange(101, 126)
@@ -53,7 +53,7 @@ def pulled() -> Shot:
 @pytest.mark.skipif(not PYTHON, reason="HEATLENS_BPY_PYTHON names no Python with bpy")
 def test_blender_has_the_lens_at_the_frames_and_between_them(tmp_path):
     shot = pulled()
-    camera = with_renderer_f_stop(camera_before_plates(shot, "cam"))
+    camera = with_renderer_f_stop(camera_of_shot(shot, "cam"))
     (tmp_path / "cam.py").write_text(blender_text(camera))
     (tmp_path / "probe.py").write_text(PROBE)
     words = [PYTHON, str(tmp_path / "probe.py"), str(tmp_path / "cam.py")]

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from heatlens.camera.blender_write import blender_text
-from heatlens.camera.from_shot import camera_before_plates
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.shot import Shot
+from heatlens.source.shot_camera import camera_of_shot
 from support.blender import PYTHON
 
 SIDE = 128
@@ -70,7 +70,7 @@ def corner_angle_deg(light: np.ndarray, blades: int) -> float:
 def test_cycles_makes_the_disc_of_the_opening(tmp_path, opening) -> None:
     lens = Lens(85.0, 0.5, 1.0, 36.0, model=LensModel.RENDERER, **opening)
     shot = Shot(lens, frames=FrameRange(1, 1))
-    (tmp_path / "cam.py").write_text(blender_text(camera_before_plates(shot, "cam")))
+    (tmp_path / "cam.py").write_text(blender_text(camera_of_shot(shot, "cam")))
     (tmp_path / "render.py").write_text(RENDER)
     words = [PYTHON, *(str(tmp_path / name) for name in ("render.py", "cam.py", "lamp.npy"))]
     ran = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)

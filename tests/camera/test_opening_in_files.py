@@ -8,7 +8,6 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.camera_file import read_camera, write_camera
-from heatlens.camera.from_shot import camera_before_plates
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.commands.main import main
@@ -18,6 +17,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.opening_picture import read_opening_image
+from heatlens.source.shot_camera import camera_of_shot
 from support.opening_images import heart_path
 
 LENS = Lens(
@@ -39,13 +39,13 @@ SHOT = Shot(LENS, frames=FrameRange(1, 2))
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
 def test_it_comes_back(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"cam{suffix}"
-    write_camera(path, camera_before_plates(SHOT, "cam"))
+    write_camera(path, camera_of_shot(SHOT, "cam"))
     bare = Shot(Lens(35.0, 4.0, 9.0, 24.0), frames=SHOT.frames)
     assert with_camera(bare, read_camera(str(path))).lens == LENS
 
 
 def test_a_round_lens_says_so_and_needs_no_node_of_its_own() -> None:
-    camera = camera_before_plates(Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames), "cam")
+    camera = camera_of_shot(Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames), "cam")
     assert camera.opening["blades"] == (0.0, 0.0) and not camera.shaped
     node = nuke_text(camera)
     assert "blades 0.0" in node and "Bokeh" not in node
@@ -54,7 +54,7 @@ def test_a_round_lens_says_so_and_needs_no_node_of_its_own() -> None:
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
 def test_a_new_shot_takes_it_and_options_go_before_it(tmp_path: Path, suffix: str) -> None:
     camera, shot = tmp_path / f"cam{suffix}", tmp_path / "s.heatlens.json"
-    write_camera(camera, camera_before_plates(SHOT, "cam"))
+    write_camera(camera, camera_of_shot(SHOT, "cam"))
     words = ["shot", "new", "no.####.exr", "--camera", str(camera), "-o", str(shot)]
     assert main([*words, "--rim", "0.75"]) == 0
     assert read_shot(shot).lens == replace(LENS, rim=0.75)
@@ -65,7 +65,7 @@ def test_an_image_moves_with_the_file(tmp_path: Path, suffix: str) -> None:
     (tmp_path / "heart.png").write_bytes(heart_path().read_bytes())
     lens = replace(LENS, aperture_image=read_opening_image(tmp_path / "heart.png"))
     path = tmp_path / f"cam{suffix}"
-    camera = camera_before_plates(replace(SHOT, lens=lens), "cam")
+    camera = camera_of_shot(replace(SHOT, lens=lens), "cam")
     assert any("heart.png" in note for note in camera.notes)
     write_camera(path, camera)
     assert str(tmp_path) not in path.read_text() and "heart.png" in path.read_text()
@@ -78,13 +78,13 @@ def test_an_image_moves_with_the_file(tmp_path: Path, suffix: str) -> None:
 
 def test_scripts_name_an_image_where_it_lies() -> None:
     lens = replace(LENS, aperture_image=OpeningImage('/a "b"/[$h].png'))
-    camera = camera_before_plates(replace(SHOT, lens=lens), "cam")
+    camera = camera_of_shot(replace(SHOT, lens=lens), "cam")
     assert repr('/a "b"/[$h].png') in blender_text(camera)
     assert r'aperture_image "/a \"b\"/\[\$h\].png"' in nuke_text(camera)
 
 
 def test_programs_get_what_they_have() -> None:
-    camera = camera_before_plates(SHOT, "cam")
+    camera = camera_of_shot(SHOT, "cam")
     script = blender_text(camera)
     assert "'dof.aperture_blades': 6" in script
     # A corner at 90 + 15 degrees; Blender's first is half a blade, 30 degrees, from its rotation.
@@ -99,13 +99,13 @@ def test_usd_has_what_the_draft_of_physical_cameras_names(tmp_path: Path) -> Non
 
     path = tmp_path / "cam.usda"
     lens = Lens(50.0, 2.0, 2.0, 36.0, blades=6, squeeze=2.0)
-    write_camera(path, camera_before_plates(Shot(lens, frames=SHOT.frames), "cam"))
+    write_camera(path, camera_of_shot(Shot(lens, frames=SHOT.frames), "cam"))
     stage = Usd.Stage.Open(str(path))
     told = stage.GetDefaultPrim().GetCustomDataByKey
     assert told("PhysicalCameraLens") == {"shutter_blades": 6}
     assert told("PhysicalCameraLensModelPinhole") == {"squeeze": 2.0}
     plain = Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames)
-    write_camera(tmp_path / "plain.usda", camera_before_plates(plain, "cam"))
+    write_camera(tmp_path / "plain.usda", camera_of_shot(plain, "cam"))
     stage = Usd.Stage.Open(str(tmp_path / "plain.usda"))
     assert not stage.GetDefaultPrim().HasAuthoredCustomData()
 
@@ -115,7 +115,7 @@ def test_breathing_is_the_length_of_each_frame() -> None:
     shot = Shot(lens, frames=FrameRange(1, 3))
     for frame, distance_m in ((1, 1.0), (3, 4.0)):
         shot = shot.with_key(frame, LensParameter.FOCUS_DISTANCE, distance_m)
-    camera = camera_before_plates(shot, "cam")
+    camera = camera_of_shot(shot, "cam")
     for index, frame in enumerate(camera.frames):
         view = 1.0 - 0.2 / shot.lens_at(frame).focus_distance_m
         assert camera.focal_length_mm[index] == pytest.approx(50.0 / view)

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.camera.camera_file import read_camera, write_camera
-from heatlens.camera.from_shot import camera_before_plates
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import OPENING_TRACKS, PLAIN_OPENING, CameraSamples
 from heatlens.camera.usd_read import usd_camera
@@ -20,6 +19,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.option import options_of, type_of
 from heatlens.model.shot import Shot
+from heatlens.source.shot_camera import camera_of_shot
 from support.opening_images import heart_path
 
 READERS = {".json": read_camera, ".csv": read_camera, ".usda": usd_camera, ".usdc": usd_camera}
@@ -49,7 +49,7 @@ def test_the_opening_of_the_file_replaces_any_other(suffix, mine, before):
     frames = FrameRange(1, 2)
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"cam{suffix}"
-        write_camera(path, camera_before_plates(Shot(mine, frames=frames), "cam"))
+        write_camera(path, camera_of_shot(Shot(mine, frames=frames), "cam"))
         after = with_camera(Shot(before, frames=frames), READERS[suffix](str(path)))
     for name in PLAIN_OPENING:
         assert getattr(after.lens, name) == pytest.approx(getattr(mine, name)), name
@@ -58,7 +58,7 @@ def test_the_opening_of_the_file_replaces_any_other(suffix, mine, before):
 @pytest.mark.parametrize("suffix", READERS)
 def test_an_image_before_it_is_gone(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"cam{suffix}"
-    write_camera(path, camera_before_plates(Shot(ROUND, frames=FrameRange(1, 2)), "cam"))
+    write_camera(path, camera_of_shot(Shot(ROUND, frames=FrameRange(1, 2)), "cam"))
     heart = replace(ROUND, aperture_image=OpeningImage(str(heart_path())))
     assert with_camera(Shot(heart), READERS[suffix](str(path))).lens == ROUND
 
@@ -71,7 +71,7 @@ def test_a_camera_that_tells_nothing_of_it_leaves_it_alone() -> None:
 
 def test_options_go_before_it(tmp_path: Path) -> None:
     camera, shot = tmp_path / "cam.json", tmp_path / "s.heatlens.json"
-    write_camera(camera, camera_before_plates(Shot(ROUND, frames=FrameRange(1, 2)), "cam"))
+    write_camera(camera, camera_of_shot(Shot(ROUND, frames=FrameRange(1, 2)), "cam"))
     words = ["shot", "new", "no.####.exr", "--camera", str(camera), "-o", str(shot)]
     assert main([*words, "--blades", "7"]) == 0
     assert read_shot(shot).lens == replace(ROUND, blades=7)

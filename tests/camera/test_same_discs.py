@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.camera.camera_file import read_camera, write_camera
-from heatlens.camera.from_shot import camera_before_plates
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
@@ -15,6 +14,7 @@ from heatlens.model.coc import coc_line
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import FRAMES, SHOTS, moving_camera
 
 PHOTOGRAPHIC = moving_camera(lens_model=LensModel.PHOTOGRAPHIC)
@@ -27,7 +27,7 @@ def as_model(shot: Shot, model: LensModel) -> Shot:
 @given(SHOTS, st.sampled_from(list(LensModel)))
 def test_a_renderer_with_the_told_f_stop_makes_the_same_discs(shot, model):
     shot = as_model(shot, model)
-    camera = with_renderer_f_stop(camera_before_plates(shot, "c"))
+    camera = with_renderer_f_stop(camera_of_shot(shot, "c"))
     assert camera.f_stop is not None
     for frame, f_stop in zip(camera.frames, camera.f_stop, strict=True):
         lens = shot.lens_at(frame)
@@ -39,7 +39,7 @@ def test_a_renderer_with_the_told_f_stop_makes_the_same_discs(shot, model):
 @given(SHOTS, st.sampled_from(list(LensModel)))
 def test_a_shot_takes_back_the_nominal_f_stop_and_the_model(shot, model):
     shot = as_model(shot, model)
-    camera = with_renderer_f_stop(camera_before_plates(shot, "c"))
+    camera = with_renderer_f_stop(camera_of_shot(shot, "c"))
     back = with_camera(Shot(Lens(50, 2, 3, 36)), camera)
     assert back.lens.model is model
     for frame in FRAMES:

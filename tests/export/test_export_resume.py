@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 from PIL import Image
 
-from heatlens.commands import export as export_command
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
 from support.exports import FRAMES, exported, files_in, refused, with_focus, write_plate, written
@@ -26,7 +25,7 @@ def test_nothing_left_to_do_needs_no_opengl(capsys, shot_file, out, monkeypatch)
     def none_here():
         raise AssertionError("a context was made")
 
-    monkeypatch.setattr(export_command, "headless_context", none_here)
+    monkeypatch.setattr("heatlens.render.headless_context", none_here)
     assert "6 were finished before" in exported(capsys, shot_file, out)
 
 

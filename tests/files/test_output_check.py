@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from heatlens.base.stopping import temporary_folder
-from heatlens.commands import render as render_command
 from heatlens.commands.main import main
 from heatlens.export import movie as movies
 from support.command_line import CAMERA, channels, refused, render
@@ -44,13 +43,13 @@ def free(monkeypatch, count: int) -> None:
 
 
 def test_a_folder_that_is_barred_is_said_before_opengl_is_begun(capsys, monkeypatch, plate, barred):
-    monkeypatch.setattr(render_command, "headless_context", lambda: pytest.fail("too late"))
+    monkeypatch.setattr("heatlens.render.headless_context", lambda: pytest.fail("too late"))
     for name in ("o.exr", "o.png"):
         assert "is not writable" in refused(capsys, plate, barred / name)
 
 
 def test_an_export_into_a_barred_folder_renders_nothing(capsys, monkeypatch, shot_file, barred):
-    monkeypatch.setattr("heatlens.commands.export.headless_context", lambda: pytest.fail("late"))
+    monkeypatch.setattr("heatlens.render.headless_context", lambda: pytest.fail("late"))
     said = export_refused(capsys, shot_file, barred / "n.####.exr")
     assert "is not writable" in said
 

@@ -21,8 +21,8 @@ v 0 -1 -2\nv 3 -1 -2\nv 3 1 -2\nv 0 1 -2\nf 5 6 7 8
 
 @pytest.fixture(autouse=True)
 def drawn_with_the_sessions_context(ctx: moderngl.Context, monkeypatch):
-    for command in ("bench_scene", "study"):
-        monkeypatch.setattr(f"heatlens.commands.{command}.headless_context", lambda: ctx)
+    monkeypatch.setattr("heatlens.render.headless_context", lambda: ctx)
+    monkeypatch.setattr("heatlens.commands.bench_scene.headless_context", lambda: ctx)
 
 
 @pytest.fixture

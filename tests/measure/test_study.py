@@ -56,8 +56,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(autouse=True)
 def drawn_with_the_sessions_context(ctx: moderngl.Context, monkeypatch):
-    for command in ("study", "render"):
-        monkeypatch.setattr(f"heatlens.commands.{command}.headless_context", lambda: ctx)
+    monkeypatch.setattr("heatlens.render.headless_context", lambda: ctx)
 
 
 @pytest.fixture(scope="module")

@@ -92,12 +92,12 @@ def test_a_shot_keeps_it(tmp_path):
 
 _CAMERA = """
         from heatlens.camera.camera_file import left_out_of, read_camera, write_camera
-        from heatlens.camera.from_shot import camera_before_plates
+        from heatlens.source.shot_camera import camera_of_shot
         from heatlens.camera.into_shot import with_camera
         from heatlens.camera.usd_read import usd_camera
         from heatlens.model.frames import FrameRange
         from heatlens.model.shot import Shot
-        camera = camera_before_plates(Shot(lens), "cam", FrameRange(1, 3))
+        camera = camera_of_shot(Shot(lens), "cam", FrameRange(1, 3))
         assert camera.opening["astigmatism"] == (0.25,) * 3 and camera.shaped == ("astigmatism",)
         lost = [note for note in camera.notes if "coating" in note]
         assert len(lost) == 1 and "lost" in lost[0], camera.notes

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.camera.from_shot import camera_before_plates
 from heatlens.model.breathing import view_ratio
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
@@ -14,6 +13,7 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.picture.picture_write import lens_header
 from heatlens.render import FrameRenderer
+from heatlens.source.shot_camera import camera_of_shot
 
 PINHOLE = Lens(50.0, 1e5, 0.5, 36.0, close_focus_m=0.5)
 QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 1)
@@ -65,7 +65,7 @@ def test_a_camera_has_the_length_that_is_seen_at_each_frame():
     shot = Shot(Lens(50.0, 2.0, 2.0, 36.0, close_focus_m=0.5, breathing=0.9))
     shot = shot.with_key(1, LensParameter.FOCUS_DISTANCE, 0.5)
     shot = shot.with_key(11, LensParameter.FOCUS_DISTANCE, 5.0)
-    camera = camera_before_plates(shot, "c", FrameRange(1, 11), sensor_height_mm=24.0)
+    camera = camera_of_shot(shot, "c", FrameRange(1, 11), sensor_height_mm=24.0)
     lengths = [50.0 / view_ratio(shot.lens_at(frame)) for frame in range(1, 12)]
     assert camera.focal_length_mm == pytest.approx(lengths)
     assert lengths[0] == pytest.approx(50 / 0.9) and lengths == sorted(lengths, reverse=True)

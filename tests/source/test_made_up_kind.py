@@ -12,6 +12,7 @@ import pytest
 
 import heatlens
 from heatlens.base.errors import InputError
+from heatlens.camera.from_shot import camera_before_plates
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
@@ -25,7 +26,6 @@ from heatlens.source import kinds
 from heatlens.source.kinds import KINDS, OnUse, SourceKind, kind_of, refused
 from heatlens.source.opened import Opened
 from heatlens.source.origin import Origin
-from heatlens.source.shot_camera import camera_of_plates
 from support.command_line import stderr_of_run
 from support.evening import begun, settled, until
 
@@ -139,7 +139,7 @@ MADE_UP = SourceKind(
     again=lambda text, _options, _timing: Formula(text),
     alone=refused,
     opened=OpenedFormula,
-    camera=camera_of_plates,
+    camera=camera_before_plates,
     feed=FormulaFeed,
     commands=commands,
     python=refused,

@@ -5,9 +5,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from heatlens.base.errors import GpuError
-from heatlens.defocus.solver_choice import settled_solver
-from heatlens.gpu.context import headless_context
-from heatlens.render import FrameRenderer
+from heatlens.render import FrameRenderer, headless_renderer
 
 Content = TypeVar("Content")
 
@@ -26,8 +24,7 @@ class Engine:
         Raises GpuError in every thread but the first, and where OpenGL is missing.
         """
         if self._renderer is None:
-            ctx = headless_context()
-            self._renderer = FrameRenderer(ctx, settled_solver(ctx))
+            self._renderer = headless_renderer()
             self._thread = threading.get_ident()
         if threading.get_ident() != self._thread:
             raise GpuError(

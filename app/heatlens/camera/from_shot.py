@@ -25,8 +25,10 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.header.channels import Header
 from heatlens.plate.parts.header_read import read_headers
+from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import track_of
+from heatlens.scene.scene_name import open_scene
 from heatlens.sequence.sequence import Sequence, find_sequence
 
 _ASSUMED_ASPECT = 16 / 9
@@ -40,9 +42,9 @@ _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
 class CameraWish:
     """The choices for writing a shot as a camera.
 
-    frames            the frames to sample; None means those that are played
+    frames            the frames to sample; None means those that are played, else all
     sensor_height_mm  None: as wide and high as the picture
-    scene_unit_m      the unit of the world around plates, in metres; scenes are in metres
+    scene_unit_m      the unit of the world around plates, in metres; None: as the plate is read
     up_axis           the up axis of the world around plates; scenes have y up
     """
 
@@ -53,66 +55,51 @@ class CameraWish:
     up_axis: UpAxis = "y"
 
 
-def camera_before_plates(
-    shot: Shot,
-    name: str,
-    frames: FrameRange | None = None,
-    sensor_height_mm: float | None = None,
-    scene_unit_m: float | None = None,
-    up_axis: UpAxis = "y",
-) -> CameraSamples:
-    """Return the lens of `shot` and its placement over `frames`.
+def camera_before_plates(shot: Shot, wish: CameraWish) -> CameraSamples:
+    """Return the lens of `shot` and its placement over the frames of a wish.
 
-    Without `frames` these are the frames that the shot plays. The height of the sensor follows from
-    the shape of the plate's picture and the placement from its headers, if its files are there; the
-    notes say which, or what was assumed. `scene_unit_m` None means the unit in which the shot reads
-    the plate.
+    The height of the sensor follows from the shape of the plate's picture and the placement from
+    its headers, if its files are there; the notes say which, or what was assumed.
 
     Raises InputError if no frames are known, and LensError where the keys of a frame describe no
     possible lens.
     """
     sequence, notes = _plate(shot)
-    frames = frames or shot.played or _frames_of(sequence)
+    frames = wish.frames or shot.played or _frames_of(sequence)
     if frames is None:
         raise InputError(
             "The shot has no frames: neither its plate nor its keys have any. Give them with "
             "--frames."
         )
-    unit_m = shot.plate_options.scene_unit_m if scene_unit_m is None else scene_unit_m
-    camera = _lens_camera(shot, name, frames)
+    unit_m = wish.scene_unit_m
+    unit_m = shot.plate_options.scene_unit_m if unit_m is None else unit_m
     placement, placement_notes = _placement(sequence, frames, unit_m)
-    height_mm, height_note = _height_mm(shot, sequence, sensor_height_mm)
+    height_mm, height_note = _height_mm(shot, sequence, wish.sensor_height_mm)
     return replace(
-        camera,
+        _lens_camera(shot, wish.name, frames),
         sensor_height_mm=(height_mm,) * frames.count,
         world_to_camera=placement,
-        up_axis=up_axis,
+        up_axis=wish.up_axis,
         notes=(*notes, height_note, *placement_notes, *_opening_notes(shot.lens)),
     )
 
 
-def camera_in_scene(
-    shot: Shot,
-    scene: Scene,
-    name: str,
-    frames: FrameRange | None = None,
-    sensor_height_mm: float | None = None,
-) -> CameraSamples:
-    """Return the lens of `shot` and its place in `scene` over `frames`.
+def camera_in_scene(shot: Shot, wish: CameraWish) -> CameraSamples:
+    """Return the lens of `shot` and its place in its scene over the frames of a wish.
 
-    Without `frames` these are the frames that the shot plays, or those of the scene. Lengths are in
-    metres and y is up, as in the scene. Raises InputError for a camera that the scene does not
-    have.
+    Lengths are in metres and y is up, as in the scene. Raises InputError if the scene cannot be
+    read, or does not have the camera.
     """
-    frames = frames or shot.played or scene.frames or _STILL
     framing = shot.framing or Framing()
-    height_mm = sensor_height_mm
+    scene = placed(open_scene(shot.source or "", framing.timing), framing)
+    frames = wish.frames or shot.played or scene.frames or _STILL
+    height_mm = wish.sensor_height_mm
     why = "as given"
     if height_mm is None:
         height_mm = shot.lens.sensor_width_mm * framing.height_px / framing.width_px
         why = f"from a picture of {framing.width_px}x{framing.height_px}"
     return replace(
-        _lens_camera(shot, name, frames),
+        _lens_camera(shot, wish.name, frames),
         sensor_height_mm=(height_mm,) * frames.count,
         world_to_camera=tuple(_scene_placement(shot, scene, framing, frame) for frame in frames),
         notes=(

@@ -22,7 +22,6 @@ from heatlens.commands.reels.reel_export import export_reel
 from heatlens.commands.reels.reel_options import add_reel_options, refuse_reel_options
 from heatlens.commands.submit import submit, task_words
 from heatlens.commands.worker import made_part
-from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.export.job import read_job
@@ -32,11 +31,10 @@ from heatlens.farm.cluster import ClusterMaker, PartTask, connected, new_topic
 from heatlens.farm.elsewhere import Make, made_elsewhere
 from heatlens.farm.job import typed
 from heatlens.farm.processes import ProcessMaker
-from heatlens.gpu.context import headless_context
 from heatlens.live.ring.address import opentrackio_address
 from heatlens.live.ring.sender import SOURCE, LensOutput, LensSender
 from heatlens.model.shot import Shot
-from heatlens.render import FrameRenderer
+from heatlens.render import headless_renderer
 from heatlens.version import __version__
 
 HELP = "render the frames of a shot to files or a movie"
@@ -154,7 +152,7 @@ def _export_shot(args: argparse.Namespace, plan: ExportPlan, name: str) -> None:
 def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[FrameDone]]:
     """Yield an iterator over the finished frames, made by this process or by others."""
     if args.cluster is None and args.processes is None:
-        with closing(export_frames(plan, _renderer)) as steps:
+        with closing(export_frames(plan, headless_renderer)) as steps:
             yield steps
         return
     words = tuple(typed(task_words(args, plan)))
@@ -164,7 +162,7 @@ def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[Fram
             task = PartTask(words, "", __version__, args.fetch, new_topic())
             client = stack.enter_context(connected(args.cluster))
             make = ClusterMaker(client, made_part, task, args.chunk, say)
-        yield stack.enter_context(closing(made_elsewhere(plan, make, _renderer)))
+        yield stack.enter_context(closing(made_elsewhere(plan, make, headless_renderer)))
 
 
 def _check_together(args: argparse.Namespace) -> None:
@@ -187,11 +185,6 @@ def _say_of_shot(plan: ExportPlan) -> None:
     need = overscan_of_shot(shot, plate, plan.job.frames)
     if need is not None and need.short:
         say(need.sentence)
-
-
-def _renderer() -> FrameRenderer:
-    ctx = headless_context()
-    return FrameRenderer(ctx, settled_solver(ctx))
 
 
 def add_send_option(parser: argparse.ArgumentParser) -> None:

@@ -6,12 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.options.display_options import (
     add_display_options,
-    color_header,
-    look_of,
-    transform_of,
+    display_look,
+    shot_header,
 )
 from heatlens.commands.options.field_options import (
     add_blur_options,
@@ -43,7 +41,6 @@ from heatlens.model.frames import check_within
 from heatlens.model.guides import Guides
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.plate.header.channels import Header
 from heatlens.sequence.names import frames_text, parse_frames
 from heatlens.source.named import source_of
 
@@ -303,20 +300,9 @@ def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
     return frames
 
 
-def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
-    """Return the view transform; EXR output needs none, and no config is loaded."""
-    if parse_output(args.output).is_exr:
-        return srgb_transform()
-    return transform_of(look_of(args), _color_header(shot))
-
-
 def _look(args: argparse.Namespace, shot: Shot) -> DisplayLook:
-    asked, transform = look_of(args), _transform(args, shot)
+    """Return the look of pictures; EXR output needs none, and no config is loaded."""
+    if parse_output(args.output).is_exr:
+        return DisplayLook()
     guides = Guides(**typed_fields(args, Guides))
-    return DisplayLook(transform, asked.exposure_stops, asked.gamma, guides)
-
-
-def _color_header(shot: Shot) -> Header:
-    """Return the header of the first existing plate, whichever frames are exported."""
-    options = shot.plate_options
-    return color_header(source_of(shot).first_file, options.color_layer, options.eye)
+    return replace(display_look(args, shot_header(shot)), guides=guides)

@@ -11,9 +11,8 @@ from heatlens.color.color_config import load_color_config
 from heatlens.commands.options.display_options import (
     add_display_options,
     color_header,
-    look_of,
+    display_look,
     say_seen_through,
-    transform_of,
 )
 from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.frame_command import add_frame_options, take_one_frame
@@ -29,10 +28,7 @@ from heatlens.commands.output.picture_progress import picture_progress
 from heatlens.commands.output.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.sources.source_commands import commands_for
-from heatlens.defocus.solver_choice import settled_solver
-from heatlens.export.job import DisplayLook
 from heatlens.files.output_check import check_space, make_folder
-from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
@@ -42,7 +38,7 @@ from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.picture.picture_write import Encode, check_output, lens_header, write_picture
 from heatlens.plate.plate import Plate
-from heatlens.render import FrameRenderer, drained
+from heatlens.render import FrameRenderer, drained, headless_renderer
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.source.named import single_source
 
@@ -123,8 +119,7 @@ def _render(args: argparse.Namespace) -> None:
     refuse_unused(args, str(args.plate), settings.method)
     wanted = _kept_names(args, settings)
     encode = _encode(args)
-    ctx = headless_context()
-    renderer = FrameRenderer(ctx, settled_solver(ctx))
+    renderer = headless_renderer()
     renderer.stopwatch.on = args.stats
     shot, frame = commands_for(args.plate).load(args, renderer, settings)
     _check_room(args, shot, renderer)
@@ -217,8 +212,7 @@ def _encode(args: argparse.Namespace) -> Encode:
         return srgb_encoded
     first = single_source(args.plate, plate_options(args)).first_file
     header = color_header(first, args.color_layer, args.eye)
-    asked = look_of(args)
-    look = DisplayLook(transform_of(asked, header), asked.exposure_stops, asked.gamma)
+    look = display_look(args, header)
 
     def encode(light: FloatArray) -> FloatArray:
         say_seen_through(look.transform)

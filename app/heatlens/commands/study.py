@@ -13,8 +13,6 @@ from heatlens.commands.output.picture_progress import view_progress
 from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.sources.source_commands import commands_for
-from heatlens.defocus.solver_choice import settled_solver
-from heatlens.gpu.context import headless_context
 from heatlens.measure.compare.pictures import Picture, read_picture
 from heatlens.measure.study import reference as references
 from heatlens.measure.study.error_chart import check_chart
@@ -29,7 +27,7 @@ from heatlens.measure.study.write import PAGE, write_report
 from heatlens.model.lens import Lens
 from heatlens.model.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.units import format_distance
-from heatlens.render import FrameRenderer
+from heatlens.render import headless_renderer
 from heatlens.source.kinds import SourceKind, kind_of
 
 _TRUTH_VIEWS = 1024
@@ -139,8 +137,7 @@ def _subject(args: argparse.Namespace) -> Subject:
     kind = kind_of(str(args.plate))
     refuse_unused(args, str(args.plate))
     _check_truth(args, kind, settings.views)
-    ctx = headless_context()
-    renderer = FrameRenderer(ctx, settled_solver(ctx))
+    renderer = headless_renderer()
     shot, frame = commands_for(args.plate).load(args, renderer, settings)
     return Subject(args.plate.name, renderer, shot, frame)
 

@@ -13,14 +13,12 @@ from heatlens.base.errors import InputError
 from heatlens.base.stopping import temporary_folder
 from heatlens.commands.export_options import job_of
 from heatlens.commands.output.say import say
-from heatlens.defocus.solver_choice import settled_solver
 from heatlens.export.job import ExportJob
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
 from heatlens.farm import cluster
 from heatlens.farm.cluster import NO_ANSWER, PartDone, PartTask, check_address, library, no_answer
-from heatlens.gpu.context import headless_context
-from heatlens.render import FrameRenderer
+from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.sequence.names import parse_frames
 from heatlens.version import __version__
 
@@ -116,5 +114,4 @@ def _job(words: tuple[str, ...], topic: str) -> ExportJob:
 @cache
 def renderer() -> FrameRenderer:
     """Return the renderer of this process, which stays warm from task to task."""
-    ctx = headless_context()
-    return FrameRenderer(ctx, settled_solver(ctx))
+    return headless_renderer()

@@ -12,9 +12,12 @@ from heatlens.color.input_space import input_space_of
 from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
 from heatlens.commands.options.field_options import add_fields, typed_fields
 from heatlens.commands.output.say import say
+from heatlens.export.job import DisplayLook
 from heatlens.model.display_options import PLAIN_VIEW, DisplayOptions
+from heatlens.model.shot import Shot
 from heatlens.plate.header.channels import Header
 from heatlens.plate.parts.header_read import read_color_header
+from heatlens.source.named import source_of
 
 
 def add_display_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
@@ -43,6 +46,18 @@ def color_header(path: Path | None, color_layer: str | None, eye: str | None = N
         return read_color_header(path, color_layer, eye)
     except InputError:
         return {}
+
+
+def shot_header(shot: Shot) -> Header:
+    """Return the header of a shot's first existing plate."""
+    options = shot.plate_options
+    return color_header(source_of(shot).first_file, options.color_layer, options.eye)
+
+
+def display_look(args: argparse.Namespace, header: Header) -> DisplayLook:
+    """Return the look of the options for a plate with this header; see `transform_of`."""
+    asked = look_of(args)
+    return DisplayLook(transform_of(asked, header), asked.exposure_stops, asked.gamma)
 
 
 def transform_of(look: DisplayOptions, attributes: Header) -> ViewTransform:

@@ -7,24 +7,20 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.commands.options.display_options import (
     add_display_options,
-    color_header,
-    look_of,
-    transform_of,
+    display_look,
+    shot_header,
 )
 from heatlens.commands.output.export_progress import failure_reported
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import tell
-from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.shot_file import SHOT_SUFFIX, read_shot
-from heatlens.export.job import DisplayLook
 from heatlens.export.sheet.page import PURPOSE, sheet_entries, write_sheet
 from heatlens.export.sheet.rows import sheet_frames
 from heatlens.files.html_page import check_pages
 from heatlens.files.output_check import check_writable
-from heatlens.gpu.context import headless_context
 from heatlens.model.frames import FrameRange, parse_frame_range
 from heatlens.model.shot import Shot
-from heatlens.render import FrameRenderer
+from heatlens.render import headless_renderer
 from heatlens.source.named import source_of
 
 _SUFFIXES = (".html", ".htm")
@@ -81,10 +77,10 @@ def _write(args: argparse.Namespace) -> None:
     check_pages(PURPOSE)
     shot = _shot_of(args)
     frames = _frames_of(args, shot)
-    look, count = _look_of(args, shot), len(sheet_frames(shot, frames))
+    look, count = display_look(args, shot_header(shot)), len(sheet_frames(shot, frames))
     entries = []
     with progress_line() as show:
-        for entry in sheet_entries(shot, frames, look, _renderer):
+        for entry in sheet_entries(shot, frames, look, headless_renderer):
             entries.append(entry)
             if args.progress == "json":
                 tell(json.dumps({"event": "frame", "done": len(entries), "frames": count}))
@@ -110,14 +106,3 @@ def _frames_of(args: argparse.Namespace, shot: Shot) -> FrameRange:
         return parse_frame_range(args.frames)
     frames = source_of(shot).frames_of(shot)
     return shot.played or FrameRange(min(frames), max(frames))
-
-
-def _look_of(args: argparse.Namespace, shot: Shot) -> DisplayLook:
-    asked, options = look_of(args), shot.plate_options
-    header = color_header(source_of(shot).first_file, options.color_layer, options.eye)
-    return DisplayLook(transform_of(asked, header), asked.exposure_stops, asked.gamma)
-
-
-def _renderer() -> FrameRenderer:
-    ctx = headless_context()
-    return FrameRenderer(ctx, settled_solver(ctx))
