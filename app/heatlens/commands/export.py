@@ -115,7 +115,7 @@ def _export(args: argparse.Namespace) -> None:
     if args.send is not None and args.submit is not None:
         raise InputError("--send is for frames that are rendered here; --submit renders none.")
     if is_reel(args.shot):
-        export_reel(args, _export_shot, _renderer)
+        export_reel(args, _export_shot)
         return
     refuse_reel_options(args)
     job = job_of(args)

@@ -14,7 +14,8 @@ from heatlens.files.output_check import make_folder
 from heatlens.model.frames import FrameRange
 from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
 
-_DESCRIPTION = """\
+HELP = "make a reel of shots, or follow a changed edit"
+DESCRIPTION = """\
 Makes a reel, a small file with the names of shots in order, from an edit (.otio, .edl, .xml, .aaf)
 or from shot files, plates and scenes. With --shots, each clip gets a shot file with the lens of the
 options and of the plates' headers.
@@ -22,7 +23,7 @@ options and of the plates' headers.
 Do it again after the edit has changed: shot files that are there keep their lens, keys and marks,
 and only their part from in to out follows the cut.
 """
-_EPILOG = """\
+EPILOG = """\
 examples:
   heatlens reel cut.otio -o cut.heatreel.json --shots shots --f-stop 2 --focus-distance 2.4
   heatlens reel cut.edl -o cut.heatreel.json --media /show/plates --edit-fps 25
@@ -31,15 +32,8 @@ examples:
 """
 
 
-def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `reel` to the command line."""
-    parser = commands.add_parser(
-        "reel",
-        help="make a reel of shots, or follow a changed edit",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
     parser.add_argument("sources", nargs="+", metavar="EDIT", help="an edit; or shots in order")
     parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{REEL_SUFFIX} to write")
     parser.add_argument(
@@ -47,7 +41,6 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     )
     add_media_options(parser)
     add_shot_options(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

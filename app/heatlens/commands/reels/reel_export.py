@@ -20,7 +20,7 @@ from heatlens.export.plan import ExportPlan, planned
 from heatlens.files.output_check import make_folder
 from heatlens.model.frames import FrameRange
 from heatlens.model.reel import SHOT_FIELD, Reel, ReelShot
-from heatlens.render import FrameRenderer
+from heatlens.render import headless_renderer
 
 _HERE_ALONE = ("submit", "cluster", "processes", "send", "after_export", "edit_out", "handles")
 
@@ -28,7 +28,6 @@ _HERE_ALONE = ("submit", "cluster", "processes", "send", "after_export", "edit_o
 def export_reel(
     args: argparse.Namespace,
     export_one: Callable[[argparse.Namespace, ExportPlan, str], None],
-    make_renderer: Callable[[], FrameRenderer],
 ) -> None:
     """Export the reel `args.shot`; `export_one` exports a shot of it.
 
@@ -39,7 +38,7 @@ def export_reel(
     for shot in reel.shots:
         say(*(f"{shot.name}: {note}." for note in shot.notes))
     if SHOT_FIELD not in args.output:
-        _export_cut(args, reel, make_renderer)
+        _export_cut(args, reel)
         return
     if args.edit_out is not None:
         check_edit_out(args.edit_out)
@@ -53,9 +52,7 @@ def export_reel(
         tell(str(args.edit_out))
 
 
-def _export_cut(
-    args: argparse.Namespace, reel: Reel, make_renderer: Callable[[], FrameRenderer]
-) -> None:
+def _export_cut(args: argparse.Namespace, reel: Reel) -> None:
     """Export all shots as one movie."""
     refuse_given(args, _HERE_ALONE, "This is not possible with one movie of a cut")
     output = parse_output(args.output)
@@ -65,7 +62,7 @@ def _export_cut(
         parts.append(planned(job, job.frames))
     cut, count = Cut(reel, output, tuple(parts)), sum(len(plan.frames) for plan in parts)
     names = {id(plan): shot.name for plan, shot in zip(cut.parts, reel.shots, strict=True)}
-    with progress_line() as show, closing(export_cut(cut, make_renderer)) as steps:
+    with progress_line() as show, closing(export_cut(cut, headless_renderer)) as steps:
         for number, (plan, done) in enumerate(steps, start=1):
             show(f"{names[id(plan)]}, frame {done.frame}, {number} of {count} done")
     tell(str(output.pattern))
