@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from enum import Enum
 from typing import TypeVar
 
 from imgui_bundle import ImVec2, ImVec4, imgui
@@ -13,6 +14,8 @@ from heatlens.ui import probe, theme
 from heatlens.ui.seek import is_sought
 
 Value = TypeVar("Value")
+Key = TypeVar("Key")
+Member = TypeVar("Member", bound=Enum)
 
 LABEL_EM = 6.6  # width of the column of labels
 _DRAG, _TYPING_BEGINS, _TYPING = 0, 1, 2  # how a number is edited at the moment
@@ -126,6 +129,28 @@ def choice(
     return value
 
 
+def pick(
+    name: str,
+    value: Key,
+    words: Mapping[Key, str],
+    tip: str = "",
+    barred: Mapping[str, str] | None = None,
+) -> Key:
+    """Draw a drop-down of the `words`; return the key of those that are chosen.
+
+    A value that has no words is shown as "custom", and stays until others are chosen.
+    """
+    picked = choice(name, words.get(value, "custom"), list(words.values()), tip, barred)
+    return next((key for key, text in words.items() if text == picked), value)
+
+
+def pick_one(
+    name: str, value: Member, tip: str = "", barred: Mapping[str, str] | None = None
+) -> Member:
+    """Draw a drop-down of the members of the enum that `value` is of."""
+    return pick(name, value, {member: str(member) for member in type(value)}, tip, barred)
+
+
 def button(words: str, name: str, tip: str = "", width: float = 0.0) -> bool:
     """Draw a button, known to `probe` by `name`; return True if it was pressed.
 
@@ -212,6 +237,11 @@ def text_field(
     return value
 
 
+def optional(parse: Callable[[str], Value]) -> Callable[[str], Value | None]:
+    """Return `parse`, but with None for an empty text."""
+    return lambda text: parse(text) if text.strip() else None
+
+
 def colored_text(text: str, color: ImVec4) -> None:
     """Draw a text in colour, wrapped over several lines; draw nothing if it is empty."""
     if not text:
@@ -241,8 +271,10 @@ def folded(name: str, labels: Sequence[str]) -> bool:
 def disabled(when: bool) -> Iterator[None]:
     """Disable the controls of the block if `when` is True."""
     imgui.begin_disabled(when)
-    yield
-    imgui.end_disabled()
+    try:
+        yield
+    finally:
+        imgui.end_disabled()
 
 
 def wheel_over_last() -> float:
@@ -256,10 +288,13 @@ def wheel_over_last() -> float:
 @contextmanager
 def colored(color: ImVec4 | None, slot: int = imgui.Col_.text) -> Iterator[None]:
     """Draw the text of the block, or the style slot `slot`, in a colour; None changes nothing."""
-    if color is not None:
-        imgui.push_style_color(slot, color)
-    yield
-    if color is not None:
+    if color is None:
+        yield
+        return
+    imgui.push_style_color(slot, color)
+    try:
+        yield
+    finally:
         imgui.pop_style_color()
 
 

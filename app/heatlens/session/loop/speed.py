@@ -24,7 +24,6 @@ class Speed:
     held_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
     is_software: bool = False  # the window is drawn by a software rasteriser
     is_for_ring: bool = False  # a ring is being turned, which needs quicker pictures
-    upload_s: float = 0.0  # upload time of the latest plate
     window_s: float = 0.02  # running mean of drawing a frame without rendering its picture
     has_window: bool = False  # somebody is waiting for the picture
 

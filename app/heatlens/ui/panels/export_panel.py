@@ -82,10 +82,9 @@ def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSetti
     widgets.label(told.label, told.tip)
     _, frames = imgui.input_text_with_hint("##export frames", span, settings.frames)
     probe.note("export frames")
-    as_shot = "as the shot"
-    shown = settings.quality or as_shot
-    picked = widgets.choice("at quality", shown, [as_shot, *(str(q) for q in Quality)])
-    settings = replace(settings, frames=frames.strip(), quality="" if picked == as_shot else picked)
+    words = {"": "as the shot"} | {str(quality): str(quality) for quality in Quality}
+    quality = widgets.pick("at quality", settings.quality, words)
+    settings = replace(settings, frames=frames.strip(), quality=quality)
     for name in in_panel(settings.is_linear):
         if name != "frames":
             changed: dict[str, Any] = {

@@ -10,7 +10,7 @@ from heatlens.model.peaking import BLUR_RANGE, PEAKING_COLORS, STOPS_RANGE, Peak
 from heatlens.model.view import ViewState
 from heatlens.ui import widgets
 
-_NO_MATTE, _OWN = "none", "own"
+_OWN = "own"
 _AS_FILE, _SQUARE = "as the file says", "square pixels"
 _OWN_SQUEEZE_FIRST = 1.6
 _OWN_FIRST = 2.0  # first aspect ratio, width over height, of an own matte
@@ -30,18 +30,16 @@ def guides_panel(view: ViewState, squeeze: float, say: Callable[[str], None]) ->
 
 
 def _matte(guides: Guides, say: Callable[[str], None]) -> Guides:
-    known = {aspect: name for name, aspect in MATTES.items()}
-    shown = _NO_MATTE if guides.aspect is None else known.get(guides.aspect, _OWN)
+    words: dict[float | None, str] = {None: "none"}
+    words |= {aspect: name for name, aspect in MATTES.items()}
+    now, is_own = guides.aspect, guides.aspect not in words
+    words |= {now if is_own else _OWN_FIRST: _OWN}
     tip = "Darkens what another aspect ratio would cut off."
-    picked = widgets.choice("matte", shown, [_NO_MATTE, *MATTES, _OWN], tip)
-    if picked != shown:
-        aspect = {_NO_MATTE: None, _OWN: _OWN_FIRST}.get(picked, MATTES.get(picked))
-        return replace(guides, aspect=aspect)
-    if guides.aspect is None:
-        return guides
-    if shown == _OWN:
+    picked = widgets.pick("matte", now, words, tip)
+    if picked != now or now is None:
+        return replace(guides, aspect=picked)
+    if is_own:
         widgets.label("own aspect", "Width over height: 2.2, 2.2:1 or 16:9")
-        now = guides.aspect
         aspect = widgets.text_field("own aspect", f"{now:.4g}", now, parse_aspect, say)
         guides = replace(guides, aspect=aspect)
     opacity = widgets.slider("opacity", guides.opacity, 0.0, 1.0, "%.2f", "1 is black.")
@@ -73,7 +71,7 @@ def _peaking(view: ViewState) -> ViewState:
     peaking = view.peaking
     view = replace(view, is_peaking=widgets.check("colour what is in focus", view.is_peaking))
     tip = "The edges of what is in focus as the picture shows them, or all of it by its distance."
-    on = PeakingOn(widgets.choice("colours", peaking.on, [str(it) for it in PeakingOn], tip))
+    on = widgets.pick_one("colours", peaking.on, tip)
     color = widgets.choice("in", peaking.color, list(PEAKING_COLORS))
     stops = peaking.stops
     if on is PeakingOn.PICTURE:

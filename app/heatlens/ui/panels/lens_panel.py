@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import partial
 
 from imgui_bundle import imgui
 
@@ -11,7 +12,7 @@ from heatlens.base.errors import LensError
 from heatlens.model.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
-from heatlens.model.filmback import FILMBACKS
+from heatlens.model.filmback import FILMBACKS, Filmback
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import KitLens
 from heatlens.model.lens_model import LensModel
@@ -19,25 +20,17 @@ from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.option import options_of
 from heatlens.model.plausibility import About, Doubt
-from heatlens.model.settings import (
-    PARTS,
-    Bokeh,
-    DefocusSettings,
-    Method,
-    Quality,
-    barred_methods,
-)
+from heatlens.model.settings import PARTS, DefocusSettings, barred_methods
 from heatlens.model.shot import LensParameter
 from heatlens.model.units import format_distance
 from heatlens.session.lens.lens_commands import nudged
 from heatlens.session.loop.messages import Problem, window_words
 from heatlens.ui import probe, theme, widgets
 
-_CUSTOM = "custom"
 _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
 _NO_T_STOP = "as the f-stop"
 _VIEWS_REACH = 4096  # largest value of the slider
-_PROXIES = {"full": 1.0, "1/2": 0.5, "1/3": 1 / 3, "1/4": 0.25}
+_PROXIES = {1.0: "full", 0.5: "1/2", 1 / 3: "1/3", 0.25: "1/4"}
 _SET_UP_ONCE = (
     *("film back", "sensor width", "lens model", "distances from", "pupil offset", "squeeze"),
     "sharp up to",
@@ -93,9 +86,7 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
             lambda text: parse_measured_m(lens, text),
             say,
         )
-    notches = widgets.wheel_over_last()
-    if distance_m != lens.focus_distance_m:
-        lens = replace(lens, focus_distance_m=distance_m)
+    lens, notches = replace(lens, focus_distance_m=distance_m), widgets.wheel_over_last()
     if notches:
         lens = nudged(lens, facts.histogram, notches)
     _doubts(facts, "focus")
@@ -134,8 +125,7 @@ def _limits(lens: Lens, unit: str) -> None:
             imgui.text(words)
         imgui.end_table()
     limit_um = 1e3 * lens.coc_limit_mm
-    if imgui.is_item_hovered():
-        imgui.set_tooltip(f"What blurs to less than {limit_um:.0f} µm on the sensor is sharp.")
+    widgets.tooltip(f"What blurs to less than {limit_um:.0f} µm on the sensor is sharp.")
 
 
 def _aperture(lens: Lens, facts: LensFacts, say: Say) -> Lens:
@@ -150,15 +140,9 @@ def _aperture(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         lens = replace(lens, f_stop=THIRD_STOPS[new])
     imgui.same_line()
     imgui.set_next_item_width(-1)
-    f_stop = widgets.text_field(
-        "f-stop field",
-        f"f/{lens.f_stop:.4g}",
-        lens.f_stop,
-        lambda text: widgets.parse_number(text, 0.1, 128.0, "f-stop"),
-        say,
-    )
-    if f_stop != lens.f_stop:
-        lens = replace(lens, f_stop=f_stop)
+    shown = f"f/{lens.f_stop:.4g}"
+    f_stop = widgets.text_field("f-stop field", shown, lens.f_stop, parse_stop, say)
+    lens = replace(lens, f_stop=f_stop)
     _doubts(facts, "aperture")
     return _t_stop(lens, say)
 
@@ -167,12 +151,14 @@ def _t_stop(lens: Lens, say: Say) -> Lens:
     tip = "Transmission of the glass: it changes the exposure, never the blur. Empty: no loss."
     widgets.label("T-stop", tip)
     shown = "" if lens.t_stop is None else f"T{lens.t_stop:.4g}"
-    t_stop = widgets.text_field("T-stop", shown, lens.t_stop, _parse_t_stop, say, _NO_T_STOP)
-    return lens if t_stop == lens.t_stop else replace(lens, t_stop=t_stop)
+    parse = widgets.optional(partial(parse_stop, what="T-stop"))
+    t_stop = widgets.text_field("T-stop", shown, lens.t_stop, parse, say, _NO_T_STOP)
+    return replace(lens, t_stop=t_stop)
 
 
-def _parse_t_stop(text: str) -> float | None:
-    return widgets.parse_number(text, 0.1, 128.0, "T-stop") if text.strip() else None
+def parse_stop(text: str, what: str = "f-stop") -> float:
+    """Parse an f-stop or T-stop, with or without "f/". Raise InputError if no lens has it."""
+    return widgets.parse_number(text, 0.1, 128.0, what)
 
 
 def _sources(facts: LensFacts) -> None:
@@ -183,8 +169,7 @@ def _sources(facts: LensFacts) -> None:
         return
     assumed = any("assumed" in why or "nothing" in why for why in facts.sources.values())
     imgui.text_disabled("began with assumed values" if assumed else "began with the plate's lens")
-    if imgui.is_item_hovered():
-        imgui.set_tooltip("\n".join(words))
+    widgets.tooltip("\n".join(words))
 
 
 def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
@@ -194,9 +179,7 @@ def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         ends = facts.kit_lens.focal_length_mm, facts.kit_lens.longest
     with widgets.disabled(ends[0] == ends[1]):  # a prime lens has one focal length
         focal = widgets.drag("focal length", lens.focal_length_mm, 0.2, *ends, "%.1f mm", say)
-    if focal != lens.focal_length_mm:
-        lens = replace(lens, focal_length_mm=focal)
-    return lens
+    return replace(lens, focal_length_mm=focal)
 
 
 def film_back_panel(lens: Lens, say: Say) -> Lens:
@@ -212,70 +195,47 @@ def film_back_panel(lens: Lens, say: Say) -> Lens:
 
 def _film_back(lens: Lens, say: Say) -> Lens:
     lens = _measured(_model(_sensor(lens, say)), say)
-    squeeze = widgets.slider(
-        "squeeze",
-        lens.squeeze,
-        1.0,
-        2.0,
-        "%.2f x",
-        "Anamorphic: how many times as tall as wide discs are.",
-    )
-    if squeeze != lens.squeeze:
-        lens = replace(lens, squeeze=squeeze)
-    limit_um = widgets.drag(
-        "sharp up to",
-        1e3 * lens.coc_limit_mm,
-        0.2,
-        1.0,
-        500.0,
-        "%.1f µm",
-        say,
-        "Acceptable circle of confusion on the sensor; 1/1500 of its width unless set.",
-    )
-    if not math.isclose(limit_um, 1e3 * lens.coc_limit_mm, rel_tol=1e-6):
+    tip = "Anamorphic: how many times as tall as wide discs are."
+    lens = replace(lens, squeeze=widgets.slider("squeeze", lens.squeeze, 1.0, 2.0, "%.2f x", tip))
+    tip = "Acceptable circle of confusion on the sensor; 1/1500 of its width unless set."
+    ends = 1.0, 500.0
+    now_um = 1e3 * lens.coc_limit_mm
+    limit_um = widgets.drag("sharp up to", now_um, 0.2, *ends, "%.1f µm", say, tip)
+    if not math.isclose(limit_um, now_um, rel_tol=1e-6):
         lens = replace(lens, acceptable_coc_mm=1e-3 * limit_um)
     return lens
 
 
 def _model(lens: Lens) -> Lens:
     """Draw the choice of the lens model, which decides the size of the discs."""
-    by_words = {model.facts.words: model for model in LensModel}
-    tip = "\n".join(f"{words}: {model.facts.meaning}" for words, model in by_words.items())
-    picked = by_words[widgets.choice("lens model", lens.model.facts.words, list(by_words), tip)]
-    return lens if picked is lens.model else replace(lens, model=picked)
+    words = {model: model.facts.words for model in LensModel}
+    tip = "\n".join(f"{text}: {model.facts.meaning}" for model, text in words.items())
+    return replace(lens, model=widgets.pick("lens model", lens.model, words, tip))
 
 
 def _measured(lens: Lens, say: Say) -> Lens:
     """Draw where distances are measured from, and the offset of the pupil from the film plane."""
-    names = [start.words for start in MeasuredFrom]
+    words = {start: start.words for start in MeasuredFrom}
     tip = "The depth of a plate starts at the entrance pupil, a tape measure at the film plane."
-    picked = widgets.choice("distances from", lens.measured_from.words, names, tip)
-    start = next(start for start in MeasuredFrom if start.words == picked)
-    if start is not lens.measured_from:
-        lens = replace(lens, measured_from=start)
-    if start is MeasuredFrom.FILM:
-        tip = "From the film plane to the entrance pupil; some cameras record it."
-        widgets.label("pupil offset", tip)
-        text = widgets.text_field(
-            "pupil offset", f"{lens.pupil_offset_mm:.4g} mm", lens.pupil_offset_mm, _parse_mm, say
-        )
-        lens = lens if text == lens.pupil_offset_mm else replace(lens, pupil_offset_mm=text)
-    return lens
-
-
-def _parse_mm(text: str) -> float:
-    return widgets.parse_number(text, -2000.0, 2000.0, "pupil offset")
+    start = widgets.pick("distances from", lens.measured_from, words, tip)
+    lens = replace(lens, measured_from=start)
+    if start is not MeasuredFrom.FILM:
+        return lens
+    name, now_mm = "pupil offset", lens.pupil_offset_mm
+    widgets.label(name, "From the film plane to the entrance pupil; some cameras record it.")
+    parse = partial(widgets.parse_number, low=-2000.0, high=2000.0, what=name)
+    offset_mm = widgets.text_field(name, f"{now_mm:.4g} mm", now_mm, parse, say)
+    return replace(lens, pupil_offset_mm=offset_mm)
 
 
 def _sensor(lens: Lens, say: Say) -> Lens:
-    known = next((b.name for b in FILMBACKS if b.width_mm == lens.sensor_width_mm), _CUSTOM)
-    names = [back.name for back in FILMBACKS]
-    picked = widgets.choice("film back", known, names)
-    if picked != known:
-        width_mm = next(back.width_mm for back in FILMBACKS if back.name == picked)
-        lens = replace(lens, sensor_width_mm=width_mm)
-    width_mm = widgets.drag("sensor width", lens.sensor_width_mm, 0.05, 1.0, 100.0, "%.2f mm", say)
-    return lens if width_mm == lens.sensor_width_mm else replace(lens, sensor_width_mm=width_mm)
+    words: dict[Filmback | None, str] = {back: back.name for back in FILMBACKS}
+    now_mm = lens.sensor_width_mm
+    known = next((back for back in FILMBACKS if back.width_mm == now_mm), None)
+    picked = widgets.pick("film back", known, words)
+    width_mm = now_mm if picked is None else picked.width_mm
+    width_mm = widgets.drag("sensor width", width_mm, 0.05, 1.0, 100.0, "%.2f mm", say)
+    return replace(lens, sensor_width_mm=width_mm)
 
 
 def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettings:
@@ -285,33 +245,20 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
         "diffusion is heatlens's own; the others are for comparison, and use no bokeh or layers. "
         "accumulation and raytraced render a 3D scene through the whole lens."
     )
-    methods, barred = [str(m) for m in Method], barred_methods(has_many_views)
-    method = widgets.choice("method", str(settings.method), methods, tip, barred)
+    method = widgets.pick_one("method", settings.method, tip, barred_methods(has_many_views))
     if settings.method.needs_scene:
         settings = _views(settings)
-    bokeh = widgets.choice("bokeh", str(settings.bokeh), [str(b) for b in Bokeh])
-    quality = widgets.choice(
-        "quality",
-        str(settings.quality),
-        [str(q) for q in Quality],
-        "How finely the blur is computed, never how much there is.",
-    )
-    auto = "as quality says"
-    layers_shown = auto if settings.layers is None else str(settings.layers)
-    counts = [auto, *map(str, _whole_numbers("layers"))]
-    layers = widgets.choice("layers", layers_shown, counts)
+    quality_tip = "How finely the blur is computed, never how much there is."
+    layers = {None: "as quality says"} | {n: str(n) for n in _whole_numbers("layers")}
     tip = "Of the lens: surfaces behind the focus overlap rightly where those behind are known."
-    parts = widgets.choice("parts", str(settings.parts), [str(n) for n in PARTS], tip)
-    proxy_shown = next((n for n, v in _PROXIES.items() if v == settings.proxy), _CUSTOM)
-    proxy = widgets.choice("picture size", proxy_shown, list(_PROXIES))
     return replace(
         settings,
-        method=Method(method),
-        bokeh=Bokeh(bokeh),
-        quality=Quality(quality),
-        layers=None if layers == auto else int(layers),
-        parts=int(parts),
-        proxy=_PROXIES.get(proxy, settings.proxy),
+        method=method,
+        bokeh=widgets.pick_one("bokeh", settings.bokeh),
+        quality=widgets.pick_one("quality", settings.quality, quality_tip),
+        layers=widgets.pick("layers", settings.layers, layers),
+        parts=widgets.pick("parts", settings.parts, {n: str(n) for n in PARTS}, tip),
+        proxy=widgets.pick("picture size", settings.proxy, _PROXIES),
     )
 
 

@@ -7,7 +7,6 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
-from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, ObjectMark, PointMark
 from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.pull import PullShape
@@ -106,26 +105,15 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
 def _close_focus(desk: TimeDesk, unit: str) -> None:
     imgui.separator_text("Barrel")
     widgets.label("close focus", "The closest focus of the lens; frames focused nearer are red.")
-    limit_m = desk.editing.lens.close_focus_m
-    lens = desk.editing.lens
+    lens, limit_m = desk.editing.lens, desk.editing.lens.close_focus_m
     shown = "" if limit_m is None else measured_text(lens, limit_m, unit)
-    typed_m = widgets.text_field(
-        "close focus",
-        shown,
-        limit_m,
-        partial(_parse_limit_m, lens),
-        desk.say,
-        "unknown",
-    )
+    parse = widgets.optional(partial(parse_measured_m, lens))
+    typed_m = widgets.text_field("close focus", shown, limit_m, parse, desk.say, "unknown")
     if typed_m != limit_m:
         try:
-            desk.editing.edit_lens(replace(desk.editing.lens, close_focus_m=typed_m))
+            desk.editing.edit_lens(replace(lens, close_focus_m=typed_m))
         except HeatlensError as error:
             desk.say(Problem(error))
-
-
-def _parse_limit_m(lens: Lens, text: str) -> float | None:
-    return parse_measured_m(lens, text) if text.strip() else None
 
 
 def pull_popup(desk: TimeDesk, ui: UiState) -> None:
@@ -171,8 +159,7 @@ def _pull_fields(desk: TimeDesk) -> None:
     frames = min(max(frames, 1), _PULL_MOST)
     if frames != commands.pull_frames:
         commands.lengthen_pull(frames)
-    shapes = [str(shape) for shape in PullShape]
-    commands.pull_shape = PullShape(widgets.choice("as", str(commands.pull_shape), shapes))
+    commands.pull_shape = widgets.pick_one("as", commands.pull_shape)
     if commands.pull_shape is not PullShape.LINEAR:
         ease = commands.pull_ease_percent
         tip = "0 starts and stops at once, 100 lingers longest"

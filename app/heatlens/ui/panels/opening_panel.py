@@ -24,6 +24,7 @@ from heatlens.model.picture_field import PictureField
 from heatlens.session.loop.messages import Problem
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.field_row import field_row
+from heatlens.ui.panels.lens_panel import parse_stop
 
 _SIDE_EM, _ROUNDING_EM = 5.5, 0.2  # size of a drawing
 _CORNERS = 96  # corners of the drawn outline
@@ -83,12 +84,9 @@ def _image(lens: Lens, ask: Callable[[], None]) -> Lens:
 
 def _blades(lens: Lens) -> Lens:
     has_image = lens.aperture_image is not None
-    words = ["round", *(str(n) for n in range(BLADES_LEAST, BLADES_MOST + 1))]
+    words = {0: "round"} | {n: str(n) for n in range(BLADES_LEAST, BLADES_MOST + 1)}
     with widgets.disabled(has_image):
-        picked = widgets.choice("blades", str(lens.blades or "round"), words)
-    number = 0 if picked == "round" else int(picked)
-    if number != lens.blades:
-        lens = replace(lens, blades=number)
+        lens = replace(lens, blades=widgets.pick("blades", lens.blades, words))
     with widgets.disabled(lens.blades == 0 and not has_image):
         lens = _slid(lens, "blade_rotation_deg")
     with widgets.disabled(lens.blades == 0 or has_image):
@@ -96,9 +94,8 @@ def _blades(lens: Lens) -> Lens:
 
 
 def _slid(lens: Lens, name: str) -> Lens:
-    value = getattr(lens, name)
-    changed: dict[str, Any] = {name: field_row(Lens, name, value)}
-    return lens if changed[name] == value else replace(lens, **changed)
+    changed: dict[str, Any] = {name: field_row(Lens, name, getattr(lens, name))}
+    return replace(lens, **changed)
 
 
 def _widest(lens: Lens, say: Say) -> Lens:
@@ -107,14 +104,9 @@ def _widest(lens: Lens, say: Say) -> Lens:
         return lens
     widgets.label("at f-stop", "The widest f-stop of the lens: stopped down, the barrel cuts less.")
     shown = "" if lens.widest_f_stop is None else f"f/{lens.widest_f_stop:.4g}"
-    widest = widgets.text_field(
-        "at f-stop", shown, lens.widest_f_stop, _parse_f_stop, say, "every f-stop"
-    )
-    return lens if widest == lens.widest_f_stop else replace(lens, widest_f_stop=widest)
-
-
-def _parse_f_stop(text: str) -> float | None:
-    return widgets.parse_number(text, 0.1, 128.0, "f-stop") if text.strip() else None
+    now, parse = lens.widest_f_stop, widgets.optional(parse_stop)
+    widest = widgets.text_field("at f-stop", shown, now, parse, say, "every f-stop")
+    return replace(lens, widest_f_stop=widest)
 
 
 def _drawings(aperture: Aperture) -> None:

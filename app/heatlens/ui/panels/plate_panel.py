@@ -1,9 +1,9 @@
 """Draw the Plate panel: how the depth was read and why, and controls to read it differently."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from functools import partial
 
 from imgui_bundle import ImVec2, imgui
 
@@ -23,7 +23,7 @@ from heatlens.ui.panels.behind_rows import behind_rows
 from heatlens.ui.panels.depth_scale import draw_histogram, draw_scale
 
 _BAR_EM = 4.2
-_BY_NAME, _CUSTOM = "found by name", "another"
+_BY_NAME = "found by name"
 _CONVENTIONS = {convention: convention.facts.label for convention in DepthConvention}
 _KINDS = {kind: kind.label for kind in DepthKind}
 _NEIGHBOURS = {None: "automatic", 0: "none"} | {it: f"{it} on either side" for it in (1, 2, 4, 8)}
@@ -31,9 +31,8 @@ _NEIGHBOURS_TIP = (
     "Frames of the sequence that show what is hidden here. Automatic: 2 on either side, where the "
     "headers tell the camera."
 )
-_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": FOOT_M, "in": INCH_M}
+_UNITS = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e3: "km", FOOT_M: "ft", INCH_M: "in"}
 Say = Callable[[str], None]
-Key = TypeVar("Key")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +66,7 @@ def plate_panel(
         options = PlateOptions(depth_source=options.depth_source, behind=options.behind)
     reports = {report.name: report for report in facts.plate.behind}
     behind = behind_rows(options.behind, reports, facts.problem if is_of_behind else "", ask_behind)
-    words = _NEIGHBOURS | {options.neighbours: _NEIGHBOURS.get(options.neighbours) or "other"}
-    neighbours = _keyed("neighbours", options.neighbours, words, _NEIGHBOURS_TIP)
+    neighbours = widgets.pick("neighbours", options.neighbours, _NEIGHBOURS, _NEIGHBOURS_TIP)
     _file(facts)
     return replace(options, behind=behind, neighbours=neighbours)
 
@@ -181,7 +179,7 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
     names = depth_channels_first(plate.aovs)
     channel = _named("channel", options.depth_channel, names, "The channel that holds the depth.")
     tip = f"What its values mean. Now: {options.depth_convention.facts.meaning}."
-    convention = _keyed("convention", options.depth_convention, _CONVENTIONS, tip)
+    convention = widgets.pick("convention", options.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
         widgets.colored_text(window_words(plate.depth.question), theme.colors.told)
         probe.note("question about the convention")
@@ -214,15 +212,14 @@ def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
 
 
 def _distance_field(name: str, value: float | None, unit: str, say: Say) -> float | None:
-    widgets.label(
-        name, "Distance of this end of a depth of 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
-    )
+    tip = "Distance of this end of a depth of 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
+    widgets.label(name, tip)
     shown = "" if value is None else format_distance(value, unit)
-    return widgets.text_field(name, shown, value, _parse_end_m, say)
+    return widgets.text_field(name, shown, value, widgets.optional(_parse_end_m), say)
 
 
-def _parse_end_m(text: str) -> float | None:
-    distance_m = parse_distance_m(text) if text.strip() else None
+def _parse_end_m(text: str) -> float:
+    distance_m = parse_distance_m(text)
     if distance_m == math.inf:
         raise InputError("The ends of a depth must be finite distances.")
     return distance_m
@@ -232,7 +229,7 @@ def _kind(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
     tip = (
         "Along the axis, a wall seen head-on has one depth; along the ray, its corners are farther."
     )
-    kind = _keyed("kind", options.depth_kind, _KINDS, tip)
+    kind = widgets.pick("kind", options.depth_kind, _KINDS, tip)
     if kind == options.depth_kind:
         return options
     camera, lens = facts.plate.camera, facts.lens
@@ -251,19 +248,13 @@ def _kind(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
 def _unit(options: PlateOptions, say: Say) -> PlateOptions:
     """Draw the choice of the scene unit, by name or in metres."""
     with widgets.disabled(not options.depth_convention.facts.has_unit):
-        known = next((n for n, m in _UNITS.items() if math.isclose(m, options.scene_unit_m)), "")
-        picked = widgets.choice("scene unit", known or _CUSTOM, list(_UNITS))
-        unit_m = (
-            _UNITS.get(picked, options.scene_unit_m) if picked != known else options.scene_unit_m
-        )
+        now_m = options.scene_unit_m
+        known_m = next((unit_m for unit_m in _UNITS if math.isclose(unit_m, now_m)), now_m)
+        picked_m = widgets.pick("scene unit", known_m, _UNITS)
+        unit_m = now_m if picked_m == known_m else picked_m
         widgets.label("in metres", "Metres in one unit of the depth.")
-        unit_m = widgets.text_field(
-            "in metres",
-            f"{unit_m:.6g}",
-            unit_m,
-            lambda text: widgets.parse_number(text, 1e-6, 1e6, "scene unit"),
-            say,
-        )
+        parse = partial(widgets.parse_number, low=1e-6, high=1e6, what="scene unit")
+        unit_m = widgets.text_field("in metres", f"{unit_m:.6g}", unit_m, parse, say)
     return replace(options, scene_unit_m=unit_m)
 
 
@@ -273,9 +264,3 @@ def _named(name: str, value: str | None, names: Sequence[str], tip: str = "") ->
     now = next((text for text, key in shown.items() if key == value), value or _BY_NAME)
     picked = widgets.choice(name, now, list(shown), tip)
     return shown.get(picked, value)
-
-
-def _keyed(name: str, value: Key, words: Mapping[Key, str], tip: str = "") -> Key:
-    """Draw the choice of one of the keys of `words`, whose values are shown."""
-    picked = widgets.choice(name, words[value], list(words.values()), tip)
-    return next(key for key, text in words.items() if text == picked)

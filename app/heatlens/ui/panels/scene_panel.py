@@ -7,7 +7,6 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
-from heatlens.model.framing import WorldAxis
 from heatlens.scene.placing import lacks_placing
 from heatlens.scene.scene_bounds import object_names
 from heatlens.session.loop.messages import Problem
@@ -28,8 +27,8 @@ _CLIP_TIP = (
 _LINES_LEAST = 3  # smallest height of the list of objects
 _UP_TIP = "The up axis, which the file does not define."
 _UNIT_TIP = "The length of one unit, which the file does not define. The focus scales with it."
-_UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
-_SIZES = {"640x360": (640, 360), "1280x720": (1280, 720), "1920x1080": (1920, 1080)}
+_UNITS = {1.0: "m", 0.01: "cm", 0.001: "mm", 0.3048: "ft", 0.0254: "in"}
+_SIZES = ((640, 360), (1280, 720), (1920, 1080))
 
 
 def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], None]) -> None:
@@ -117,11 +116,9 @@ def _keys(scenes: SceneCommands, editing: Editing) -> None:
 
 def _size(scenes: SceneCommands, editing: Editing) -> None:
     framing = scenes.framing
-    now = f"{framing.width_px}x{framing.height_px}"
-    sizes = _SIZES | {now: framing.size}
-    chosen = widgets.choice("size", now, list(sizes), "Pixels of the picture")
-    if chosen != now:
-        width, height = sizes[chosen]
+    sizes = {size: f"{size[0]}x{size[1]}" for size in (*_SIZES, framing.size)}
+    width, height = widgets.pick("size", framing.size, sizes, "Pixels of the picture")
+    if (width, height) != framing.size:
         changed = replace(framing, width_px=width, height_px=height)
         editing.do(replace(editing.shot, framing=changed))
 
@@ -129,12 +126,9 @@ def _size(scenes: SceneCommands, editing: Editing) -> None:
 def _placing(scenes: SceneCommands) -> None:
     """Draw the choice of up axis and unit, for files that do not say them."""
     framing = scenes.framing
-    up = widgets.choice("up axis", str(framing.up_axis), list(map(str, WorldAxis)), _UP_TIP)
-    now = next((name for name, m in _UNITS_M.items() if m == framing.meters_per_unit), "")
-    shown = now or f"{framing.meters_per_unit:g} m"
-    units_m = _UNITS_M if now else _UNITS_M | {shown: framing.meters_per_unit}
-    chosen = widgets.choice("unit", shown, list(units_m), _UNIT_TIP)
-    scenes.place(WorldAxis(up), units_m[chosen])
+    up, now_m = widgets.pick_one("up axis", framing.up_axis, _UP_TIP), framing.meters_per_unit
+    words = _UNITS | {now_m: _UNITS.get(now_m, f"{now_m:g} m")}
+    scenes.place(up, widgets.pick("unit", now_m, words, _UNIT_TIP))
 
 
 def _try(say: Callable[[str], None], act: Callable[[], None]) -> None:

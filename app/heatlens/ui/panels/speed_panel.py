@@ -13,13 +13,15 @@ from heatlens.ui import probe, widgets
 _UNMEASURED = "\N{EN DASH}"
 
 
-def speed_panel(speed: Speed, shown: Shown | None, renderer: FrameRenderer) -> None:
+def speed_panel(
+    speed: Speed, upload_s: float, shown: Shown | None, renderer: FrameRenderer
+) -> None:
     """Draw the panel; its checkbox switches the renderer's stopwatch."""
     imgui.text_disabled(str(renderer.ctx.info["GL_RENDERER"]))
     rows = [
         ("window", _text(speed.mean_ms(), "{:.1f} ms a frame")),
         ("while dragged", _text(speed.pictures_per_second(), "{:.0f} pictures a second")),
-        ("upload", _text(1e3 * speed.upload_s or None, "{:.1f} ms, once a file")),
+        ("upload", _text(1e3 * upload_s or None, "{:.1f} ms, once a file")),
         ("memory", f"{_resident_mb():.0f} MB"),
         ("solver", renderer.solver.name),
     ]

@@ -62,8 +62,7 @@ def _shows_curve(desk: TimeDesk) -> None:
 def _curve_of(desk: TimeDesk, view: TimelineView) -> None:
     """Draw the choice of the parameter whose curve is shown."""
     rows = desk.keys.rows
-    names = {parameter.words: parameter for parameter in LensParameter}
-    chosen = names[combo("curve of", rows.curve_of.words, list(names))]
+    chosen = combo("curve of", rows.curve_of, {it: it.words for it in LensParameter})
     if chosen is not rows.curve_of:
         rows.choose(chosen)
         view.heights = None
@@ -71,12 +70,13 @@ def _curve_of(desk: TimeDesk, view: TimelineView) -> None:
 
 def _interpolation(desk: TimeDesk, found: Sequence[Key]) -> None:
     """Draw the interpolation after the chosen keys; the camera has only one."""
-    words = {str(key.interpolation) for key in found}
-    shown = words.pop() if len(words) == 1 else (_MIXED if words else "")
+    kinds = {key.interpolation for key in found}
+    now = kinds.pop() if len(kinds) == 1 else None
+    words: dict[Interpolation | None, str] = {it: str(it) for it in Interpolation}
     with widgets.disabled(not found):
-        picked = combo("interpolation", shown, [str(i) for i in Interpolation])
-    if picked != shown:
-        desk.keys.interpolate(Interpolation(picked))
+        picked = combo("interpolation", now, words, _MIXED if found else "")
+    if picked is not None and picked is not now:
+        desk.keys.interpolate(picked)
 
 
 def _ease(desk: TimeDesk, found: Sequence[Key], name: str, is_out: bool) -> None:

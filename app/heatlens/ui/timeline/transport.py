@@ -1,9 +1,9 @@
 """Draw the transport row of the timeline: play, step, frame, timecode, rate and ending."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import cast
+from typing import TypeVar
 
 from imgui_bundle import ImVec2, imgui
 
@@ -17,11 +17,13 @@ from heatlens.ui.timeline.rendered_panel import rendered_label
 from heatlens.ui.timeline.tool_row import Tool, tool_row
 from heatlens.ui.timeline.view import TimelineView
 
+Key = TypeVar("Key")
+
 _FIELD_EM, _COMBO_EM, _WIDE_EM, _MISSING_EM = 4.6, 5.6, 7.6, 10.4
 _TIMECODE_EM, _RATE_EM = 6.4, 6.2
 _ICON = 1.15  # width of a button for its height
 _PACES = {True: "every frame", False: "real time"}
-_MISSING = {
+_MISSING: dict[MissingPolicy, str] = {
     "hold": "hold missing frames",
     "black": "black for missing frames",
     "stop": "stop at missing frames",
@@ -165,30 +167,31 @@ def _choices(desk: TimeDesk) -> list[Tool]:
 
 
 def _ending(desk: TimeDesk) -> None:
-    playback = desk.timeline.playback
-    playback.ending = Ending(combo("ending", str(playback.ending), [str(it) for it in Ending]))
+    playback, words = desk.timeline.playback, {ending: str(ending) for ending in Ending}
+    playback.ending = combo("ending", playback.ending, words)
 
 
 def _pace(desk: TimeDesk) -> None:
     playback = desk.timeline.playback
-    pace = combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()))
-    playback.is_every_frame = pace == _PACES[True]
+    playback.is_every_frame = combo("pace", playback.is_every_frame, _PACES)
 
 
 def _missing_frames(desk: TimeDesk) -> None:
     timeline = desk.timeline
-    missing = combo("missing frames", _MISSING[timeline.missing], list(_MISSING.values()))
-    timeline.missing = cast(MissingPolicy, next(n for n, w in _MISSING.items() if w == missing))
+    timeline.missing = combo("missing frames", timeline.missing, _MISSING)
 
 
-def combo(name: str, value: str, choices: Sequence[str]) -> str:
-    """Draw a drop-down without a label, as wide as the next item was set to be."""
-    if imgui.begin_combo(f"##{name}", value):
-        for item in choices:
-            picked, _ = imgui.selectable(item, item == value)
-            probe.note(f"{name}: {item}")
+def combo(name: str, value: Key, words: Mapping[Key, str], other: str = "") -> Key:
+    """Draw a drop-down of `words` without a label, as wide as the next item was set to be.
+
+    `other` is shown for a value without words.
+    """
+    if imgui.begin_combo(f"##{name}", words.get(value, other)):
+        for key, text in words.items():
+            picked, _ = imgui.selectable(text, key == value)
+            probe.note(f"{name}: {text}")
             if picked:
-                value = item
+                value = key
         imgui.end_combo()
     probe.note(name)
     return value
