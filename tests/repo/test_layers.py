@@ -19,13 +19,24 @@ PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
     *("base", "model", "files", "sequence", "plate", "frame_cache", "live", "documents"),
     *("scene", "camera", "color", "gpu", "defocus", "scene_gpu", "source", "render", "preview"),
-    *("rendered_frames", "display", "export", "farm", "measure", "session", "ui", "doctor", "api"),
+    *(
+        "rendered_frames",
+        "display",
+        "export",
+        "farm",
+        "measure",
+        "session",
+        "share",
+        "ui",
+        "doctor",
+        "api",
+    ),
     "commands",
 )
 # render, preview, export, session and ui pass textures on; measure owns what it measures with
 GPU_LAYERS = (
     *("gpu", "defocus", "scene_gpu", "source", "render", "preview", "display", "export"),
-    *("measure", "session", "ui", "doctor"),
+    *("measure", "session", "share", "ui", "doctor"),
 )
 _OF_WINDOWS = (
     *("heatlens.ui", "imgui_bundle", "glfw", "support.gui"),

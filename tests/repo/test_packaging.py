@@ -54,6 +54,7 @@ def test_wheel_runs_from_outside_the_checkout(tmp_path: Path) -> None:
         "macro.json",
         "page.html.jinja",
         "page.css",
+        "index.html",
     } <= modules
     (described,) = (tmp_path / "site").glob("heatlens-*.dist-info/METADATA")
     check_metadata(message_from_string(described.read_text(encoding="utf-8")))

@@ -32,6 +32,7 @@ from heatlens.version import __version__
 _EPILOG = """\
 examples:
   heatlens plate.exr                        # the window; alone: with a start screen
+  heatlens serve shot.heatlens.json         # for a tablet, in its browser
   heatlens render plate.exr -o out.exr --f-stop 2 --focus-distance 2.24 \\
       --focal-length 50 --sensor-width 36
   heatlens render plate.exr -o out.png --focus-at 960,540 --f-stop 1.4
@@ -49,7 +50,7 @@ examples:
 _OPTIONS_LISTED = 16  # in a usage; a longer list is shortened to [options]
 _COMMANDS = (
     *("view", "render", "export", "shot", "reel", "camera", "info", "compare", "study", "bench"),
-    *("kits", "doctor", "worker"),
+    *("serve", "kits", "doctor", "worker"),
 )
 _QUIET = ("-q", "--quiet")
 _ABOUT_ALL = ("-h", "--help", "-V", "--version", "--print-completion")

@@ -2,9 +2,11 @@
 
 import argparse
 import os
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError, NoWindowError
 from heatlens.commands.options.field_options import add_blur_options, settings_of
@@ -36,6 +38,9 @@ from heatlens.scene.scene_name import DEMO, is_demo
 from heatlens.session.files.window_door import hand_over
 from heatlens.source.named import source_named
 
+if TYPE_CHECKING:
+    from heatlens.session.shot.start import Start
+
 HELP = "open the window (also: heatlens plate.exr, or heatlens alone)"
 DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Without a plate
@@ -64,11 +69,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="open another window; otherwise, if one is running and no options are given, that "
         "one opens the file",
     )
-    _add_window_options(parser)
+    add_view_options(parser)
 
 
-def _add_window_options(parser: argparse.ArgumentParser) -> None:
-    """Add all options that are for a window of their own."""
+def add_view_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options for what is opened and how; a page of a browser has them too."""
     parser.add_argument(
         "--demo", action="store_true", help="open the scene that comes with heatlens"
     )
@@ -128,7 +133,7 @@ def _is_handed_over(args: argparse.Namespace) -> bool:
 
     Raises InputError for files that cannot be opened, as a new window would.
     """
-    if not args.plate or args.new_window or given(args, _add_window_options):
+    if not args.plate or args.new_window or given(args, add_view_options):
         return False
     _require(args.plate)
     name = args.plate if is_demo(args.plate) else os.path.abspath(os.path.expanduser(args.plate))
@@ -148,7 +153,6 @@ def _require(plate: str) -> None:
 
 def _open(args: argparse.Namespace) -> int:
     try:
-        from heatlens.session.shot.start import Start
         from heatlens.ui.window import run_window
     except ImportError as error:
         raise NoWindowError(
@@ -156,8 +160,15 @@ def _open(args: argparse.Namespace) -> int:
             "pip install 'heatlens[gui]', and on Debian or Ubuntu: apt-get install libgl1 libegl1. "
             "`heatlens render` works without."
         ) from error
+    return open_with(args, run_window)
+
+
+def open_with(args: argparse.Namespace, show: Callable[["Start"], None]) -> int:
+    """Hand what the options tell to `show`, which stays until the user ends it."""
+    from heatlens.session.shot.start import Start
+
     if args.listen is not None:
-        return _listen(args)
+        return _listen(args, show)
     if args.demo and args.plate:
         raise InputError(f"--demo opens a scene of its own: leave {args.plate} out.")
     if args.plate == "":
@@ -180,7 +191,7 @@ def _open(args: argparse.Namespace) -> int:
     timing, placing = timing_of(args, plate), placing_of(args)
     with _lens_out(args) as lens_out, _lens_in(args) as lens_in:
         start = replace(start, camera=camera, timing=timing, placing=placing, kit=kit_of(args))
-        run_window(replace(start, lens_in=lens_in, lens_out=lens_out))
+        show(replace(start, lens_in=lens_in, lens_out=lens_out))
     return 0
 
 
@@ -202,11 +213,10 @@ def _lens_out(args: argparse.Namespace) -> AbstractContextManager[LensSender | N
     return LensSender(address)
 
 
-def _listen(args: argparse.Namespace) -> int:
-    """Open the window on what a renderer sends; the port is opened before the window."""
+def _listen(args: argparse.Namespace, show: Callable[["Start"], None]) -> int:
+    """Show what a renderer sends; the port is opened before the window."""
     from heatlens.session.shot.start import Start
     from heatlens.source.stream_source import StreamSource
-    from heatlens.ui.window import run_window
 
     if args.plate or args.demo:
         raise InputError(
@@ -219,7 +229,7 @@ def _listen(args: argparse.Namespace) -> int:
     try:
         with _lens_out(args) as lens_out, _lens_in(args) as lens_in:
             start = replace(start, lens_in=lens_in, lens_out=lens_out)
-            run_window(replace(start, camera=camera, kit=kit_of(args)))
+            show(replace(start, camera=camera, kit=kit_of(args)))
     finally:
         stream.close()
     return 0

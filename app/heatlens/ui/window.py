@@ -16,6 +16,7 @@ import moderngl
 from heatlens.base.errors import NoWindowError
 from heatlens.base.folders import preferences_dir, rendered_frames_dir
 from heatlens.base.printable import printable
+from heatlens.base.stop_signals import StopSignals
 from heatlens.gpu.context import is_software
 from heatlens.live.ring.ring_input import PadInput
 from heatlens.render import FrameRenderer
@@ -34,7 +35,6 @@ from heatlens.ui.layout import restore_layout
 from heatlens.ui.monitors import room_of, screen_name
 from heatlens.ui.pads import pad_axes
 from heatlens.ui.screen import Screen
-from heatlens.ui.stop_signals import StopSignals
 
 _SIZE = 1600, 900
 _FRAMES_AFTER_EVENT = 3  # ImGui needs up to this many frames to settle hover, layout and focus

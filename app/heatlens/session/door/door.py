@@ -79,15 +79,17 @@ class Door:
     def answer(self, message: object) -> dict[str, object]:
         """Follow a JSON message; return `{"state": ...}`, or `{"problem": sentence}`."""
         try:
-            self._answer(JsonEntry(_MESSAGE, "", message))
+            self.follow(message)
         except HeatlensError as error:
             return {"problem": str(error)}
         return {"state": record_to_json(self.state())}
 
-    def _answer(self, message: JsonEntry) -> None:
-        if not isinstance(message.value, dict):
+    def follow(self, asked: object) -> None:
+        """Follow a JSON message. Raise HeatlensError with a sentence if that is impossible."""
+        message = JsonEntry(_MESSAGE, "", asked)
+        if not isinstance(asked, dict):
             message.refuse("it should be an object in braces")
-        entries = dict(message.value)
+        entries = dict(asked)
         if "change" in entries:
             of = JsonEntry(_MESSAGE, "change", entries.pop("change")).choice(list(self._changing()))
             self.change(_changed(self._changing()[of], JsonEntry(_MESSAGE, "", entries)))

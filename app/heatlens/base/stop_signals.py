@@ -1,6 +1,6 @@
-"""Note Ctrl-C, SIGTERM and a closed terminal, so that the window's loop can end in an orderly way.
+"""Note Ctrl-C, SIGTERM and a closed terminal, so that a loop can end in an orderly way.
 
-While the loop sleeps in GLFW it is in a C function, where Python runs no signal handlers. Python's
+While a loop sleeps in GLFW it is in a C function, where Python runs no signal handlers. Python's
 own C handler still writes a byte into a pipe at once; a thread that reads it wakes the loop.
 """
 

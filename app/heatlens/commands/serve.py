@@ -1,0 +1,94 @@
+"""`heatlens serve`: a session for browsers alone, without a window."""
+
+import argparse
+import sys
+from threading import Event
+
+from heatlens.base.errors import InputError
+from heatlens.base.folders import preferences_dir, rendered_frames_dir
+from heatlens.base.stop_signals import StopSignals
+from heatlens.commands.options.share_options import add_share_options, share_options_of
+from heatlens.commands.output.say import say, tell
+from heatlens.commands.view import add_view_options, open_with
+from heatlens.gpu.context import is_software
+from heatlens.render import headless_renderer
+from heatlens.session.session import Session
+from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shot.start import Start
+
+HELP = "share a picture with tablets and browsers, without a window"
+DESCRIPTION = """\
+Serves the director's page: any browser, on a tablet, a phone or a laptop, turns the lens of the
+picture that this machine renders. It needs no display, so it also runs over SSH or in a container.
+Open the printed link, or scan the code with the tablet's camera. The link is a key: whoever has it
+can turn the lens, but can open or write no file. The second link may only look, for clients.
+"""
+EPILOG = """\
+examples:
+  heatlens serve                             # the demo, for a browser on this machine
+  heatlens serve shot.heatlens.json --address 192.168.1.20   # for the tablets of this network
+  heatlens serve plate.exr --address 192.168.1.20 --certificate stage.pem   # with TLS
+  ssh -L 8870:localhost:8870 workstation heatlens serve plate.exr   # through SSH
+
+Ctrl-C ends it. Changes are kept as unsaved changes of the shot, which `heatlens view` offers.
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
+    parser.add_argument(
+        "plate",
+        nargs="?",
+        help="what to open, as for `heatlens view`: a plate, a sequence, a scene or a shot "
+        "(default: the demo)",
+    )
+    parser.add_argument(
+        "--address",
+        default="",
+        metavar="HOST[:PORT]",
+        help="the address of this machine that tablets reach, such as 192.168.1.20 (default: only "
+        "this machine, port 8870)",
+    )
+    add_share_options(parser)
+    add_view_options(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until Ctrl-C."""
+    if not args.plate and args.listen is None:
+        args.demo = True
+    return open_with(args, lambda start: _serve(args, start))
+
+
+def _serve(args: argparse.Namespace, start: Start) -> None:
+    options = share_options_of(args, args.address)
+    try:
+        from heatlens.share.headless import HeadlessLoop
+        from heatlens.share.shared import Shared
+        from heatlens.share.sharing import code_for_terminal, opened_server, words_of
+    except ImportError as error:
+        raise InputError(
+            f"Nothing can be shared ({error}): pip install 'heatlens[share]' has what it needs."
+        ) from error
+    news = Event()
+    shared = Shared(wake=news.set)
+    server = opened_server(options, shared, say)
+    try:
+        tell("\n".join(words_of(server)), keep="\n")
+        if sys.stdout.isatty():
+            from heatlens.share.links import Role
+
+            tell(code_for_terminal(server.link(Role.HAND)), keep="\n\x1b")
+        renderer = headless_renderer()
+        preferences = Preferences.load(preferences_dir())
+        session = Session(
+            *(renderer, start, news.set, preferences, rendered_frames_dir()),
+            is_software(renderer.ctx),
+        )
+        session.begin()
+        with StopSignals(news.set) as stops:
+            HeadlessLoop(session, shared, news).run(lambda: bool(stops.number))
+        session.close()
+        stops.raise_if_stopped()
+    finally:
+        server.close()

@@ -1,0 +1,87 @@
+"""The address on which a session is shared, and which requests are meant for it."""
+
+import ssl
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from heatlens.base.errors import InputError
+
+DEFAULT_PORT = 8870
+_HERE = "127.0.0.1"
+_NAMES_HERE = ("127.0.0.1", "localhost", "[::1]")
+_EVERYWHERE = ("0.0.0.0", "::", "*")
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the server listens; `certificate` is a PEM file with certificate and key for TLS."""
+
+    host: str = _HERE
+    port: int = DEFAULT_PORT
+    certificate: Path | None = None
+
+    @property
+    def scheme(self) -> str:
+        """The scheme of its links."""
+        return "http" if self.certificate is None else "https"
+
+    def url(self, port: int, token: str = "") -> str:
+        """Return the link for a token, on the port that was really taken."""
+        return f"{self.scheme}://{_bracketed(self.host)}:{port}/" + (f"{token}/" if token else "")
+
+    def hosts(self, port: int) -> frozenset[str]:
+        """Return the Host headers of requests that are meant for this server.
+
+        Any other is refused: a page of a stranger could give its own name this address.
+        """
+        own = _bracketed(self.host).lower()
+        names = {own, *(_NAMES_HERE if own in _NAMES_HERE else ())}
+        usual = 80 if self.certificate is None else 443
+        return frozenset(f"{name}:{port}" for name in names) | (names if port == usual else set())
+
+    def tls(self) -> ssl.SSLContext | None:
+        """Return the context for TLS, None without a certificate. Raises InputError."""
+        if self.certificate is None:
+            return None
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        try:
+            context.load_cert_chain(self.certificate)
+        except OSError as error:  # ssl.SSLError is one
+            raise InputError(
+                f"{self.certificate} cannot be used for TLS ({error.strerror or error}): it should "
+                "be a PEM file with the certificate and its private key."
+            ) from error
+        return context
+
+
+@dataclass(frozen=True)
+class ShareOptions:
+    """What the command line tells: where to share, and whether the links of earlier times end."""
+
+    address: Address = Address()
+    has_new_links: bool = False
+
+
+def parse_share_address(text: str, certificate: Path | None = None) -> Address:
+    """Parse "HOST", "HOST:PORT" or ":PORT"; "" is this machine. Raises InputError otherwise."""
+    try:
+        parts = urlsplit(f"//{text.strip()}")
+        host, port = parts.hostname or _HERE, parts.port
+    except ValueError:
+        host, port, parts = "", None, urlsplit("")
+    if not host or parts.path or parts.query or parts.username is not None:
+        raise InputError(
+            f"{text!r} is no address to share on: give HOST, HOST:PORT or :PORT, such as "
+            f"192.168.1.20 or 192.168.1.20:{DEFAULT_PORT}."
+        )
+    if host in _EVERYWHERE:
+        raise InputError(
+            f"{text!r} stands for every network of this machine: name the one address that the "
+            "tablet reaches, such as 192.168.1.20 (`hostname -I` shows them)."
+        )
+    return Address(host, DEFAULT_PORT if port is None else port, certificate)
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

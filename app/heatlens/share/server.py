@@ -1,0 +1,241 @@
+"""Serve the page and its WebSocket on a thread of their own."""
+
+import asyncio
+import socket
+import ssl
+from collections.abc import Callable
+from contextlib import suppress
+from importlib import resources
+from threading import Event, Thread
+
+from aiohttp import web
+
+from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.faults import faults_reported
+from heatlens.share.address import Address
+from heatlens.share.asked import MESSAGE_MOST
+from heatlens.share.client import Client
+from heatlens.share.links import Links, Role
+from heatlens.share.shared import Shared
+
+HANDS_MOST, LOOKERS_MOST = 4, 16
+_CONNECTIONS_MOST = 128
+_REQUEST_S = 5.0  # a connection that asks for nothing is closed after so long
+_HEARTBEAT_S = 5.0
+_START_S = 10.0
+_KINDS = {
+    "html": "text/html",
+    "css": "text/css",
+    "js": "text/javascript",
+    "svg": "image/svg+xml",
+    "webmanifest": "application/manifest+json",
+}
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
+    "img-src 'self' blob: data:; connect-src 'self' {socket}; manifest-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+class _Refusing(asyncio.Protocol):
+    """Closes a connection beyond the limit."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        transport.close()
+
+
+class ShareServer:
+    """A server that is open from `start` to `close`; everything else happens on its thread."""
+
+    def __init__(
+        self, address: Address, links: Links, shared: Shared, log: Callable[[str], None]
+    ) -> None:
+        """Prepare a server; `log` gets a line for each client that comes and goes, on a thread."""
+        self.address = address
+        self.links = links
+        self._shared = shared
+        self._log = log
+        self._files = _page_files()
+        self._clients: set[Client] = set()
+        self._counted = 0
+        self._silent: set[web.RequestHandler] = set()  # connections that have asked for nothing
+        self._loop = asyncio.new_event_loop()
+        self._end = asyncio.Event()
+        self._thread = Thread(target=self._run, name="share", daemon=True)
+        self._is_up = Event()
+        self._problem: Exception | None = None
+        self.port = 0
+
+    # For the session's thread
+
+    def start(self) -> None:
+        """Begin to listen. Raises InputError if the address cannot be listened on."""
+        self._tls = self.address.tls()
+        self._socket = _listening(self.address)
+        self.port = self._socket.getsockname()[1]
+        self._hosts = self.address.hosts(self.port)
+        self._origins = {f"{self.address.scheme}://{host}" for host in self._hosts}
+        web_socket = self.address.url(self.port).replace("http", "ws", 1).rstrip("/")
+        self._headers = {name: value.format(socket=web_socket) for name, value in _HEADERS.items()}
+        self._shared.announce = self._announce
+        self._thread.start()
+        self._is_up.wait(_START_S)
+        if self._problem is not None:
+            raise InputError(f"The server could not start: {self._problem}.") from self._problem
+
+    def link(self, role: Role) -> str:
+        """Return the address that somebody opens."""
+        return self.address.url(self.port, getattr(self.links, role))
+
+    def who(self) -> tuple[int, int]:
+        """Return the numbers of hands and of lookers."""
+        roles = [client.role for client in list(self._clients)]
+        return roles.count(Role.HAND), roles.count(Role.LOOK)
+
+    def close(self) -> None:
+        """End the connections, and stop listening."""
+        self._shared.announce = lambda: None
+        if self._thread.is_alive():
+            with suppress(RuntimeError):  # it has ended meanwhile
+                self._loop.call_soon_threadsafe(self._end.set)
+            self._thread.join(_START_S)
+        self._shared.clients = self._shared.waiting = 0
+
+    def _announce(self) -> None:
+        with suppress(RuntimeError):  # it ends at this moment
+            self._loop.call_soon_threadsafe(self._tell_clients)
+
+    # On the server's thread
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._serve(self._socket, self._tls))
+        except OSError as error:
+            self._problem = error
+        finally:
+            self._is_up.set()
+            self._loop.close()
+
+    async def _serve(self, listening: socket.socket, tls: ssl.SSLContext | None) -> None:
+        self._server = web.Server(self._answer, access_log=None)
+        runner = web.ServerRunner(self._server, handle_signals=False, shutdown_timeout=1.0)
+        await runner.setup()
+        server = await self._loop.create_server(self._connected, sock=listening, ssl=tls)
+        self._is_up.set()
+        await self._end.wait()
+        server.close()
+        for client in list(self._clients):
+            await client.part("Sharing has ended.", code=1001)
+        await runner.cleanup()
+
+    def _connected(self) -> asyncio.Protocol:
+        """Return what handles a new connection; it must soon ask for something."""
+        if len(self._server.connections) >= _CONNECTIONS_MOST:
+            return _Refusing()
+        handler = self._server()
+        self._silent.add(handler)
+        self._loop.call_later(_REQUEST_S, self._close_if_silent, handler)
+        return handler
+
+    def _close_if_silent(self, handler: web.RequestHandler) -> None:
+        if handler in self._silent and handler.transport is not None:
+            handler.transport.abort()
+        self._silent.discard(handler)
+
+    async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
+        """Answer a request; after a fault of the program, say so and write a report."""
+        self._silent.discard(request.protocol)
+        try:
+            with faults_reported("A request could not be answered"):
+                return await self._answered(request)
+        except HeatlensError as error:
+            self._log(str(error))
+            return self._refusal(500, "This could not be answered.")
+
+    async def _answered(self, request: web.BaseRequest) -> web.StreamResponse:
+        """Answer a request that is meant for this server and has a right token."""
+        if request.headers.get("Host", "").lower() not in self._hosts:
+            return self._refusal(421, "This address is not the one that is shared.")
+        origin = request.headers.get("Origin")
+        if origin is not None and origin.lower() not in self._origins:
+            return self._refusal(403, "Pages of other addresses may not connect.")
+        _, _, rest = request.path.partition("/")
+        token, _, name = rest.partition("/")
+        role = self.links.role_of(token)
+        if role is None:
+            return self._refusal(404, "This link is wrong, or no longer shared.")
+        if request.method != "GET":
+            return self._refusal(405, "Only GET is answered.")
+        if name == "socket":
+            return await self._talk(request, role)
+        return self._file(name or "index.html")
+
+    def _file(self, name: str) -> web.StreamResponse:
+        """Return a file of the page; all of them were read when the server was made."""
+        found = self._files.get(name)
+        if found is None:
+            return self._refusal(404, "The page has no such file.")
+        kind = _KINDS[name.rpartition(".")[2]]
+        return web.Response(body=found, content_type=kind, charset="utf-8", headers=self._headers)
+
+    def _refusal(self, status: int, sentence: str) -> web.Response:
+        return web.Response(status=status, text=f"{sentence}\n", headers=self._headers)
+
+    async def _talk(self, request: web.BaseRequest, role: Role) -> web.StreamResponse:
+        """Serve a WebSocket until it closes."""
+        most = HANDS_MOST if role is Role.HAND else LOOKERS_MOST
+        if [client.role for client in self._clients].count(role) >= most:
+            return self._refusal(503, f"There are {most} of this kind already.")
+        if not web.WebSocketResponse().can_prepare(request):
+            return self._refusal(426, "This is the place of a WebSocket.")
+        socket = web.WebSocketResponse(
+            heartbeat=_HEARTBEAT_S, max_msg_size=MESSAGE_MOST, compress=False
+        )
+        self._counted += 1
+        client = Client(socket, request.transport, role, self._counted, self._shared)
+        self._clients.add(client)
+        try:
+            await socket.prepare(request)
+            await client.serve(self._count, self._log)
+        finally:
+            self._clients.discard(client)
+            self._count()
+            if client.greeted:
+                self._log(f"{client.name} has gone.")
+        return socket
+
+    def _count(self) -> None:
+        """Tell the loop how many clients there are, and how many can take a picture."""
+        here = [client for client in self._clients if client.greeted]
+        self._shared.clients = len(here)
+        self._shared.waiting = sum(client.is_ready for client in here)
+        self._shared.wake()
+
+    def _tell_clients(self) -> None:
+        for client in self._clients:
+            client.announce()
+
+
+def _page_files() -> dict[str, bytes]:
+    """Return the files of the page by name."""
+    folder = resources.files("heatlens") / "web"
+    names = [it.name for it in folder.iterdir() if it.name.rpartition(".")[2] in _KINDS]
+    return {name: (folder / name).read_bytes() for name in names}
+
+
+def _listening(address: Address) -> socket.socket:
+    """Return a socket that listens at the address. Raises InputError."""
+    family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+    try:
+        return socket.create_server((address.host, address.port), family=family)
+    except (OSError, UnicodeError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(
+            f"Cannot share on {address.host}:{address.port} ({reason}): give an address of this "
+            "machine, or another port, such as 127.0.0.1:8871; port 0 takes a free one."
+        ) from error

@@ -1,0 +1,103 @@
+"""A shared session and the clients that talk to it, all on loopback."""
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from io import BytesIO
+from threading import Event
+
+import aiohttp
+import numpy as np
+from PIL import Image
+
+from heatlens.share.address import Address
+from heatlens.share.client import VERSION
+from heatlens.share.headless import HeadlessLoop
+from heatlens.share.links import Role, new_links
+from heatlens.share.server import ShareServer
+from heatlens.share.shared import Shared
+
+PATIENCE_S = 60.0
+
+
+def opened(shared: Shared, log: Callable[[str], None] = lambda line: None) -> ShareServer:
+    """Return a server on a free port."""
+    server = ShareServer(Address(port=0), new_links(), shared, log)
+    server.start()
+    return server
+
+
+class Peer:
+    """A client that keeps the newest state and pictures, and what it was told."""
+
+    def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
+        self.socket = socket
+        self.state: dict[str, object] = {}
+        self.hello: dict[str, object] = {}
+        self.problems: list[str] = []
+        self.heads: list[dict] = []
+        self.files: list[bytes] = []
+        self.acknowledges = True
+        self.end: int | None = None
+
+    async def listen(self) -> None:
+        """Read until the connection closes."""
+        async for said in self.socket:
+            if said.type is aiohttp.WSMsgType.TEXT:
+                self._hear(json.loads(said.data))
+            else:
+                head, _, file = said.data.partition(b"\n")
+                self.heads.append(json.loads(head))
+                self.files.append(file)
+                if self.acknowledges:
+                    await self.socket.send_json({"got": self.heads[-1]["picture"]})
+        self.end = self.socket.close_code
+
+    def _hear(self, said: dict) -> None:
+        self.hello = said if "hello" in said else self.hello
+        self.state |= said.get("state", {})
+        self.problems += [said["problem"]] if "problem" in said else []
+
+    @property
+    def pixels(self) -> np.ndarray:
+        """The newest picture, (H, W, 3)."""
+        return np.asarray(Image.open(BytesIO(self.files[-1])).convert("RGB"))
+
+    async def send(self, **message: object) -> None:
+        await self.socket.send_json(message)
+
+
+@asynccontextmanager
+async def peer(server: ShareServer, role: Role = Role.HAND, **hello: object) -> AsyncIterator[Peer]:
+    """Connect a client, which has said hello."""
+    async with aiohttp.ClientSession() as web:
+        async with web.ws_connect(f"{server.link(role)}socket", max_msg_size=0) as socket:
+            it = Peer(socket)
+            listening = asyncio.create_task(it.listen())
+            await socket.send_json({"hello": VERSION} | hello)
+            try:
+                yield it
+            finally:
+                listening.cancel()
+
+
+async def until(
+    condition: Callable[[], object], what: str, turn: Callable[[], None] = lambda: None
+):
+    """Wait for a condition, with turns of a loop in between."""
+    end = asyncio.get_running_loop().time() + PATIENCE_S
+    while not condition():
+        assert asyncio.get_running_loop().time() < end, f"{what} never came"
+        turn()
+        await asyncio.sleep(0.002)
+
+
+def with_session(session, play: Callable[[HeadlessLoop, ShareServer], Awaitable[None]]) -> None:
+    """Share a session, play with it, and end the sharing."""
+    shared = Shared()
+    loop, server = HeadlessLoop(session, shared, Event()), opened(shared)
+    try:
+        asyncio.run(play(loop, server))
+    finally:
+        server.close()
