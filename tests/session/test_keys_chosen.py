@@ -16,6 +16,7 @@ from heatlens.session.keys.key_commands import KeyCommands
 from heatlens.session.keys.key_drag import KeyDrag, inside, nearest
 from heatlens.session.keys.key_rows import CAMERA, RowChoice, key_count, with_pasted
 from heatlens.session.shot.editing import Editing
+from support.shared import shared_of
 
 FOCUS, STOP, FOCAL = (
     LensParameter.FOCUS_DISTANCE,
@@ -42,10 +43,9 @@ class Desk:
         self.now = 0.0
         self.editing = Editing(shot, self.said.append, clock=lambda: self.now)
         self.keys = KeyCommands(
-            self.editing,
+            shared_of(self.editing, self.said.append),
             RowChoice(lambda: has_camera),
             lambda: self.camera_keys.append(self.editing.frame),
-            self.said.append,
         )
 
     @property

@@ -8,6 +8,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.lens.kit_commands import KitCommands
 from heatlens.session.shot.editing import Editing
+from support.shared import shared_of
 
 
 @pytest.fixture
@@ -22,7 +23,7 @@ def editing(said) -> Editing:
 
 @pytest.fixture
 def kits(editing, said) -> KitCommands:
-    return KitCommands(editing, said.append)
+    return KitCommands(shared_of(editing, said.append))
 
 
 def test_choosing_a_kit_takes_the_nearest_lens_in_one_step(kits, editing, said):

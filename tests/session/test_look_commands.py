@@ -17,6 +17,7 @@ from heatlens.session.pictures.look_commands import LookCommands
 from heatlens.session.pictures.look_pictures import _Tile
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.shot.editing import Editing
+from support.shared import shared_of
 
 LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
@@ -28,7 +29,7 @@ def said() -> list[str]:
 
 @pytest.fixture
 def looks(said) -> LookCommands:
-    return LookCommands(Editing(Shot(LENS), said.append), PictureView(), said.append)
+    return LookCommands(shared_of(Editing(Shot(LENS), said.append), said.append), PictureView())
 
 
 def test_a_look_is_kept_come_back_to_and_undone(looks, said):

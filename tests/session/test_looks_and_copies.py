@@ -23,6 +23,7 @@ from heatlens.session.shot.editing import Editing
 from heatlens.session.shot.start import Start
 from support.evening import begun, settled, turn, until
 from support.session_files import QUICK, room_file
+from support.shared import shared_of
 
 LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
@@ -35,7 +36,7 @@ def said():
 @pytest.fixture
 def looks(said):
     shot = Shot(LENS, looks=tuple(Look(name, LENS) for name in "ABCDE"))
-    return LookCommands(Editing(shot, said.append), PictureView(), said.append)
+    return LookCommands(shared_of(Editing(shot, said.append), said.append), PictureView())
 
 
 def state(looks):

@@ -7,12 +7,13 @@ import numpy as np
 
 from heatlens.session.opened.lost_surfaces import LostSurfaces
 from support.plates import plate_of
+from support.shared import shared_of
 
 
 def test_a_sentence_is_said_once_and_again_for_another_source():
     said: list[str] = []
     source = SimpleNamespace(plate=None)
-    lost = LostSurfaces(source, said.append)
+    lost = LostSurfaces(shared_of(None, said.append, source))
     whole = plate_of(np.zeros((2, 2, 3), np.float32), np.ones((2, 2), np.float32))
     cut = replace(whole, surfaces_lost="Some were left out.")
     for plate in (None, whole, cut, cut, whole, cut):

@@ -17,6 +17,7 @@ from heatlens.source.one_size import sequence_of_one_size
 from heatlens.source.opener import SourceOpener
 from heatlens.source.plate_source import PlateSource
 from support.exr_files import rgb, write_file
+from support.shared import shared_of
 
 FRAMES = range(1, 6)
 SIZE = 54, 96
@@ -96,13 +97,12 @@ def test_a_mark_is_followed_through_frames_as_they_are_shown(nearby):
     with pytest.raises(InputError, match="which may be"):
         guesses(nearby)
     window, said, done = opened(nearby), [], []
+    shot = Shot(Lens(50.0, 2.8, 2.0, 36.0), marks=(MARK,))
+    editing = SimpleNamespace(shot=shot, do=done.append)
     marks = MarkCommands(
-        SimpleNamespace(opened=window),
-        SimpleNamespace(shot=Shot(Lens(50.0, 2.8, 2.0, 36.0), marks=(MARK,)), do=done.append),
+        shared_of(editing, said.append, SimpleNamespace(opened=window)),
         SimpleNamespace(played=FrameRange(1, 5), cache=window.cache),
         SimpleNamespace(following=lambda mark, frames: None),
-        said.append,
-        lambda: None,
     )
     marks.follow(MARK)
     marks._reader.wait()

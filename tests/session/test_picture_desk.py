@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from heatlens.session.pictures.ruler import Intrinsics
 from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH
 from support.plates import coc_plate_of, plate_of
 from support.session_files import room_file
+from support.shared import shared_of
 from support.tev_peers import wait_until
 
 LENS = Lens(50.0, 2.0, 3.0, 36.0)
@@ -159,7 +161,9 @@ def test_b_is_the_pinhole_a_method_or_a_reference(walls, view):
 
 def test_a_reference_is_read_and_the_one_before_stays_where_it_fails(ctx, tmp_path):
     said = []
-    loader = ReferenceLoader(ctx, said.append, lambda: None)
+    picture = SimpleNamespace(renderer=SimpleNamespace(ctx=ctx))
+    source = SimpleNamespace(picture=picture)
+    loader = ReferenceLoader(shared_of(None, said.append, source))
     loader.poll()
     assert loader.current is None
     path = room_file(tmp_path / "r.exr", 8, 6)

@@ -49,6 +49,7 @@ from support.evening import (
 )
 from support.fake_renderer import FakeRenderer
 from support.session_files import QUICK, room_file, write_scene
+from support.shared import shared_of
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 KEYED = Shot(Lens(50.0, 2.8, 2.0, 36.0)).with_key(10, FOCUS, 2.0).with_key(20, FOCUS, 4.0)
@@ -295,7 +296,7 @@ def test_a_gesture_that_was_done_is_taught_no_more():
 def test_an_end_of_the_chosen_keys_is_dragged():
     said = []
     editing = Editing(KEYED.with_key(30, FOCUS, 6.0), said.append)
-    keys = KeyCommands(editing, RowChoice(lambda: False), lambda: None, said.append)
+    keys = KeyCommands(shared_of(editing, said.append), RowChoice(lambda: False), lambda: None)
     hand = KeyStretch(editing, keys, said.append)
     hand.press(is_last=True)
     hand.drag(25)

@@ -232,7 +232,7 @@ def test_nothing_is_written_over_without_asking(gui, plates):
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Keep it"))
     gui.settled()
-    assert gui.ui.dialogs.browser.is_open and not gui.session.pictures.saving.saver.is_busy
+    assert gui.ui.dialogs.browser.is_open and not gui.session.pictures.saving.is_busy
     assert (plates / "takes" / "inside.exr").read_bytes() == before
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Overwrite"))

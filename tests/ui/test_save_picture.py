@@ -64,7 +64,7 @@ def save(gui, name):
 
 
 def finished(gui):
-    gui.until(lambda: not gui.session.pictures.saving.saver.is_busy, "the file", 60)
+    gui.until(lambda: not gui.session.pictures.saving.is_busy, "the file", 60)
     return gui.session.messages.text
 
 
@@ -142,9 +142,7 @@ def test_a_picture_that_is_not_whole_is_waited_for_aloud(gui, tmp_path):
     session.editing.edit_lens(replace(session.facts.lens, f_stop=1.2))
     gui.frame()
     assert session.pictures.live.is_working
-    session.pictures.saving.saver.ask(
-        session.facts.shot.source, session.editing.frame, tmp_path / "a.exr"
-    )
+    session.pictures.saving.save(tmp_path / "a.exr")
     gui.frame()
     assert (
         "Waiting for the whole picture" in session.messages.text
@@ -165,7 +163,7 @@ def test_writing_holds_up_nothing_and_leaving_waits_for_it(ctx, plate, tmp_path,
         gui.settled()
         save(gui, "a.exr")
         gui.frame(5)  # drawn although nothing is written
-        assert gui.session.pictures.saving.saver.is_busy and not (tmp_path / "a.exr").exists()
+        assert gui.session.pictures.saving.is_busy and not (tmp_path / "a.exr").exists()
         gui.do("Copy picture")
         assert "still being written" in gui.session.messages.text
         threading.Timer(0.2, go.set).start()

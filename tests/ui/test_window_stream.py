@@ -138,9 +138,7 @@ def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
     with listening(ctx) as gui:
         sent(gui, values)
         shows(gui, values)
-        gui.session.pictures.saving.saver.ask(
-            gui.session.facts.shot.source, gui.session.editing.frame, tmp_path / "a.exr"
-        )
+        gui.session.pictures.saving.save(tmp_path / "a.exr")
         gui.until(lambda: gui.session.messages.text.startswith("Saved"), "the file")
         saved = read_parts(tmp_path / "a.exr")[0][1]
         found = download(gui.session.pictures.live.shown.texture)

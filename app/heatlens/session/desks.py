@@ -3,11 +3,9 @@
 A front end uses the desks of the subjects that it shows. The session polls the `workers` of each.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 
-from heatlens.base.errors import HeatlensError
 from heatlens.render import FrameRenderer
 from heatlens.session.exports.export_commands import ExportCommands
 from heatlens.session.files.file_commands import FileCommands
@@ -25,7 +23,6 @@ from heatlens.session.loop.speed import Speed
 from heatlens.session.loop.worker import Worker
 from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.session.marks.scene_mark_tracks import SceneMarkTracks
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.color_choice import ColorChoice
 from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.pictures.live_picture import LivePicture
@@ -40,49 +37,28 @@ from heatlens.session.playing.pull_jobs import PullJobs
 from heatlens.session.playing.render_scheduler import RenderScheduler
 from heatlens.session.playing.rendered_pull import RenderedPull, store_of
 from heatlens.session.scenes.scene_commands import SceneCommands
-from heatlens.session.settings.preferences import Preferences
 from heatlens.session.settings.recent_files import RecentFiles
-from heatlens.session.shot.editing import Editing
-from heatlens.session.shot.start import GivenOptions
+from heatlens.session.shared import Shared
 from heatlens.session.time.focus_track import MarkTrack, MarkTracks
 from heatlens.session.time.timeline import Timeline
-
-
-@dataclass(frozen=True)
-class Shared:
-    """What every desk works on.
-
-    say        shows a sentence in the status bar
-    say_error  shows an error there; after a fault of the program it also saves the shot
-    wake       makes the front end draw again; threads call it
-    """
-
-    source: OpenSource
-    editing: Editing
-    preferences: Preferences
-    given: GivenOptions
-    say: Callable[[str], None]
-    say_error: Callable[[HeatlensError], None]
-    wake: Callable[[], None]
 
 
 class PictureDesk:
     """Viewing and saving the picture: view, comparison, looks, files."""
 
     def __init__(self, shared: Shared) -> None:
-        source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake
         start = shared.given.start
-        self.renderer: FrameRenderer = source.picture.renderer
-        self.say = say
-        self.color = ColorChoice(start.ocio, say)
+        self.renderer: FrameRenderer = shared.source.picture.renderer
+        self.say = shared.say
+        self.color = ColorChoice(start.ocio, shared.say)
         first = shared.preferences.first_view(start.view)
         self.view = PictureView(self.color.with_names(first))
-        self.look = PictureDisplay(editing, self.view, self.color)
-        self.references = ReferenceLoader(self.renderer.ctx, say, wake)
-        self.commands = ViewCommands(self.view, source, editing, self.references, say)
+        self.look = PictureDisplay(shared.editing, self.view, self.color)
+        self.references = ReferenceLoader(shared)
+        self.commands = ViewCommands(shared, self.view, self.references)
         self.sides = CompareSides(self.renderer)
-        self.looks = LookCommands(editing, self.view, say)
-        self.saving = PictureCommands(source, editing, self.look, self.live, say, wake)
+        self.looks = LookCommands(shared, self.view)
+        self.saving = PictureCommands(shared, self.look, self.live)
         self.workers: tuple[Worker, ...] = (self.references, self.saving)
 
     def begin(self, attributes: Mapping[str, object]) -> str:
@@ -100,12 +76,11 @@ class LensDesk:
     """The lens, the devices that turn it, and the programs that receive it."""
 
     def __init__(self, shared: Shared) -> None:
-        source, editing, say = shared.source, shared.editing, shared.say
-        start = shared.given.start
-        self.commands = LensCommands(source, editing, say)
+        start, editing, say = shared.given.start, shared.editing, shared.say
+        self.commands = LensCommands(shared)
         self.ring = RingHand(start.lens_in, editing, say, shared.preferences, wake=shared.wake)
-        sent = SentLens(source, editing, shared.given, self.commands, say)
-        ring_out = RingOut(start.lens_out, editing, say, source.timecode_at)
+        sent = SentLens(shared, self.commands)
+        ring_out = RingOut(start.lens_out, editing, say, shared.source.timecode_at)
         self.workers: tuple[Worker, ...] = (sent, self.ring, ring_out)
 
 
@@ -123,36 +98,32 @@ class TimeDesk:
         speed: Speed,
         frames_folder: Path | None,
     ) -> None:
-        source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake
+        source, editing = shared.source, shared.editing
         now, view = shared.preferences.now, pictures.view
         self._source = source
         self.editing = editing
         self.speed = speed
-        self.say = say
+        self.say = shared.say
         self.scenes = scenes
-        self.timeline = timeline = Timeline(source, editing, say)
+        self.timeline = timeline = Timeline(shared)
         timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
         rows = RowChoice(lambda: source.has_camera)
-        self.keys = KeyCommands(editing, rows, scenes.set_key, say)
-        self.marks = MarkCommands(source, editing, timeline, scenes, say, wake)
+        self.keys = KeyCommands(shared, rows, scenes.set_key)
+        self.marks = MarkCommands(shared, timeline, scenes)
         visible = VisibleWork(source, pictures.sides)
         self._plate_tracks = MarkTracks(self.marks.things)
         self.scene_tracks = tracks = SceneMarkTracks(
-            *(source, editing, timeline, scenes),
-            lambda: visible.is_rendering or self.marks.is_reading,
+            shared, timeline, scenes, lambda: visible.is_rendering or self.marks.is_reading
         )
+        jobs, store = PullJobs(shared, timeline, view), store_of(now, frames_folder, shared.wake)
         self.pull = RenderedPull(
-            PullJobs(source, editing, timeline, view, wake),
-            store_of(now, frames_folder, wake),
-            *(source, editing, timeline, view, shared.preferences, lambda: tracks.is_due),
-            *(lambda: lens.ring.is_turning, wake),
+            *(shared, jobs, store, timeline, view),
+            *(lambda: tracks.is_due, lambda: lens.ring.is_turning),
         )
-        self.player = FramePlayer(timeline, source, editing, self.pull, say)
+        self.player = FramePlayer(shared, timeline, self.pull)
         take = RingTake(lens.ring, source, editing)
-        self.recording = PullRecording(editing, timeline, rows, take, say)
-        self.scheduler = RenderScheduler(
-            source, pictures.sides, visible, self.pull, editing, view, speed, shared.say_error
-        )
+        self.recording = PullRecording(shared, timeline, rows, take)
+        self.scheduler = RenderScheduler(shared, pictures.sides, visible, self.pull, view, speed)
         self.workers = self.marks, self.marks.things, tracks, self.player, self.recording, self.pull
 
     def toggle_key(self, row: Row) -> None:
@@ -177,21 +148,11 @@ class FileDesk:
     """Files: opening, saving, exporting, and the preferences."""
 
     def __init__(self, shared: Shared, pictures: PictureDesk, timeline: Timeline) -> None:
-        source, editing, say, wake = shared.source, shared.editing, shared.say, shared.wake
-        preferences, given, stream = shared.preferences, shared.given, shared.given.start.stream
-        self.documents = documents = ShotDocuments(
-            source, editing, timeline, preferences, given, say, wake
-        )
-        self.exports = ExportCommands(
-            *(source, editing, timeline, pictures.look, lambda: documents.shot_name),
-            *(say, wake),
-        )
+        self.documents = documents = ShotDocuments(shared, timeline)
+        self.exports = ExportCommands(shared, timeline, pictures.look, lambda: documents.shot_name)
         self.commands = FileCommands(
-            *(source, editing, documents, pictures.saving, pictures.references),
-            *(preferences, given, self.exports.write_sheet, say, wake),
+            shared, documents, pictures.saving, pictures.references, self.exports.write_sheet
         )
-        self.recent = RecentFiles(preferences, stream.text if stream else None, wake)
-        self.start_choices = StartChoices(
-            source, timeline.playback, self.commands, self.recent, given
-        )
+        self.recent = RecentFiles(shared)
+        self.start_choices = StartChoices(shared, timeline.playback, self.commands, self.recent)
         self.workers: tuple[Worker, ...] = (self.recent, self.commands, self.exports, documents)

@@ -13,7 +13,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.plate.header.timecode import timecode_of
 from heatlens.render import FrameRenderer
-from heatlens.session.desks import FileDesk, LensDesk, PictureDesk, Shared, TimeDesk
+from heatlens.session.desks import FileDesk, LensDesk, PictureDesk, TimeDesk
 from heatlens.session.facts import Facts
 from heatlens.session.loop.messages import Lasting, Messages, Problem
 from heatlens.session.loop.speed import Speed
@@ -23,6 +23,7 @@ from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.shader_watch import ShaderWatch
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shared import Shared
 from heatlens.session.shot.editing import Editing
 from heatlens.session.shot.start import GivenOptions, Start
 from heatlens.session.shot.start_shot import first_lens, with_given_camera
@@ -60,17 +61,17 @@ class Session:
         first = Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus)
         self.editing = Editing(first, say, is_sequence=lambda: source.is_sequence)
         shared = Shared(source, self.editing, self.preferences, given, say, self.say_error, wake)
-        self.scenes = SceneCommands(source, self.editing, say)
+        self.scenes = SceneCommands(shared)
         self.pictures = pictures = PictureDesk(shared)
         speed = Speed(is_software=is_software)
         self.lens = lens = LensDesk(shared)
         self.time = time = TimeDesk(shared, pictures, lens, self.scenes, speed, frames_folder)
         self.files = FileDesk(shared, pictures, time.timeline)
         self.facts = Facts(source, self.editing, pictures, time)
-        self._lost_surfaces = LostSurfaces(source, say)
+        self._lost_surfaces = LostSurfaces(shared)
         # Polled in this order in each frame of the window.
         self.workers: tuple[Worker, ...] = (
-            ShaderWatch(source.picture, pictures.color, say),
+            ShaderWatch(shared, pictures.color),
             *(*pictures.workers, *self.files.workers, *lens.workers, *time.workers),
             *(self.scenes.clips, time.scheduler, self._lost_surfaces, self.messages),
         )

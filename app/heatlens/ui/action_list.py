@@ -23,6 +23,13 @@ _DIALOGS = {
     "Import camera...": "camera",
     "Pull sheet...": "sheet",
 }
+# The items that show or hide something, with the flag of `UiState`.
+_SWITCHES = {
+    "Picture alone": "is_bare",
+    "Full screen": "is_full_screen",
+    "Second window with the picture": "has_feed",
+    "Names of looks in the second window": "has_feed_labels",
+}
 
 
 def actions(commands: Iterable[Command], ui: UiState) -> tuple[Action, ...]:
@@ -62,16 +69,13 @@ def _window_commands(ui: UiState) -> Iterator[Command]:
     yield Command("Reset layout", "Window", ui.reset_layout)
     yield Command("Find a command...", "Help", ui.palette.open)
     yield Command("Go to the menus", "Help", ui.open_menus)
-    yield Command("Keys", "Help", ui.toggle_keys)
+    yield Command("Keys", "Help", partial(ui.toggle, "shows_keys"))
 
 
 def _switches(ui: UiState) -> Iterator[Command]:
     """Yield the actions that show and hide parts of the window."""
-    yield Command("Picture alone", "Window", ui.toggle_bare, lambda: ui.is_bare)
-    yield Command("Full screen", "Window", ui.toggle_full_screen, lambda: ui.is_full_screen)
-    feed, labels = "Second window with the picture", "Names of looks in the second window"
-    yield Command(feed, "Window", ui.toggle_feed, lambda: ui.has_feed)
-    yield Command(labels, "Window", ui.toggle_feed_labels, lambda: ui.has_feed_labels)
+    for name, flag in _SWITCHES.items():
+        yield Command(name, "Window", partial(ui.toggle, flag), partial(getattr, ui, flag))
     for name in PANELS:
         is_open: Callable[[], bool] = partial(lambda name: ui.panels[name], name)
         yield Command(name, "Window", partial(ui.toggle_panel, name), is_open)

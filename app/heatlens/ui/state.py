@@ -79,34 +79,22 @@ class UiState:
         """Open the panel if it is closed, and close it if it is open."""
         self.panels[name] = not self.panels[name]
 
-    def toggle_bare(self) -> None:
-        """Hide everything but the picture, or show everything again."""
-        self.is_bare = not self.is_bare
-
-    def toggle_full_screen(self) -> None:
-        """Switch between full screen and a normal window."""
-        self.is_full_screen = not self.is_full_screen
-
-    def toggle_feed(self) -> None:
-        """Open or close the second window, which shows only the picture."""
-        self.has_feed = not self.has_feed
+    def toggle(self, name: str) -> None:
+        """Switch one of the flags on or off: `is_bare`, `is_full_screen`, `has_feed` and so on."""
+        setattr(self, name, not getattr(self, name))
 
     @property
     def has_feed_labels(self) -> bool:
         """True if the second window writes the names of looks into the grid."""
         return self._preferences.now.feed_labels
 
-    def toggle_feed_labels(self) -> None:
-        """Switch the names of looks in the second window on or off."""
-        self._preferences.change(feed_labels=not self.has_feed_labels)
+    @has_feed_labels.setter
+    def has_feed_labels(self, is_on: bool) -> None:
+        self._preferences.change(feed_labels=is_on)
 
     def leave_bare(self) -> None:
         """Leave the mode that shows only the picture, and full screen."""
         self.is_bare = self.is_full_screen = False
-
-    def toggle_keys(self) -> None:
-        """Show or hide the list of keys."""
-        self.shows_keys = not self.shows_keys
 
     def reset_layout(self) -> None:
         """Open all panels in their original arrangement."""

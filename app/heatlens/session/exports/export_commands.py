@@ -9,35 +9,25 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.option import words_of
 from heatlens.session.exports.export_process import ExportRun, ExportState
 from heatlens.session.exports.export_settings import ExportSettings, proposed_settings
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import Problem, reported
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.picture_view import PictureDisplay
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
 
 
-class ExportCommands(Worker):
+class ExportCommands(Commands, Worker):
     """Exports the open shot as it is at the start of the export, and reports how it ended."""
 
     def __init__(
-        self,
-        source: OpenSource,
-        editing: Editing,
-        timeline: Timeline,
-        look: PictureDisplay,
-        shot_name: Callable[[], str],
-        say: Callable[[str], None],
-        wake: Callable[[], None],
+        self, shared: Shared, timeline: Timeline, look: PictureDisplay, shot_name: Callable[[], str]
     ) -> None:
         """Create it; `shot_name` returns the name of the shot's file, for the burn-in."""
-        self._source = source
-        self._editing = editing
+        super().__init__(shared)
         self._timeline = timeline
         self._look = look
         self._shot_name = shot_name
-        self._say = say
-        self.run = ExportRun(wake)
+        self.run = ExportRun(self._wake)
         self.settings = ExportSettings()
         self._of: str | None = None  # the source that folder and name were proposed for
         self._reported: ExportState | None = None  # the export whose end was reported
@@ -79,10 +69,8 @@ class ExportCommands(Worker):
             self._say(Problem("An export is running: write the pull sheet when it has finished."))
             return
         words = ["--title", title, *words_of(self._look.options())]
-        try:
+        with reported(self._say):
             self.run.sheet(self._timeline.timed_shot, str(path), words)
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def _begin(self, run: Callable[[], None]) -> None:
         try:

@@ -14,14 +14,11 @@ from heatlens.sequence.depth_files import picture_and_depth
 from heatlens.session.files.folder_walk import Chosen, Purpose
 from heatlens.session.files.plate_reading import PlateReading
 from heatlens.session.files.shot_documents import ShotDocuments
-from heatlens.session.lens.lens_imports import CameraImport, OpeningImageImport
+from heatlens.session.lens.lens_imports import camera_import, opening_import
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.picture_commands import PictureCommands
 from heatlens.session.pictures.reference import ReferenceLoader
-from heatlens.session.settings.preferences import Preferences
-from heatlens.session.shot.editing import Editing
-from heatlens.session.shot.start import GivenOptions
+from heatlens.session.shared import Commands, Shared
 from heatlens.source.opened import Opened
 
 PURPOSES = {
@@ -85,33 +82,24 @@ PURPOSES = {
 }
 
 
-class FileCommands(Worker):
+class FileCommands(Commands, Worker):
     """The commands of the File menu; dialogs ask for the names."""
 
     def __init__(
         self,
-        source: OpenSource,
-        editing: Editing,
+        shared: Shared,
         documents: ShotDocuments,
         pictures: PictureCommands,
         references: ReferenceLoader,
-        preferences: Preferences,
-        given: GivenOptions,
         write_sheet: Callable[[Path, str], None],
-        say: Callable[[str], None],
-        wake: Callable[[], None],
     ) -> None:
-        self._source = source
-        self._editing = editing
+        super().__init__(shared)
         self._documents = documents
         self._pictures = pictures
         self._references = references
-        self._preferences = preferences
-        self._given = given
-        self._say = say
-        self.reading = PlateReading(source, editing, preferences)
-        self.openings = OpeningImageImport(editing, say, wake)
-        self.cameras = CameraImport(source, editing, say, wake)
+        self.reading = PlateReading(shared)
+        self.openings = opening_import(shared)
+        self.cameras = camera_import(shared)
         self._write_sheet = write_sheet
 
     # Opening

@@ -5,19 +5,15 @@ from pathlib import Path
 
 from heatlens.model.plate_options import PlateOptions
 from heatlens.sequence.folder_list import Entry
-from heatlens.session.opened.open_source import OpenSource
-from heatlens.session.settings.preferences import Preferences
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 from heatlens.source.opened import Opened
 
 
-class PlateReading:
+class PlateReading(Commands):
     """Tries options to read the plate with; options that fail leave the plate unchanged."""
 
-    def __init__(self, source: OpenSource, editing: Editing, preferences: Preferences) -> None:
-        self._source = source
-        self._editing = editing
-        self._preferences = preferences
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
         self.options = PlateOptions()
         self._chosen: PlateOptions | None = None  # chosen by the user and not loaded yet
         self._seen: PlateOptions | None = None  # those of the shot at the last `follow`

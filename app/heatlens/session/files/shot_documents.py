@@ -1,6 +1,5 @@
 """Open, save and autosave the shot, and offer to recover unsaved changes after a crash."""
 
-from collections.abc import Callable
 from concurrent.futures import Future, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,11 +11,8 @@ from heatlens.documents.shot_file import is_shot_file
 from heatlens.model.shot import Shot
 from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
-from heatlens.session.settings.preferences import Preferences
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.shot.shot_store import Found, ShotStore, proposed_name, unnamed_path
-from heatlens.session.shot.start import GivenOptions
 from heatlens.session.shot.start_shot import shot_with_camera
 from heatlens.session.time.timeline import Timeline
 from heatlens.source.opened import Opened
@@ -33,33 +29,20 @@ class Document:
     saved: Shot | None = None  # the shot in the file
 
 
-class ShotDocuments(Worker):
+class ShotDocuments(Commands, Worker):
     """Opens, saves and autosaves the shot, and offers unsaved changes after a crash."""
 
-    def __init__(
-        self,
-        source: OpenSource,
-        editing: Editing,
-        timeline: Timeline,
-        preferences: Preferences,
-        given: GivenOptions,
-        say: Callable[[str], None],
-        wake: Callable[[], None],
-    ) -> None:
-        self._source = source
-        self._editing = editing
+    def __init__(self, shared: Shared, timeline: Timeline) -> None:
+        super().__init__(shared)
         self._timeline = timeline
-        self._preferences = preferences
-        self._given = given
-        self._say = say
-        self.store = ShotStore(wake)
+        self.store = ShotStore(self._wake)
         self.path: Path | None = None
         self.offer: Found | None = None  # unsaved changes from before a crash, offered to the user
         self._saved: Shot | None = None
         self._kept: Shot | None = None  # the shot that is autosaved, or needs no autosave
         self._reading: Future[Found] | None = None
         self._writing: list[tuple[Future[None], str]] = []  # and the message when it is done
-        self._begun = editing.shot  # the shot without a file, as it was opened
+        self._begun = self._editing.shot  # the shot without a file, as it was opened
         self._coming: Document | None = None  # waits for its plate
         self._complained = ""  # the reported reason why autosaving fails
 

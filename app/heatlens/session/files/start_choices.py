@@ -7,9 +7,8 @@ from heatlens.base.paths import data_dir, home_dir
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.scene.scene_name import DEMO
 from heatlens.session.files.file_commands import FileCommands
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.settings.recent_files import RecentFiles
-from heatlens.session.shot.start import GivenOptions
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.playback import Playback
 from heatlens.source.kinds import kind_of
 
@@ -34,24 +33,18 @@ class Card:
     picture: str | None = None
 
 
-class StartChoices:
+class StartChoices(Commands):
     """The start screen: whether it is shown, and its choices."""
 
     def __init__(
-        self,
-        source: OpenSource,
-        playback: Playback,
-        files: FileCommands,
-        recent: RecentFiles,
-        given: GivenOptions,
+        self, shared: Shared, playback: Playback, files: FileCommands, recent: RecentFiles
     ) -> None:
-        self._source = source
+        super().__init__(shared)
         self._playback = playback
         self._files = files
         self._recent = recent
-        self._given = given
         self.is_wanted = False
-        if not given.start.source:
+        if not self._given.start.source:
             self.show()
 
     def show(self) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-from heatlens.base.errors import HeatlensError
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.keys.key_choice import (
@@ -19,24 +18,17 @@ from heatlens.session.keys.key_choice import (
     with_keys_here,
 )
 from heatlens.session.keys.key_rows import CAMERA, Row, RowChoice, key_count
-from heatlens.session.loop.messages import Problem
-from heatlens.session.shot.editing import Editing
+from heatlens.session.loop.messages import reported
+from heatlens.session.shared import Commands, Shared
 
 
-class KeyCommands:
+class KeyCommands(Commands):
     """Keeps the selection and the copied keys, and runs the commands on them."""
 
-    def __init__(
-        self,
-        editing: Editing,
-        rows: RowChoice,
-        set_camera_key: Callable[[], None],
-        say: Callable[[str], None],
-    ) -> None:
-        self._editing = editing
+    def __init__(self, shared: Shared, rows: RowChoice, set_camera_key: Callable[[], None]) -> None:
+        super().__init__(shared)
         self.rows = rows
         self._set_camera_key = set_camera_key
-        self._say = say
         self._chosen: Chosen = frozenset()
         self._copied: Copied = ()
 
@@ -121,28 +113,14 @@ class KeyCommands:
 
     def ease(self, influence_percent: float, is_out: bool) -> None:
         """Set the ease out or in of the keys; dragging the number is one undo step."""
-        try:
+        with reported(self._say):
             self._editing.edit(eased(self._editing.shot, self.meant, influence_percent, is_out))
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def _do_and_choose(self, change: Callable[[Shot], tuple[Shot, Chosen]]) -> None:
-        came: list[Chosen] = []
-
-        def change_and_note(shot: Shot) -> Shot:
-            after, chosen = change(shot)
-            came.append(chosen)
-            return after
-
-        self._do(change_and_note)
-        if came:
-            self._chosen = came[0]
-
-    def _do(self, change: Callable[[Shot], Shot]) -> None:
-        try:
-            self._editing.do(change(self._editing.shot))
-        except HeatlensError as error:
-            self._say(Problem(error))
+        with reported(self._say):
+            shot, chosen = change(self._editing.shot)
+            self._editing.do(shot)
+            self._chosen = chosen
 
 
 def _count(keys: int) -> str:

@@ -8,11 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, Literal, Protocol, TypeVar
 
-from heatlens.base.errors import HeatlensError
 from heatlens.model.shot import Shot
 from heatlens.session.keys.key_choice import Chosen, KeyId, all_keys, rippled
 from heatlens.session.keys.key_commands import KeyCommands
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import reported
 from heatlens.session.shot.editing import Editing
 
 
@@ -100,7 +99,7 @@ class KeyDrag(KeysInHand[_Held]):
             keys.choose(held.chosen | inside(held.at, at, places))
             return
         frames, up = round((at[0] - held.at[0]) / per_frame), held.at[1] - at[1]
-        try:
+        with reported(self._say):
             if held.kind == "ripple" and held.key is not None:
                 frames = max(frames, -self._room(held))
                 shot, chosen = rippled(held.shot, held.key.frame, frames), frozenset[KeyId]()
@@ -108,8 +107,6 @@ class KeyDrag(KeysInHand[_Held]):
                 shot, chosen = move(held.shot, held.chosen, frames, up)
             self._editing.edit(shot)
             keys.choose(chosen)
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def _room(self, held: _Held) -> int:
         """Return how many frames earlier the keys can move until they meet the previous one."""

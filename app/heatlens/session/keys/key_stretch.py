@@ -6,7 +6,6 @@ over are restored.
 
 from dataclasses import dataclass, replace
 
-from heatlens.base.errors import HeatlensError
 from heatlens.model.curve import Key
 from heatlens.model.framing import PoseKey
 from heatlens.model.interpolation import Ease
@@ -14,7 +13,7 @@ from heatlens.model.shot import Shot
 from heatlens.session.keys.key_choice import Chosen, KeyId, checked, frames_of
 from heatlens.session.keys.key_drag import KeysInHand
 from heatlens.session.keys.key_rows import ROWS, keyed_of, keys_of, with_keyed, with_pasted
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import reported
 
 
 @dataclass(frozen=True)
@@ -116,9 +115,7 @@ class KeyStretch(KeysInHand[_Held]):
         ends = (
             Ends(first, max(frame, first + 1)) if held.is_last else Ends(min(frame, last - 1), last)
         )
-        try:
+        with reported(self._say):
             shot, chosen = stretched(held.shot, held.chosen, ends)
             self._editing.edit(shot)
             self._keys.choose(chosen)
-        except HeatlensError as error:
-            self._say(Problem(error))

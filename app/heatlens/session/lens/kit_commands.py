@@ -1,21 +1,18 @@
 """Commands that choose the lens kit of the shot and the mounted lens of it."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
-from heatlens.base.errors import HeatlensError
 from heatlens.documents.lens_kits import KitShelf, kit_shelf
 from heatlens.model.lens_kit import KitLens, LensKit
-from heatlens.session.loop.messages import Problem
-from heatlens.session.shot.editing import Editing
+from heatlens.session.loop.messages import Problem, reported
+from heatlens.session.shared import Commands, Shared
 
 
-class KitCommands:
+class KitCommands(Commands):
     """Chooses kits and their lenses; each choice is one undo step."""
 
-    def __init__(self, editing: Editing, say: Callable[[str], None]) -> None:
-        self._editing = editing
-        self._say = say
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
         self._shelf: KitShelf | None = None
 
     @property
@@ -64,13 +61,10 @@ class KitCommands:
 
     def _mount(self, kit: LensKit, kit_lens: KitLens) -> None:
         editing = self._editing
-        try:
+        with reported(self._say):
             lens = kit.mounted(editing.lens, kit_lens)
-        except HeatlensError as error:
-            self._say(Problem(error))
-            return
-        editing.settle()
-        editing.edit(replace(editing.shot, kit=kit))
-        editing.edit_lens(lens)
-        editing.settle()
-        self._say(f"The lens is the {kit_lens.name} of {kit.name}: it {kit_lens.words}.")
+            editing.settle()
+            editing.edit(replace(editing.shot, kit=kit))
+            editing.edit_lens(lens)
+            editing.settle()
+            self._say(f"The lens is the {kit_lens.name} of {kit.name}: it {kit_lens.words}.")

@@ -1,11 +1,9 @@
 """Commands for the lens at the playhead and for the quality and shape of its blur."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
 from typing import TypeVar
 
-from heatlens.base.errors import HeatlensError
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import stepped
 from heatlens.model.lens import Lens
@@ -14,9 +12,8 @@ from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.header.start_lens import StartLens
 from heatlens.plate.plate import Plate
 from heatlens.session.lens.kit_commands import KitCommands
-from heatlens.session.loop.messages import Problem
-from heatlens.session.opened.open_source import OpenSource
-from heatlens.session.shot.editing import Editing
+from heatlens.session.loop.messages import reported
+from heatlens.session.shared import Commands, Shared
 
 _NUDGE = 1 / 250  # one notch, as a share of the length of the focus bar
 _AT_INFINITY = 1e-4  # dioptres
@@ -24,14 +21,12 @@ _AT_INFINITY = 1e-4  # dioptres
 Choice = TypeVar("Choice", bound=StrEnum)
 
 
-class LensCommands:
+class LensCommands(Commands):
     """Changes of the lens; each can be undone."""
 
-    def __init__(self, source: OpenSource, editing: Editing, say: Callable[[str], None]) -> None:
-        self._source = source
-        self._editing = editing
-        self._say = say
-        self.kits = KitCommands(editing, say)
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
+        self.kits = KitCommands(shared)
         self.start_lens: StartLens | None = None  # the lens of the open source, and its origin
 
     def focus_at(self, pixel: tuple[int, int]) -> None:
@@ -40,10 +35,8 @@ class LensCommands:
         pixel = self._source.feed.plate_px(self._editing.shot, pixel)
         if plate is None or not _is_inside(plate, pixel):
             return
-        try:
+        with reported(self._say):
             self.focus(depth_at_m(plate, *pixel))
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def focus(self, distance_m: float) -> None:
         """Focus at a distance in m."""

@@ -4,82 +4,71 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from heatlens.base.background import Background
-from heatlens.base.errors import HeatlensError
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.model.opening_image import OpeningImage
+from heatlens.model.shot import Shot
 from heatlens.plate.opening_picture import read_opening_image
-from heatlens.session.loop.messages import Problem
-from heatlens.session.opened.open_source import OpenSource
-from heatlens.session.shot.editing import Editing
+from heatlens.session.loop.messages import reported
+from heatlens.session.shared import Commands, Shared
+
+Read = TypeVar("Read")
 
 
-class CameraImport:
-    """Reads one camera at a time and reports the result, or what is wrong with the file."""
+class _Import(Commands, Generic[Read]):
+    """Reads one file at a time, and reports the result or what is wrong with the file."""
 
     def __init__(
         self,
-        source: OpenSource,
-        editing: Editing,
-        say: Callable[[str], None],
-        wake: Callable[[], None],
+        shared: Shared,
+        read: Callable[[Path], Read],
+        applied: Callable[[Read, Path], tuple[Shot, str]],
     ) -> None:
-        self._source = source
-        self._editing = editing
-        self._say = say
-        self._reader: Background[CameraSamples] = Background(wake)
+        """Create it; `applied` returns the shot with what was read, and a sentence about it."""
+        super().__init__(shared)
+        self._read, self._applied = read, applied
+        self._reader: Background[Read] = Background(self._wake)
         self._path = Path()
 
     def begin(self, path: Path) -> None:
-        """Begin to read the camera of `path`."""
+        """Begin to read the file."""
         self._path = path
-        self._reader.start(partial(read_camera, str(path)))
+        self._reader.start(partial(self._read, path))
 
     def poll(self) -> None:
-        """Apply the camera that was read to the shot; call this once a frame."""
-        try:
-            camera = self._reader.poll()
-            if camera is None:
-                return
-            shot = self._editing.shot
-            here = self._source.timecode_at(shot, self._editing.frame)
-            camera = at_timecode(camera, here, shot.frames_per_second, shot.span)
-            self._editing.do(with_camera(shot, camera))
-        except HeatlensError as error:
-            self._say(Problem(error))
-            return
-        told = " ".join(camera.notes)
-        self._say(f"The lens is that of {camera.name} in {self._path.name}. {told}".strip())
+        """Apply what was read to the shot; call this once a frame."""
+        with reported(self._say):
+            found = self._reader.poll()
+            if found is not None:
+                shot, sentence = self._applied(found, self._path)
+                self._editing.do(shot)
+                self._say(sentence)
 
 
-class OpeningImageImport:
-    """Reads one picture at a time, and reports the result or what is wrong with the file."""
+def camera_import(shared: Shared) -> _Import[CameraSamples]:
+    """Return the import of the lens of a camera file, with keys for what moves."""
 
-    def __init__(
-        self, editing: Editing, say: Callable[[str], None], wake: Callable[[], None]
-    ) -> None:
-        self._editing = editing
-        self._say = say
-        self._reader: Background[OpeningImage] = Background(wake)
+    def applied(camera: CameraSamples, path: Path) -> tuple[Shot, str]:
+        shot = shared.editing.shot
+        here = shared.source.timecode_at(shot, shared.editing.frame)
+        camera = at_timecode(camera, here, shot.frames_per_second, shot.span)
+        sentence = f"The lens is that of {camera.name} in {path.name}. {' '.join(camera.notes)}"
+        return with_camera(shot, camera), sentence.strip()
 
-    def begin(self, path: Path) -> None:
-        """Begin to read the picture of `path`."""
-        self._reader.start(partial(read_opening_image, path))
+    return _Import(shared, lambda path: read_camera(str(path)), applied)
 
-    def poll(self) -> None:
-        """Apply the picture that was read to the lens; call this once a frame."""
-        try:
-            image = self._reader.poll()
-        except HeatlensError as error:
-            self._say(Problem(error))
-            return
-        if image is None:
-            return
-        shot = self._editing.shot
-        self._editing.do(replace(shot, lens=replace(shot.lens, aperture_image=image)))
-        told = " ".join(image.notes)
-        self._say(f"The opening of the lens is {Path(image.path).name}. {told}".strip())
+
+def opening_import(shared: Shared) -> _Import[OpeningImage]:
+    """Return the import of a picture that takes the place of the blades."""
+
+    def applied(image: OpeningImage, _path: Path) -> tuple[Shot, str]:
+        shot = shared.editing.shot
+        sentence = f"The opening of the lens is {Path(image.path).name}. {' '.join(image.notes)}"
+        return replace(shot, lens=replace(shot.lens, aperture_image=image)), sentence.strip()
+
+    return _Import(shared, read_opening_image, applied)

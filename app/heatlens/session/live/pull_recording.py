@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 
-from heatlens.base.errors import HeatlensError
 from heatlens.model.coc import sharp_dioptres
 from heatlens.model.history import History
 from heatlens.model.key_reduction import Samples
@@ -20,9 +19,10 @@ from heatlens.model.pull import performed, recorded
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.keys.key_rows import RowChoice
 from heatlens.session.live.ring_take import RingTake, Track
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import Problem, reported
 from heatlens.session.loop.worker import Worker
-from heatlens.session.shot.editing import Editing, Performance
+from heatlens.session.shared import Commands, Shared
+from heatlens.session.shot.editing import Performance
 from heatlens.session.time.timeline import Timeline
 
 TOLERANCE_LEAST, TOLERANCE_MOST = 1e-4, 1.0  # dioptres
@@ -57,30 +57,28 @@ class Take:
     key_count: int
 
 
-class PullRecording(Worker):
+class PullRecording(Commands, Worker):
     """Arms and records a focus pull, and turns it into keys."""
 
     def __init__(
         self,
-        editing: Editing,
+        shared: Shared,
         timeline: Timeline,
         rows: RowChoice,
         ring: RingTake,
-        say: Callable[[str], None],
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
+        super().__init__(shared)
         self._clock = clock
         self.beats = BEATS
         self._counted_from: float | None = None  # time of the clock at which the count-in began
-        self._editing = editing
         self._timeline = timeline
         self._rows = rows
         self._ring = ring
-        self._say = say
         self._is_armed = False
         self._samples: dict[float, float] = {}  # focus distance in m by frame
         self._direction = 1
-        self._begun = editing.history  # the undo history at the start
+        self._begun = self._editing.history  # the undo history at the start
         self._take: Take | None = None
         self._chosen_tolerance: float | None = None
 
@@ -253,15 +251,12 @@ class PullRecording(Worker):
 
         The step includes the iris and the focal length, which the ring changed live like the focus.
         """
-        try:
+        with reported(self._say):
             after = performed(base, samples, self.tolerance_dioptres, by_hand=True)
             for parameter, track in others.items():
                 after = recorded(after, parameter, track)
-        except HeatlensError as error:
-            self._say(Problem(error))
-            return
-        first, last = samples[0][0], samples[-1][0]
-        keys = after.curves.focus_distance_m.keys
-        count = sum(1 for key in keys if first <= key.frame <= last)
-        self._take = Take(samples, others, base, before, after, count)
-        self._editing.history = before.changed(after).at_rest()
+            first, last = samples[0][0], samples[-1][0]
+            keys = after.curves.focus_distance_m.keys
+            count = sum(1 for key in keys if first <= key.frame <= last)
+            self._take = Take(samples, others, base, before, after, count)
+            self._editing.history = before.changed(after).at_rest()

@@ -4,7 +4,7 @@ If nobody gave a focus, it is chosen once the depth is complete, so that it does
 part of the picture arrived first.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -12,35 +12,23 @@ from heatlens.base.errors import LensError
 from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.session.lens.lens_commands import LensCommands
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
-from heatlens.session.shot.editing import Editing
-from heatlens.session.shot.start import GivenOptions
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.shot.start_shot import first_lens
 from heatlens.source.stream_source import OpenedStream
 
 _FOLLOWED = ("focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm")
 
 
-class SentLens(Worker):
+class SentLens(Commands, Worker):
     """Applies changes of the lens of a stream to the shot.
 
     A value set by the user stays until the renderer changes it; options of the command line always
     win.
     """
 
-    def __init__(
-        self,
-        source: OpenSource,
-        editing: Editing,
-        given: GivenOptions,
-        lens_commands: LensCommands,
-        say: Callable[[str], None],
-    ) -> None:
-        self._source = source
-        self._editing = editing
-        self._given = given
+    def __init__(self, shared: Shared, lens_commands: LensCommands) -> None:
+        super().__init__(shared)
         self._lens_commands = lens_commands
-        self._say = say
         self._of: object = None  # the opened stream
         self._plate: Plate | None = None
         self._known: Mapping[str, float] = {}

@@ -2,8 +2,10 @@
 
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
+from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
 from heatlens.session.loop.worker import Worker
 
@@ -34,6 +36,15 @@ def passing(sentence: str, is_true: Callable[[], bool]) -> Passing:
     said = Passing(sentence)
     said.is_true = is_true
     return said
+
+
+@contextmanager
+def reported(say: Callable[[str], None]) -> Iterator[None]:
+    """Show an error of the block as a message."""
+    try:
+        yield
+    except HeatlensError as error:
+        say(Problem(error))
 
 
 class Messages(Worker):

@@ -1,11 +1,10 @@
 """The commands on focus marks: set them, focus on them, pull to them, follow them."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import inf
 
 from heatlens.base.background import Background
-from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.following import Distances, followed
 from heatlens.model.frames import FrameRange
@@ -25,18 +24,16 @@ from heatlens.model.pull import (
     reversed_focus,
     shaped_pull,
 )
-from heatlens.model.shot import Shot
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import reported
 from heatlens.session.loop.worker import Worker
 from heatlens.session.marks.mark_measuring import on_thing, plates_at, smoothed
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.scenes.point_following import Following
 from heatlens.session.scenes.scene_commands import SceneCommands
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.focus_track import mark_m
 from heatlens.session.time.thing_distances import ThingDistances
 from heatlens.session.time.timeline import Timeline
@@ -45,34 +42,23 @@ _Measured = tuple[PointMark | MatteMark, Distances]
 PULL_FRAMES = 18  # first length of a pull: three quarters of a second at 24 fps
 
 
-class MarkCommands(Worker):
+class MarkCommands(Commands, Worker):
     """The commands on focus marks; each is one undo step."""
 
-    def __init__(
-        self,
-        source: OpenSource,
-        editing: Editing,
-        timeline: Timeline,
-        scenes: SceneCommands,
-        say: Callable[[str], None],
-        wake: Callable[[], None],
-    ) -> None:
-        self._source = source
-        self._editing = editing
+    def __init__(self, shared: Shared, timeline: Timeline, scenes: SceneCommands) -> None:
+        super().__init__(shared)
         self._timeline = timeline
         self._scenes = scenes
-        self._say = say
         self.pull_from: str | None = None  # the name of a mark; None for the current focus
         self.pull_to = ""
         self.pull_frames = self._wished_frames = PULL_FRAMES
         self.pull_ease_percent = EASE_PERCENT
         self.pull_shape = PullShape.EASE
         self.pulls_made = 0  # counts pulls since the program started
-        self._wake = wake
         self._following: Following | None = None  # the measurement in progress, in a scene
-        self._reader: Background[_Measured] = Background(wake)
-        self._picker: Background[PointMark | MatteMark] = Background(wake)
-        self.things = ThingDistances(wake)
+        self._reader: Background[_Measured] = Background(self._wake)
+        self._picker: Background[PointMark | MatteMark] = Background(self._wake)
+        self.things = ThingDistances(self._wake)
 
     @property
     def is_reading(self) -> bool:
@@ -95,17 +81,14 @@ class MarkCommands(Worker):
         if plate is None:
             return
         pixel = self._source.frame_px(self._editing.lens, pixel)
-        try:
+        with reported(self._say):
             depth_at_m(plate, *self._source.feed.plate_px(self._editing.shot, pixel))
-        except HeatlensError as error:
-            self._say(Problem(error))
-            return
-        name = next_mark_name(self._editing.shot.marks)
-        point = PointMark(name, float(pixel[0]), float(pixel[1]))
-        if has_things(plate):
-            self._picker.start(lambda: on_thing(plate, point))
-        else:
-            self._add(point)
+            name = next_mark_name(self._editing.shot.marks)
+            point = PointMark(name, float(pixel[0]), float(pixel[1]))
+            if has_things(plate):
+                self._picker.start(lambda: on_thing(plate, point))
+            else:
+                self._add(point)
 
     def _add(self, mark: Mark) -> None:
         self.pull_to = mark.name
@@ -159,13 +142,11 @@ class MarkCommands(Worker):
 
     def go(self, mark: Mark) -> None:
         """Focus on the mark."""
-        try:
+        with reported(self._say):
             distance_m = self._asked_m(mark, None)
             self._editing.settle()
             self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=distance_m))
             self._editing.settle()
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def _asked_m(self, mark: Mark, frame: int | None) -> float:
         distance_m = self.distance_m(mark, frame)
@@ -213,7 +194,7 @@ class MarkCommands(Worker):
             self._say("Choose the mark to pull to.")
             return
         start = self._editing.frame
-        try:
+        with reported(self._say):
             from_m = self._editing.lens.focus_distance_m
             if origin is not None:
                 from_m = self._asked_m(origin, start)
@@ -224,8 +205,6 @@ class MarkCommands(Worker):
             self.pulls_made += 1
             if self.pull_past_end:
                 self._say(self.pull_past_end)
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def reverse_pull(self) -> None:
         """Reverse the focus in time between in and out point."""
@@ -236,12 +215,6 @@ class MarkCommands(Worker):
         """Hold the current focus from the playhead to the next key."""
         frame = self._editing.frame
         self._do(lambda shot: held_focus(shot, frame))
-
-    def _do(self, change: Callable[[Shot], Shot]) -> None:
-        try:
-            self._editing.do(change(self._editing.shot))
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def follow(self, mark: PointMark | ObjectMark | MatteMark) -> None:
         """Keep the focus on a mark from in to out; read or draw frames that are not in memory."""
@@ -269,7 +242,7 @@ class MarkCommands(Worker):
 
     def poll(self) -> None:
         """Apply finished measurements; call this once a frame."""
-        try:
+        with reported(self._say):
             found = self._reader.poll() or self._drawn()
             if found is not None:
                 mark, distances_m = found
@@ -278,8 +251,6 @@ class MarkCommands(Worker):
             picked = self._picker.poll()
             if picked is not None:
                 self._add(picked)
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def _drawn(self) -> _Measured | None:
         """Continue to measure through a scene; return the measurement once it is complete.

@@ -9,9 +9,8 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.marks import ObjectMark, PointMark
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.scenes.scene_commands import SceneCommands
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.focus_track import MarkTrack
 from heatlens.session.time.timeline import Timeline
 
@@ -22,20 +21,14 @@ _Moving = PointMark | ObjectMark
 _Known = dict[int, float | None]  # dioptres by frame; None without a distance
 
 
-class SceneMarkTracks(Worker):
+class SceneMarkTracks(Commands, Worker):
     """The distances of a scene's marks, kept while scene and camera stay the same."""
 
     def __init__(
-        self,
-        source: OpenSource,
-        editing: Editing,
-        timeline: Timeline,
-        scenes: SceneCommands,
-        is_busy: Callable[[], bool],
+        self, shared: Shared, timeline: Timeline, scenes: SceneCommands, is_busy: Callable[[], bool]
     ) -> None:
         """Create it; `is_busy` returns True while more urgent work is waiting."""
-        self._source = source
-        self._editing = editing
+        super().__init__(shared)
         self._timeline = timeline
         self._scenes = scenes
         self._is_busy = is_busy

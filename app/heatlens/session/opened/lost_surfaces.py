@@ -1,18 +1,15 @@
 """Report once per source that surfaces behind its picture were merged or left out."""
 
-from collections.abc import Callable
-
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.shared import Commands, Shared
 
 
-class LostSurfaces(Worker):
+class LostSurfaces(Commands, Worker):
     """Watches the pictures of a source for notes about lost surfaces."""
 
-    def __init__(self, source: OpenSource, say: Callable[[str], None]) -> None:
+    def __init__(self, shared: Shared) -> None:
         """Create it; `say` shows a sentence in the status bar."""
-        self._source = source
-        self._say = say
+        super().__init__(shared)
         self._noted: tuple[str, ...] = ()
         self._is_reported = False
 

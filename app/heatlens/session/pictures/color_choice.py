@@ -9,7 +9,7 @@ from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.model.view import ViewState
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import reported
 
 _NOT_YET = ("", "", None)  # no view has such an input space
 
@@ -89,7 +89,7 @@ class ColorChoice:
         if requested == self._current:
             return
         self._current = requested
-        try:
+        with reported(self._say):
             if self.config is None:
                 transform = srgb_transform(light.name, light.turned_from)
             else:
@@ -98,6 +98,4 @@ class ColorChoice:
                 )
             screen.display.set_transform(transform)
             self.transform = transform
-        except HeatlensError as error:
-            self._say(Problem(error))
         screen.transform_version += 1

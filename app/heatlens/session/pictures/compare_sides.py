@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil, log2
-from typing import Protocol
 
 from heatlens.model.look import Look
 from heatlens.model.settings import Method
@@ -20,29 +19,7 @@ _LEAST_SCALE = 0.25  # the smallest scale at which pictures of the grid are rend
 NOW = ""  # in place of a look's name: the current lens
 
 
-class Side(Protocol):
-    """Pictures that are rendered in short time slices, see `LivePicture`."""
-
-    @property
-    def shown(self) -> object:
-        """The finished picture or pictures; each finished picture is a new object."""
-
-    @property
-    def is_working(self) -> bool:
-        """Return True while the whole picture is not finished."""
-
-    @property
-    def is_answering(self) -> bool:
-        """Return True while there is not even a quick picture of the latest change."""
-
-    def wants_work(self, is_plate_whole: bool = True) -> bool:
-        """Return True if there is a picture to continue rendering."""
-
-    def seconds_to_rest(self) -> float:
-        """Return the seconds until a whole picture may be started; 0 if it may start now."""
-
-    def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
-        """Continue to render a better picture for about `slice_s` seconds."""
+Side = LivePicture | LookPictures  # pictures that are rendered in short time slices
 
 
 class CompareSides:

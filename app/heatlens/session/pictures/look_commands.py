@@ -10,24 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from heatlens.base.errors import HeatlensError
 from heatlens.model.lens import Lens
 from heatlens.model.look import Look, next_look_name
 from heatlens.model.view import GRID_MOST, Against, Compare, ViewState
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import Problem, reported
 from heatlens.session.pictures.picture_view import PictureView
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 
 KEYED = 9  # looks with a shortcut
 
 
-class LookCommands:
+class LookCommands(Commands):
     """The commands on looks; each change of the shot is one undo step."""
 
-    def __init__(self, editing: Editing, view: PictureView, say: Callable[[str], None]) -> None:
-        self._editing = editing
+    def __init__(self, shared: Shared, view: PictureView) -> None:
+        super().__init__(shared)
         self._view = view
-        self._say = say
         self._before: Lens | None = None  # the lens before the latest look was used
         self.still_now: Callable[[], str | None] = lambda: None  # returns a still of the picture
 
@@ -76,10 +74,8 @@ class LookCommands:
 
     def rename(self, look: Look, name: str) -> None:
         """Rename a look."""
-        try:
+        with reported(self._say):
             self._replace(look, (replace(look, name=name.strip()),))
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def delete(self, look: Look) -> None:
         """Delete a look."""

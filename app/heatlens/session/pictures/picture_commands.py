@@ -1,56 +1,78 @@
-"""Save the picture to a file or copy it as soon as it is complete."""
+"""Save the picture to a file or copy it as soon as it is complete; a thread writes it."""
 
-from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from heatlens.base.background import Background
+from heatlens.base.errors import HeatlensError
 from heatlens.preview.shown import Shown
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.live_picture import LivePicture
-from heatlens.session.pictures.picture_saver import PictureSaver, Snapshot, snapshot
+from heatlens.session.pictures.picture_saver import saved, snapshot
 from heatlens.session.pictures.picture_view import PictureDisplay
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 
 
-class PictureCommands(Worker):
-    """Saves and copies the visible picture with the look that the screen gives it."""
+@dataclass(frozen=True)
+class _Request:
+    """The requested picture and its destination: a file, or None for the clipboard."""
 
-    def __init__(
-        self,
-        source: OpenSource,
-        editing: Editing,
-        look: PictureDisplay,
-        live: LivePicture,
-        say: Callable[[str], None],
-        wake: Callable[[], None],
-    ) -> None:
-        self._source = source
-        self._editing = editing
+    source: str | None
+    frame: int
+    path: Path | None
+
+    @property
+    def words(self) -> str:
+        return "copying it" if self.path is None else f"saving {self.path.name}"
+
+
+class PictureCommands(Commands, Worker):
+    """Saves or copies one picture at a time, with the look that the screen gives it."""
+
+    def __init__(self, shared: Shared, look: PictureDisplay, live: LivePicture) -> None:
+        super().__init__(shared)
         self._look = look
         self._live = live
-        self._say = say
-        self.saver = PictureSaver(say, wake)
+        self._request: _Request | None = None
+        self._writer: Background[str] = Background(self._wake)
 
-    def save(self, path: Path) -> None:
-        """Write the picture of the frame to `path` once it is complete."""
-        self.saver.ask(self._editing.shot.source, self._editing.frame, path)
+    @property
+    def is_busy(self) -> bool:
+        """Return True while a picture is awaited or written."""
+        return self._request is not None or self._writer.is_busy
 
     def copy(self) -> None:
         """Put the picture on the clipboard once it is complete."""
         if self._source.plate is None:
             self._say("Nothing is open to copy.")
         else:
-            self.saver.ask(self._editing.shot.source, self._editing.frame, None)
+            self.save(None)
 
-    def close(self) -> None:
-        """Wait until a file that is being written is finished."""
-        self.saver.close()
+    def save(self, path: Path | None) -> None:
+        """Write the picture of the frame to `path` once it is complete; None copies it."""
+        if self._writer.is_busy:
+            self._say("The previous picture is still being written: try again in a moment.")
+            return
+        self._request = _Request(self._editing.shot.source, self._editing.frame, path)
+        self._say(f"Waiting for the whole picture before {self._request.words} ...")
 
     def poll(self) -> None:
-        """Continue a requested save or copy; call this once a frame."""
-        whole, shot, frame = self._whole(), self._editing.seen_shot, self._editing.frame
-        self.saver.poll(whole, shot.source, frame, partial(self._snap, whole))
+        """Begin to write a requested picture once it is whole; report how writing ended."""
+        request, now = self._request, (self._editing.seen_shot.source, self._editing.frame)
+        if request is not None and (request.source, request.frame) != now:
+            self._request = None
+            self._say(f"The frame was left before its picture was complete: not {request.words}.")
+        elif request is not None and (shown := self._whole()) is not None:
+            self._request = None
+            self._say(f"{request.words.capitalize()} ...")
+            self._write(shown, request.path)
+        try:
+            said = self._writer.poll()
+        except HeatlensError as error:
+            said = str(error)
+        if said is not None:
+            self._say(said)
 
     def _whole(self) -> Shown | None:
         """Return the picture of the current shot once it is complete."""
@@ -64,8 +86,11 @@ class PictureCommands(Worker):
         is_it = shown is not None and (shown.shot, shown.frame) == of
         return shown if is_it and not self._live.is_working else None
 
-    def _snap(self, shown: Shown | None) -> Snapshot:
-        """Read the picture back, with the look that it has on the screen."""
+    def _write(self, shown: Shown, path: Path | None) -> None:
         plate = self._source.plate
-        assert shown is not None and plate is not None
-        return snapshot(shown, plate, self._look.encode)
+        assert plate is not None  # the picture is whole
+        self._writer.start(partial(saved, snapshot(shown, plate, self._look.encode), path))
+
+    def close(self) -> None:
+        """Wait until a file that is being written is finished."""
+        self._writer.wait()

@@ -1,6 +1,5 @@
 """Load the reference: a picture file that the rendered picture is compared with."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -18,6 +17,7 @@ from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.read import read_color
 from heatlens.session.loop.worker import Worker
+from heatlens.session.shared import Commands, Shared
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,17 +36,14 @@ def read_reference(path: Path) -> tuple[Path, FloatImage]:
     return path, read_color(path, parts, choice)[0]
 
 
-class ReferenceLoader(Worker):
+class ReferenceLoader(Commands, Worker):
     """Reads a reference on a thread and keeps the latest one on the GPU."""
 
-    def __init__(
-        self, ctx: moderngl.Context, say: Callable[[str], None], wake: Callable[[], None]
-    ) -> None:
-        """Create it; `wake` is called on a thread when `poll` has a result."""
-        self._say = say
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
         self.current: Reference | None = None
-        self._ctx = ctx
-        self._reader: Background[tuple[Path, FloatImage]] = Background(wake)
+        self._ctx = shared.source.picture.renderer.ctx
+        self._reader: Background[tuple[Path, FloatImage]] = Background(self._wake)
 
     def open(self, path: Path) -> None:
         """Begin to read a reference."""

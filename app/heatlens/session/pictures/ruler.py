@@ -1,17 +1,14 @@
 """Measure the distance in space between two points of the picture."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from heatlens.base.errors import HeatlensError
 from heatlens.model.view_geometry import PictureShape, shown_shape
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
-from heatlens.session.loop.messages import Problem
-from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.loop.messages import reported
 from heatlens.session.pictures.picture_view import PictureView
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 
 Vector = tuple[float, float, float]
 
@@ -55,20 +52,12 @@ class Measured:
     distance_m: float
 
 
-class Ruler:
+class Ruler(Commands):
     """The clicked points; the measurement follows the current frame."""
 
-    def __init__(
-        self,
-        source: OpenSource,
-        editing: Editing,
-        view: PictureView,
-        say: Callable[[str], None],
-    ) -> None:
-        self._source = source
-        self._editing = editing
+    def __init__(self, shared: Shared, view: PictureView) -> None:
+        super().__init__(shared)
         self._view = view
-        self._say = say
         self.is_on = False
         self.points: tuple[Pixel, ...] = ()
 
@@ -112,14 +101,12 @@ class Ruler:
         if len(ends) != 2 or plate is None or not all(self.is_inside(end) for end in ends):
             return None
         ends = tuple(self._source.frame_px(self._editing.lens, end) for end in ends)
-        try:
+        with reported(self._say):
             near_m, far_m = (self._depth_m(plate, end) for end in ends)
-        except HeatlensError as error:
-            self._say(Problem(error))
-            return None
-        camera = self._camera(plate)
-        a, b = camera.point_m(ends[0], near_m), camera.point_m(ends[1], far_m)
-        return Measured((near_m, far_m), distance_m(a, b))
+            camera = self._camera(plate)
+            a, b = camera.point_m(ends[0], near_m), camera.point_m(ends[1], far_m)
+            return Measured((near_m, far_m), distance_m(a, b))
+        return None
 
     def _depth_m(self, plate: Plate, pixel: Pixel) -> float:
         return depth_at_m(plate, *self._source.feed.plate_px(self._editing.shot, pixel))

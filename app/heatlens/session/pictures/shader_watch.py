@@ -1,23 +1,21 @@
 """Show pictures with shaders whose files have changed, while shaders are being written."""
 
-from collections.abc import Callable
-
 from heatlens.gpu import shader_reload
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.gpu_picture import GpuPicture
 from heatlens.session.pictures.color_choice import ColorChoice
+from heatlens.session.shared import Commands, Shared
 
 
-class ShaderWatch(Worker):
+class ShaderWatch(Commands, Worker):
     """Reports reloaded shaders and has everything drawn again; a mistake in one is only reported.
 
     It does nothing unless the environment asks for it, see `gpu/shader_reload.py`.
     """
 
-    def __init__(self, picture: GpuPicture, color: ColorChoice, say: Callable[[str], None]) -> None:
-        self._picture = picture
+    def __init__(self, shared: Shared, color: ColorChoice) -> None:
+        super().__init__(shared)
+        self._picture = shared.source.picture
         self._color = color
-        self._say = say
         self._reload = shader_reload.ShaderReload() if shader_reload.is_on() else None
 
     def poll(self) -> None:

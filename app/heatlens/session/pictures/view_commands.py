@@ -1,38 +1,27 @@
 """Commands that change how the picture is viewed: zoom, exposure, overlays, comparison."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from heatlens.model.settings import Method
 from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay
 from heatlens.model.view_geometry import zoomed, zoomed_to
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.pictures.reference import ReferenceLoader
 from heatlens.session.pictures.ruler import Ruler
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 
 _EXPOSURE_STEP = 0.25  # stops
 
 
-class ViewCommands:
+class ViewCommands(Commands):
     """Changes of the view state; the shot stays unchanged."""
 
-    def __init__(
-        self,
-        view: PictureView,
-        source: OpenSource,
-        editing: Editing,
-        references: ReferenceLoader,
-        say: Callable[[str], None],
-    ) -> None:
+    def __init__(self, shared: Shared, view: PictureView, references: ReferenceLoader) -> None:
+        super().__init__(shared)
         self._view = view
-        self._source = source
-        self._editing = editing
         self._references = references
-        self._say = say
-        self.ruler = Ruler(source, editing, view, say)
+        self.ruler = Ruler(shared, view)
 
     def change(self, **changes: Any) -> None:
         """Change these fields of the ViewState."""

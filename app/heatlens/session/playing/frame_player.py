@@ -1,36 +1,24 @@
 """Playback: advances the playhead when a frame is due, and requests the plates around it."""
 
-from collections.abc import Callable
-
 from heatlens.frame_cache.cache import Direction
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.opened.picture_feed import Playhead
 from heatlens.session.playing.rendered_pull import RenderedPull
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
 
 # Frames read ahead: two seconds while it plays, a few for the next step by hand.
 _AHEAD_PLAYING, _AHEAD_STILL = 48, 8
 
 
-class FramePlayer(Worker):
+class FramePlayer(Commands, Worker):
     """Shows the frame at the playhead, and the next one when its time has come."""
 
-    def __init__(
-        self,
-        timeline: Timeline,
-        source: OpenSource,
-        editing: Editing,
-        pull: RenderedPull,
-        say: Callable[[str], None],
-    ) -> None:
+    def __init__(self, shared: Shared, timeline: Timeline, pull: RenderedPull) -> None:
+        super().__init__(shared)
         self._timeline = timeline
         self._playback = timeline.playback
-        self._source = source
-        self._editing = editing
         self._pull = pull
-        self._say = say
         self._said = ""
 
     def poll(self) -> None:

@@ -16,7 +16,7 @@ from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.kept_picture import KeptPicture
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.picture_view import PictureView
-from heatlens.session.playing.rendered_pull import RenderedPull
+from heatlens.session.playing.rendered_pull import RenderedPull, ScreenWork
 from heatlens.session.shot.editing import Editing
 
 # Exposure in stops, gamma, version of the view transform, with mipmaps.
@@ -36,7 +36,7 @@ class KeptFrame(Shown):
         return True
 
 
-class KeptScreen:
+class KeptScreen(ScreenWork):
     """Shows the frames of a `RenderedPull`."""
 
     def __init__(

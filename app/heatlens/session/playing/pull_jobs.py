@@ -14,9 +14,8 @@ from heatlens.rendered_frames.frame_filler import FrameJob, PlateFile
 from heatlens.rendered_frames.frame_key import KeySource, SceneSight, frame_key, maker_of, shot_key
 from heatlens.rendered_frames.stamp_book import StampBook
 from heatlens.sequence.sequence import Sequence
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.picture_view import PictureView
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
 from heatlens.source.origin import StampedFile
 
@@ -24,28 +23,25 @@ _SIZES = 16  # scales are multiples of 1/16, so that a slightly larger window ch
 _EVERY_S = 2.0  # time between two checks of the files
 
 
-class PullJobs:
+class PullJobs(Commands):
     """The job of each frame, made on request and valid until shot, files or size change."""
 
     def __init__(
         self,
-        source: OpenSource,
-        editing: Editing,
+        shared: Shared,
         timeline: Timeline,
         view: PictureView,
-        wake: Callable[[], None],
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        self._source = source
-        self._renderer = source.picture.renderer
-        self._editing = editing
+        super().__init__(shared)
+        self._renderer = self._source.picture.renderer
         self._timeline = timeline
         self._view = view
         self._clock = clock
-        self._stamps = StampBook(wake)
+        self._stamps = StampBook(self._wake)
         self._made_of: object = None
         self._jobs: dict[int, FrameJob | None] = {}
-        self._shot, self._shot_key = editing.shot, ""
+        self._shot, self._shot_key = self._editing.shot, ""
         self._maker: tuple[str, ...] = ()
         self._looked_for: object = None
         self._sequence: Sequence | None = None  # as it was at the last call of `update`

@@ -7,42 +7,38 @@ from heatlens.base.faults import faults_reported
 from heatlens.preview.shown import Shown
 from heatlens.session.loop.speed import Speed
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.pictures.live_picture import PlateVersion
 from heatlens.session.pictures.next_work import NextWork, Work, WorkState, is_rendering, next_work
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.pictures.visible_work import VisibleWork
 from heatlens.session.playing.rendered_pull import RenderedPull
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 
 # Longest slice of rendering before the loop handles input again. A slice ends only after its
 # current step, so with steps of up to 18 ms, input is handled every 30 ms.
 _SLICE_S = 0.012
 
 
-class RenderScheduler(Worker):
+class RenderScheduler(Commands, Worker):
     """Answers changes at once as well as time allows, and continues with `next_work`."""
 
     def __init__(
         self,
-        source: OpenSource,
+        shared: Shared,
         sides: CompareSides,
         visible: VisibleWork,
         pull: RenderedPull,
-        editing: Editing,
         view: PictureView,
         speed: Speed,
-        say_error: Callable[[HeatlensError], None],
     ) -> None:
-        self._source = source
+        super().__init__(shared)
         self._sides = sides
         self._visible = visible
         self._pull = pull
-        self._editing = editing
         self._view = view
         self._speed = speed
-        self._say_error = say_error
+        self._say_error = shared.say_error
 
     # State
 

@@ -6,7 +6,6 @@ A kept frame only has to be uploaded to play, not rendered again.
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Protocol
 
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
@@ -18,11 +17,10 @@ from heatlens.rendered_frames.frame_key import frames_from, runs_of
 from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
 from heatlens.rendered_frames.memory_store import MemoryStore
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.pull_jobs import PullJobs
-from heatlens.session.settings.preferences import Preferences, Remembered
-from heatlens.session.shot.editing import Editing
+from heatlens.session.settings.preferences import Remembered
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
 
 _SLICE_S = 0.02  # longest work before the loop handles input again
@@ -40,15 +38,17 @@ def store_of(now: Remembered, folder: Path | None, wake: Callable[[], None]) -> 
     return FrameStore(memory, disk, wake)
 
 
-class ScreenWork(Protocol):
-    """What the interface does with kept frames; the interface implements this protocol."""
+class ScreenWork:
+    """What the interface does with kept frames; the base does nothing, for want of a window."""
 
     @property
     def has_work(self) -> bool:
         """Return True while a frame in memory is not yet converted for the screen."""
+        return False
 
     def shown(self) -> Shown | None:
         """Return the kept picture of the frame at the playhead; None if there is none."""
+        return None
 
     def prepare(self) -> None:
         """Convert one more frame for the screen."""
@@ -57,52 +57,31 @@ class ScreenWork(Protocol):
         """Forget all frames, because another source was opened or they were cleared."""
 
 
-class NoScreen:
-    """A ScreenWork that does nothing, for a session without a window."""
-
-    has_work = False
-
-    def shown(self) -> Shown | None:
-        """Return None: there is no screen."""
-        return None
-
-    def prepare(self) -> None:
-        """Do nothing."""
-
-    def begin(self) -> None:
-        """Do nothing."""
-
-
-class RenderedPull(Worker):
+class RenderedPull(Commands, Worker):
     """Renders and keeps the played frames, as many as the limits allow."""
 
     def __init__(
         self,
+        shared: Shared,
         jobs: PullJobs,
         store: FrameStore,
-        source: OpenSource,
-        editing: Editing,
         timeline: Timeline,
         view: PictureView,
-        preferences: Preferences,
         is_busy: Callable[[], bool],
         is_turning: Callable[[], bool],
-        wake: Callable[[], None],
     ) -> None:
         """Create it; `is_busy` returns True while more urgent work is waiting.
 
         `is_turning` returns True while a lens ring is being turned, which counts as user input.
         """
+        super().__init__(shared)
         self.jobs, self.store = jobs, store
-        self._source, self._editing = source, editing
         self._timeline = timeline
         self._view = view
-        self._preferences = preferences
         self._is_busy = is_busy
         self._is_turning = is_turning
-        self._wake = wake
         self._clock = time.perf_counter
-        self.screen: ScreenWork = NoScreen()  # set by the interface
+        self.screen = ScreenWork()  # set by the interface
         self.version = 0  # counts rendered frames
         self._filler: FrameFiller | None = None
         self._order: tuple[int, ...] = ()

@@ -4,21 +4,19 @@ from dataclasses import replace
 
 from heatlens.model.framing import Framing, SceneTiming
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.open_source import OpenSource
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 
 ALL_CLIPS = "all at once"
 
 
-class ClipChoice(Worker):
+class ClipChoice(Commands, Worker):
     """Chooses a clip, and reads the scene again if the shot needs another clip.
 
     The choice is part of the shot, so undo, redo and opening a shot file can all change it.
     """
 
-    def __init__(self, source: OpenSource, editing: Editing) -> None:
-        self._source = source
-        self._editing = editing
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
         self._chosen: SceneTiming | None = None  # the user's choice while it is being read
         self._asked: SceneTiming | None = None  # the timing of the latest attempt to read the file
 

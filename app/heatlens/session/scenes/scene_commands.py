@@ -1,13 +1,13 @@
 """The commands on the camera of a scene: orbit, truck, dolly, frame, keys, other cameras."""
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.errors import InputError
 from heatlens.model.following import followed
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing, Pose, Vector, WorldAxis
@@ -24,11 +24,10 @@ from heatlens.scene.scene_bounds import (
     object_depth_m,
     object_names,
 )
-from heatlens.session.loop.messages import Problem
-from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.loop.messages import reported
 from heatlens.session.scenes.clip_choice import ClipChoice
 from heatlens.session.scenes.point_following import Following
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 
 _TURN_RAD = math.pi  # orbit angle for a drag over the height of the picture
 _DOLLY_SHARE = 0.12  # dolly of one wheel notch, as a share of the distance to the focus
@@ -43,15 +42,13 @@ class CameraDrag:
     down: float = 0.0
 
 
-class SceneCommands:
+class SceneCommands(Commands):
     """The commands on the camera of a scene; they do nothing for a plate."""
 
-    def __init__(self, source: OpenSource, editing: Editing, say: Callable[[str], None]) -> None:
-        self._source = source
-        self._renderer = source.picture.renderer
-        self._editing = editing
-        self._say = say
-        self.clips = ClipChoice(source, editing)
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
+        self._renderer = self._source.picture.renderer
+        self.clips = ClipChoice(shared)
         self.selected: str | None = None  # name of the selected object
 
     @property
@@ -144,12 +141,10 @@ class SceneCommands:
     def follow(self, mark: ObjectMark, frames: FrameRange) -> None:
         """Keep the focus on an object from in to out."""
         name = mark.object_name
-        try:
+        with reported(self._say):
             distances_m = {frame: self._depth_m(name, frame) for frame in frames}
             self._editing.do(followed(self._editing.shot, distances_m))
             self._say(f"The focus follows {name} from {frames.first} on.")
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def look_through(self, name: str) -> None:
         """Look through a camera of the scene, with the lens values that the file has for it.

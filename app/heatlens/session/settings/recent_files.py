@@ -1,24 +1,20 @@
 """Find out which recently opened files still exist."""
 
-from collections.abc import Callable
-
 from heatlens.base.background import Background
 from heatlens.base.errors import InputError
 from heatlens.session.loop.worker import Worker
-from heatlens.session.settings.preferences import Preferences
+from heatlens.session.shared import Commands, Shared
 from heatlens.source.named import source_named
 
 
-class RecentFiles(Worker):
+class RecentFiles(Commands, Worker):
     """Checks on a thread which of the remembered files can still be opened."""
 
-    def __init__(
-        self, preferences: Preferences, stream: str | None, wake: Callable[[], None]
-    ) -> None:
-        """Create it; `stream`, the name of a stream that is listened to, is listed first."""
-        self._preferences = preferences
-        self._first = () if stream is None else (stream,)
-        self._finder: Background[tuple[str, ...]] = Background(wake)
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
+        stream = shared.given.start.stream
+        self._first = () if stream is None else (stream.text,)  # what is listened to comes first
+        self._finder: Background[tuple[str, ...]] = Background(self._wake)
         self.found: tuple[str, ...] = ()
 
     def look(self) -> None:

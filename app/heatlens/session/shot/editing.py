@@ -4,11 +4,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from heatlens.base.errors import HeatlensError, LensError
+from heatlens.base.errors import LensError
 from heatlens.model.history import History
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensCurves, LensParameter, Shot
-from heatlens.session.loop.messages import Problem, passing
+from heatlens.session.loop.messages import Problem, passing, reported
 
 _ONLY_TRIED = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."
 _ALL_FRAMES = "The focus is the same at all frames. K sets a key; after that each change sets one."
@@ -134,7 +134,7 @@ class Editing:
         before = self.lens
         if lens == before:
             return
-        try:
+        with reported(self._say):
             lens = self._within_kit(before, lens)
             if self.performance is not None:
                 lens = self._performed(lens, before)
@@ -143,8 +143,6 @@ class Editing:
                 self.edit(self._with_lens(kept))
             self._tried = None if kept == lens else lens
             self._tell(before, lens)
-        except HeatlensError as error:
-            self._say(Problem(error))
 
     def _within_kit(self, before: Lens, asked: Lens) -> Lens:
         """Return the lens within the limits of the shot's kit, and report where they apply."""

@@ -1,7 +1,6 @@
 """Keep the frames of the open source and move the playhead over them."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
@@ -13,8 +12,7 @@ from heatlens.model.shot import Shot
 from heatlens.model.timecode import parse_timecode
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.loop.messages import Problem
-from heatlens.session.opened.open_source import OpenSource
-from heatlens.session.shot.editing import Editing
+from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.frame_states import FrameStates, Run
 from heatlens.session.time.playback import Playback
 
@@ -22,13 +20,11 @@ _STILL_REACH = 100_000  # largest frame number that the playhead can reach on a 
 _FRAMES_MOST = 1_000_000  # largest number of frames of a shot
 
 
-class Timeline:
+class Timeline(Commands):
     """The frames of the open source, and the commands that move the playhead."""
 
-    def __init__(self, source: OpenSource, editing: Editing, say: Callable[[str], None]) -> None:
-        self._source = source
-        self._editing = editing
-        self._say = say
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
         self.playback = Playback()
         self.missing: MissingPolicy = "hold"
         self.direction: Literal[1, -1] = 1  # direction of the latest movement

@@ -5,7 +5,6 @@ from functools import partial
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
 from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, ObjectMark, PointMark
 from heatlens.model.measured_distance import measured_text, parse_measured_m
@@ -13,7 +12,7 @@ from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
 from heatlens.session.desks import TimeDesk
 from heatlens.session.facts import Facts
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import reported
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import probe, theme, topmost, widgets
 from heatlens.ui.state import UiState
@@ -58,10 +57,8 @@ def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
     imgui.set_next_item_width(-1)
     name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, desk.say)
     if name != mark.name:
-        try:
+        with reported(desk.say):
             commands.change(mark, replace(mark, name=name))
-        except HeatlensError as error:
-            desk.say(Problem(error))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
@@ -110,10 +107,8 @@ def _close_focus(desk: TimeDesk, unit: str) -> None:
     parse = widgets.optional(partial(parse_measured_m, lens))
     typed_m = widgets.text_field("close focus", shown, limit_m, parse, desk.say, "unknown")
     if typed_m != limit_m:
-        try:
+        with reported(desk.say):
             desk.editing.edit_lens(replace(lens, close_focus_m=typed_m))
-        except HeatlensError as error:
-            desk.say(Problem(error))
 
 
 def pull_popup(desk: TimeDesk, ui: UiState) -> None:

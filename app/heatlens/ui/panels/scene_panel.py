@@ -5,11 +5,10 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
 from heatlens.scene.placing import lacks_placing
 from heatlens.scene.scene_bounds import object_names
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import reported
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shot.editing import Editing
 from heatlens.ui import probe, widgets
@@ -132,7 +131,5 @@ def _placing(scenes: SceneCommands) -> None:
 
 
 def _try(say: Callable[[str], None], act: Callable[[], None]) -> None:
-    try:
+    with reported(say):
         act()
-    except HeatlensError as error:
-        say(Problem(error))

@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.errors import HeatlensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import checked, frames_of
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import reported
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.curve_axis import CurveAxis
 from heatlens.ui.timeline.scale import TimeScale
@@ -139,9 +138,7 @@ def _apart(
 def _pull(desk: TimeDesk, axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:
     curve = desk.editing.shot.curves.of(axis.parameter)
     pulled = handle.pulled_to(frame, axis.to_scale(place, curve.scale), curve.scale)
-    try:
+    with reported(desk.say):
         desk.editing.edit(
             checked(desk.editing.shot.with_curve(axis.parameter, curve.with_key(pulled)))
         )
-    except HeatlensError as error:
-        desk.say(Problem(error))
