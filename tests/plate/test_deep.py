@@ -151,7 +151,7 @@ def test_a_file_that_is_cut_short_is_refused(tmp_path, part):
     [
         (PlateOptions(depth_convention="inverse"), "--depth-convention"),
         (PlateOptions(depth_kind="radial"), "--depth-kind"),
-        (PlateOptions(depth_source="z.exr"), "--depth and"),
+        (PlateOptions(depth_source="z.exr"), "--depth, --depth-channel"),
         (PlateOptions(depth_channel="Z"), "--depth-channel"),
         (PlateOptions(color_layer="sub"), "no R, G, B, A and Z in the layer 'sub'"),
     ],

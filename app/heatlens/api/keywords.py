@@ -7,7 +7,13 @@ import os
 from typing import Literal, TypedDict
 
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.plate_options import DepthConvention, DepthKind, PictureCurve
+from heatlens.model.plate_options import (
+    DepthConvention,
+    DepthKind,
+    DepthModelOutput,
+    KnownDistance,
+    PictureCurve,
+)
 from heatlens.model.settings import Bokeh, Method, Quality
 
 Path = str | os.PathLike[str]
@@ -80,3 +86,6 @@ class ReadingOptions(TypedDict, total=False):
     despike: bool
     strict: bool
     neighbours: int | None
+    depth_model: str | None
+    depth_model_output: DepthModelOutput | Literal["auto", "disparity", "metres", "inverse"]
+    depth_known: KnownDistance | None

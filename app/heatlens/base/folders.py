@@ -37,6 +37,11 @@ def rendered_frames_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
     return _chosen("HEATLENS_CACHE_DIR", lambda: dirs.user_cache_dir) / "frames"
 
 
+def estimates_dir() -> Path:
+    """Return the cache folder of estimated depths, beside that of rendered frames."""
+    return rendered_frames_dir().with_name("estimates")
+
+
 def runtime_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
     """Return the folder for files of a running window; on Linux `/run/user/UID/heatlens`."""
     dirs = system(_NAME, appauthor=False)

@@ -9,7 +9,7 @@ from typing import assert_never
 
 from heatlens.base.errors import InputError
 from heatlens.model.option import option, options_of
-from heatlens.model.units import parse_scene_unit_m
+from heatlens.model.units import parse_distance_m, parse_scene_unit_m
 
 SPIKE_FROM = 2.0  # times as bright as the brightest neighbour: a spike begins,
 SPIKE_WHOLE = 4.0  # and from here on it is removed entirely
@@ -110,6 +110,40 @@ class PictureCurve(StrEnum):
     LINEAR = "linear"
 
 
+class DepthModelOutput(StrEnum):
+    """What the values of a network are."""
+
+    AUTO = "auto"
+    DISPARITY = "disparity"  # even over 1/distance, of any scale and shift
+    METRES = "metres"
+    INVERSE = "inverse"  # 1/distance in metres
+
+
+@dataclass(frozen=True)
+class KnownDistance:
+    """The distance of a pixel of the first frame, counted from the corner of the picture."""
+
+    x_px: float
+    y_px: float
+    distance_m: float
+
+    def __str__(self) -> str:
+        return f"{self.x_px:g},{self.y_px:g}={self.distance_m:g}m"
+
+
+def parse_known_distance(text: str) -> KnownDistance:
+    """Parse "960,540=2.4m". Raises InputError for anything else."""
+    place, _, distance = text.partition("=")
+    try:
+        x_px, y_px = (float(part) for part in place.split(","))
+    except ValueError:
+        raise InputError(f"{text!r} is no distance of a pixel. Example: 960,540=2.4m.") from None
+    distance_m = parse_distance_m(distance)
+    if not 0 < distance_m < math.inf:
+        raise InputError(f"{text!r}: the distance must be above 0 and not infinite.")
+    return KnownDistance(x_px, y_px, distance_m)
+
+
 def _conventions() -> str:
     """Return each convention with its meaning, and whether it needs --near and --far."""
     told = []
@@ -139,6 +173,9 @@ class PlateOptions:
     despike          replace lone pixels that are far too bright, see `plate.grain.despike`
     strict           refuse ambiguous input, instead of choosing the likelier reading
     neighbours       frames on either side whose surfaces are used; None: 2 if the camera is known
+    depth_model      a network that estimates the depth, in place of a depth that is stored
+    depth_model_output  what its values are
+    depth_known      scales its values
 
     Raises InputError for an unknown convention, kind or curve, and for an impossible unit.
     """
@@ -265,12 +302,40 @@ class PlateOptions:
             most=64,
         ),
     )
+    depth_model: str | None = field(
+        default=None,
+        metadata=option(
+            "depth model",
+            "estimate the depth by a network of your own, an ONNX file: Depth Anything, MiDaS, "
+            "Depth Pro, Metric3D and others, told by the name of the file; where distances are "
+            "missing, give --near and --far, or --depth-known",
+            metavar="FILE.onnx",
+            parse=os.path.expanduser,
+        ),
+    )
+    depth_model_output: DepthModelOutput = field(
+        default=DepthModelOutput.AUTO,
+        metadata=option(
+            "depth model output",
+            "what the network gives: disparity, even over 1/distance; metres; inverse, 1/metres "
+            "(default: by its name, else disparity)",
+        ),
+    )
+    depth_known: KnownDistance | None = field(
+        default=None,
+        metadata=option(
+            "depth known",
+            "the distance of a pixel of the first frame, such as 960,540=2.4m, which scales the "
+            "estimate of a network",
+            metavar="X,Y=DISTANCE",
+            parse=parse_known_distance,
+        ),
+    )
 
     @property
     def files_beside(self) -> tuple[str, ...]:
-        """The files or patterns that belong to the picture: its depth, and what lies behind it."""
-        depth = () if self.depth_source is None else (self.depth_source,)
-        return (*depth, *self.behind)
+        """The files that belong to the picture: its depth or a network, and what lies behind it."""
+        return (*filter(None, (self.depth_source, self.depth_model)), *self.behind)
 
     def __post_init__(self) -> None:
         # Programs that use this package as a library write these as plain words.
@@ -278,6 +343,7 @@ class PlateOptions:
             "depth_convention": DepthConvention,
             "depth_kind": DepthKind,
             "picture_curve": PictureCurve,
+            "depth_model_output": DepthModelOutput,
         }
         for name, kind in kinds.items():
             object.__setattr__(self, name, _member(kind, name, getattr(self, name)))
@@ -292,10 +358,11 @@ class PlateOptions:
 
     def with_files_beside(self, turned: Callable[[str], str]) -> "PlateOptions":
         """Return the options with `turned` applied to the paths of the files beside the picture."""
-        depth = self.depth_source
+        depth, model = self.depth_source, self.depth_model
         return replace(
             self,
             depth_source=None if depth is None else turned(depth),
+            depth_model=None if model is None else turned(model),
             behind=tuple(turned(text) for text in self.behind),
         )
 

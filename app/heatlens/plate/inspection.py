@@ -14,7 +14,6 @@ from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import DepthSpan, Doubt, doubts, span_doubts
 from heatlens.plate.behind import behind_layers, is_behind
-from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.exr.deep_file import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_scan import channels_of, scanned_headers
 from heatlens.plate.file_parts import color_file_parts, notes_of
@@ -27,7 +26,7 @@ from heatlens.plate.header.views import views_of
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.parts.picture_parts import FOR_THE_EYE
 from heatlens.plate.plate import CameraHeader, Plate, depth_span
-from heatlens.plate.read import read_color, read_plate
+from heatlens.plate.read import depth_of, read_color, read_plate
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
 Facts = dict[str, Any]
@@ -221,7 +220,7 @@ def _depth_facts(
 ) -> tuple[Facts, tuple[str, ...]]:
     """Return how the depth was read, with notes, or why there is none."""
     try:
-        result = read_depth_of(path, parts, color, options)
+        result = depth_of(path, parts, color, options)
     except InputError as error:
         return {"problem": str(error)}, ()
     report = result.report

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,10 @@ from heatlens.plate.behind import (
 from heatlens.plate.bounds import bound_color
 from heatlens.plate.deep.deep_plate import read_deep_plate
 from heatlens.plate.deep.empty_outside import with_empty_outside
+from heatlens.plate.depth.depth import DepthResult
 from heatlens.plate.depth.repair import repair_color
 from heatlens.plate.depth_read import read_depth_of
+from heatlens.plate.estimate.estimated_depth import estimated_depth
 from heatlens.plate.exr.deep_file import is_deep_file
 from heatlens.plate.exr.exr_write import COMPRESSIONS
 from heatlens.plate.file_parts import color_file_parts, notes_of
@@ -81,7 +84,7 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
     header = headers[choice.rgb[0].part]
     camera = camera_at_header([header, *headers])
     aspect, aspect_notes = pixel_aspect_of(path, header)
-    depth = read_depth_of(path, parts, choice, options)
+    depth = depth_of(path, parts, choice, options)
     notes = *choice.notes, *color_notes, *aspect_notes, *depth.notes
     if options.despike:
         notes += despike_note(color, depth.values, str(path))
@@ -102,6 +105,33 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
         views=views_of(headers),
     )
     return with_empty_outside(plate)
+
+
+def depth_of(
+    path: Path, parts: Sequence[Part], choice: ColorChoice | None, options: PlateOptions
+) -> DepthResult:
+    """Return the depth that belongs to a colour, read from a file or estimated by a network.
+
+    Raises InputError as `read_depth_of` and `estimated_depth` do.
+    """
+    if options.depth_model is None:
+        return read_depth_of(path, parts, choice, options)
+    if options.depth_source is not None or options.depth_channel is not None:
+        raise InputError(
+            f"{path}: its depth is either read or estimated: leave --depth and --depth-channel "
+            "out, or --depth-model."
+        )
+    if choice is None:
+        raise InputError(f"{path} has no colour from which a depth could be estimated.")
+    light = read_color(path, parts, choice)[0]
+    return estimated_depth(path, light, options, partial(_light_at, options))
+
+
+def _light_at(options: PlateOptions, path: Path) -> FloatImage:
+    """Return the light (H, W, 4) of the picture at `path`."""
+    parts = color_file_parts(path, options)
+    choice = choose_color(path, [header for header, _ in parts], options.color_layer, options.eye)
+    return read_color(path, parts, choice)[0]
 
 
 def read_color(

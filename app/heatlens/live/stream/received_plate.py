@@ -35,12 +35,11 @@ from heatlens.model.boxes import Box
 from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.depth.depth import finite_range
-from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.header.channel_choice import ColorChoice, choose_color, choose_depth
 from heatlens.plate.header.channels import Header, Part
 from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
-from heatlens.plate.read import read_color
+from heatlens.plate.read import depth_of, read_color
 
 LENS_IMAGE = "heatlens.lens"
 
@@ -65,7 +64,7 @@ def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str
     choice = choose_color(path, [header], options.color_layer)
     missing = _missing_in(path, image, _depth_key(path, header, choice, options))
     color, color_notes = read_color(path, parts, choice)
-    depth = read_depth_of(path, parts, choice, options)
+    depth = depth_of(path, parts, choice, options)
     is_coc = depth.report.convention.facts.is_coc
     depth.values[missing] = 0.0 if is_coc else math.inf
     box = Box(0, 0, image.width, image.height)

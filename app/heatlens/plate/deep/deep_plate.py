@@ -139,9 +139,11 @@ def _check_options(path: Path, options: PlateOptions) -> None:
             f"{path} is a deep file; heatlens takes its distances along the optical axis: leave "
             "--depth-kind out."
         )
-    if options.depth_source is not None or options.depth_channel is not None:
+    given = (options.depth_source, options.depth_channel, options.depth_model)
+    if any(one is not None for one in given):
         raise InputError(
-            f"{path} is a deep file, which holds its depth: leave --depth and --depth-channel out."
+            f"{path} is a deep file, which holds its depth: leave --depth, --depth-channel and "
+            "--depth-model out."
         )
     if options.despike:
         raise InputError(

@@ -185,7 +185,9 @@ class Preferences:
 
     def read_so(self, folder: Path, options: PlateOptions) -> None:
         """Remember the plate options for a folder."""
-        options = _without_unused_ends(replace(options, depth_source=None, behind=()))
+        options = _without_unused_ends(
+            replace(options, depth_source=None, depth_model=None, depth_known=None, behind=())
+        )
         plates = {name: o for name, o in self.now.plates.items() if name != str(folder)}
         if options != PlateOptions():
             plates[str(folder)] = options

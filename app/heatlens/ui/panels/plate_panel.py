@@ -63,7 +63,11 @@ def plate_panel(
     if not is_of_behind:
         widgets.colored_text(facts.problem, theme.colors.bad)
     if widgets.button("Guess again", "Guess again", width=-1):
-        options = PlateOptions(depth_source=options.depth_source, behind=options.behind)
+        options = PlateOptions(
+            depth_source=options.depth_source,
+            depth_model=options.depth_model,
+            behind=options.behind,
+        )
     reports = {report.name: report for report in facts.plate.behind}
     behind = behind_rows(options.behind, reports, facts.problem if is_of_behind else "", ask_behind)
     neighbours = widgets.pick("neighbours", options.neighbours, _NEIGHBOURS, _NEIGHBOURS_TIP)
