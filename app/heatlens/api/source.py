@@ -151,7 +151,6 @@ class OnePlate(Source):
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """See `Source.frames`."""
         return (1,)
 
     def _check(self, frame: int) -> None:
@@ -189,7 +188,6 @@ class Plates(Source):
         return shot, at
 
     def close(self) -> None:
-        """See `Source.close`."""
         self._read = None
         super().close()
 
@@ -250,12 +248,10 @@ class Scene(Source):
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """See `Source.frames`."""
         return tuple(self._first.shot.frames or (self._first.frame,))
 
     @property
     def cameras(self) -> tuple[str, ...]:
-        """See `Source.cameras`."""
         return tuple(camera.name for camera in self._first.scene.cameras)
 
     def _check(self, frame: int) -> None:

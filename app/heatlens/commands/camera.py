@@ -62,7 +62,6 @@ examples:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument(
         "source", metavar=f"SHOT{SHOT_SUFFIX}", help="the shot, a scene or a camera"
     )

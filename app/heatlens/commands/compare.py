@@ -64,7 +64,6 @@ _SHOWN = (
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument("result", type=Path, metavar="RESULT", help="the picture to measure")
     parser.add_argument("truth", type=Path, metavar="TRUTH", help="the reference picture")
     parser.add_argument("--json", action="store_true", help="print the scores as one JSON object")

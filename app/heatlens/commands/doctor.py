@@ -38,7 +38,6 @@ examples:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object instead of lines"
     )

@@ -65,7 +65,6 @@ _WAYS = ("submit", "cluster", "processes", "part")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument(
         "shot",
         metavar="SHOT",

@@ -54,7 +54,6 @@ _LABEL_WIDTH = 16
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument(
         "plates",
         nargs="+",

@@ -24,7 +24,6 @@ examples:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument("name", nargs="?", help="only this kit (default: all)")
     parser.add_argument("--json", action="store_true", help="print one kit as in a kit file")
     parser.add_argument("--check", type=Path, metavar="FILE", help="check a kit file")

@@ -33,7 +33,6 @@ examples:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument("sources", nargs="+", metavar="EDIT", help="an edit; or shots in order")
     parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{REEL_SUFFIX} to write")
     parser.add_argument(

@@ -67,7 +67,6 @@ examples:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     add_frame_options(parser, _add_output_options, add_blur_options)
 
 

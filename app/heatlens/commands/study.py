@@ -56,7 +56,6 @@ examples:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     add_frame_options(parser, _add_study_options, _add_blur_options)
 
 

@@ -54,7 +54,6 @@ keeps what can be made again, or in the folder that HEATLENS_CACHE_DIR names.
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument(
         "plate",
         nargs="?",

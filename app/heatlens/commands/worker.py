@@ -32,7 +32,6 @@ run programs there: use them in a network that you trust, or with the certificat
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument("address", metavar="tcp://HOST:8786", help="address of the Dask scheduler")
 
 

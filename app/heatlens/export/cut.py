@@ -41,7 +41,6 @@ class Cut:
 
     @property
     def fingerprint(self) -> str:
-        """The fingerprint of the movie."""
         told: list[str] = []
         for number, plan in enumerate(self.parts):
             told += ["black"] * self.gaps.get(number, 0)

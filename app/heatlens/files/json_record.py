@@ -100,7 +100,6 @@ class JsonEntry:
         }
 
     def items(self) -> list["JsonEntry"]:
-        """Return the items of a list."""
         if not isinstance(self.value, list):
             self.refuse(f"{_shown(self.value)} should be a list in brackets")
         return [
@@ -176,7 +175,6 @@ class JsonEntry:
         return self.value
 
     def text(self) -> str:
-        """Return a text."""
         if not isinstance(self.value, str):
             self.refuse(f"{_shown(self.value)} should be a text in quotation marks")
         return self.value

@@ -35,7 +35,6 @@ class LensModel(StrEnum):
 
     @property
     def facts(self) -> LensModelFacts:
-        """Return the facts of the model."""
         match self:
             case LensModel.PHOTOGRAPHIC:
                 meaning = "discs of a real lens of this f-stop on the film back"

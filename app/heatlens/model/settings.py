@@ -53,7 +53,6 @@ class Method(StrEnum):
 
     @property
     def facts(self) -> MethodFacts:
-        """Return the facts of the method."""
         match self:
             case Method.DIFFUSION:
                 return MethodFacts("layered diffusion (see --bokeh, --quality, --layers)")

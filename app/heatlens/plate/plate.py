@@ -118,11 +118,9 @@ class ReadPixels:
     coc_px: FloatImage | None = None
 
     def color_in(self, area: Box) -> FloatImage:
-        """See `Pixels`."""
         return self.color[area.y0 : area.y1, area.x0 : area.x1]
 
     def depth_in(self, area: Box) -> FloatImage:
-        """See `Pixels`."""
         assert self.depth_m is not None
         return self.depth_m[area.y0 : area.y1, area.x0 : area.x1]
 

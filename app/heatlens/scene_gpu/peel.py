@@ -67,7 +67,6 @@ class SurfaceRaster:
         )
 
     def release(self) -> None:
-        """Release the programs."""
         for held in (self._cover, self._surface, self._sky):
             held.release()
 
@@ -117,7 +116,6 @@ class Peeled:
         )
 
     def read(self) -> FragmentLists:
-        """Return the lists from the GPU."""
         starts = np.frombuffer(self.fragments.starts.read(), np.uint32)
         pixels = self.fragments.size[0] * self.fragments.size[1]
         size = _FRAGMENT_BYTES * min(self.count, self.capacity)

@@ -291,7 +291,6 @@ class SceneRenderer:
             self._held = None
 
     def pace(self, share: float) -> None:
-        """See `SourceOnGpu`."""
         self._raster.bands.share = share
 
     def release(self) -> None:

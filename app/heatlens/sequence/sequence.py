@@ -265,7 +265,6 @@ def _movie_frames_in(path: Path) -> list[str] | None:
 
 
 def _frames_among(form: NameForm, names: list[str]) -> tuple[int, ...]:
-    """Return the sorted frames of `form` among `names`."""
     if form.padding:
         return form.frames_in(names)
     return (_STILL_FRAME,) if form.prefix in names else ()

@@ -41,7 +41,6 @@ class OnUse:
         return getattr(import_module(f"heatlens.{self.module}"), self.name)
 
     def __call__(self, *args: Any) -> Any:
-        """Import it and call it."""
         return self.found(*args)
 
 

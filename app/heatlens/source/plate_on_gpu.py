@@ -126,7 +126,6 @@ class PlateOnGpu:
         return color, new_texture(self._ctx, size, 1, label="plate depth")
 
     def size(self, shot: Shot) -> tuple[int, int]:
-        """See `SourceOnGpu`."""
         return self.held.color.size
 
     def check_method(self, method: Method) -> None:
@@ -167,7 +166,6 @@ class PlateOnGpu:
         raise InputError("No scene is loaded.")
 
     def release(self) -> None:
-        """See `SourceOnGpu`."""
         if self._held is not None:
             self._release_fragments()
             for it in (self._held, self._held.beyond):

@@ -39,7 +39,6 @@ class PlateSource:
 
     @property
     def files(self) -> Path:
-        """See `Source`."""
         return Path(self.sequence.pattern)
 
     @cached_property
@@ -66,13 +65,11 @@ class PlateSource:
 
     @property
     def frames(self) -> FrameRange | None:
-        """See `Source`."""
         sequence = self.sequence
         return None if sequence.is_single else FrameRange(sequence.first, sequence.last)
 
     @property
     def first_file(self) -> Path:
-        """See `Source`."""
         return self.sequence.path_at(self.sequence.present[0])
 
     def require(self) -> None:
@@ -91,7 +88,6 @@ class PlateSource:
         return tuple(frame for frame in self.sequence.frames if frame in shot.played)
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
-        """See `Source`."""
         if missing != "stop" or self._is_still(shot):
             return
         gaps = [frame for frame in frames if not self.sequence.has(frame)]

@@ -26,11 +26,9 @@ class SceneOnGpu:
 
     @property
     def scene(self) -> Scene:
-        """See `SourceOnGpu`."""
         return self._drawer.scene
 
     def size(self, shot: Shot) -> tuple[int, int]:
-        """See `SourceOnGpu`."""
         return (shot.framing or Framing()).size
 
     def check_method(self, method: Method) -> None:
@@ -57,28 +55,22 @@ class SceneOnGpu:
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture
     ) -> Steps[None]:
-        """See `SourceOnGpu`."""
         yield from self._drawer.through_lens(shot, frame, size, out)
 
     def pose_at(self, shot: Shot, frame: float) -> Pose:
-        """See `SourceOnGpu`."""
         return self._drawer.pose_at(shot, frame)
 
     def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
-        """See `SourceOnGpu`."""
         window = Box(0, 0, *self.size(shot))
         return middle_m(self._drawer.depth_in(shot, frame, area_at(x, y, window, window)))
 
     def pace(self, share: float) -> None:
-        """See `SourceOnGpu`."""
         self._drawer.pace(share)
 
     def beside(self) -> "SceneOnGpu":
-        """See `SourceOnGpu`."""
         return SceneOnGpu(self._ctx, self._drawer.beside())
 
     def release(self) -> None:
-        """See `SourceOnGpu`."""
         self._held = None
         self._drawer.release()
 

@@ -37,7 +37,6 @@ class SceneSource:
 
     @property
     def files(self) -> Path | None:
-        """See `Source`."""
         return None if is_demo(self.text) else Path(self.text)
 
     @cached_property
@@ -51,7 +50,6 @@ class SceneSource:
         return self.scene.frames
 
     def require(self) -> None:
-        """See `Source`."""
         if self.files is not None and not os.path.isfile(self.files):
             raise unreadable(self.files)
 

@@ -20,7 +20,6 @@ _BOUNDED = {
 
 
 def add_kit_option(group: "argparse._ArgumentGroup") -> None:
-    """Add --lens-kit."""
     group.add_argument(
         "--lens-kit",
         metavar="NAME[:LENGTH]",

@@ -42,7 +42,6 @@ def _overscan(text: str) -> int | str:
 
 
 def pinhole_options(args: argparse.Namespace) -> PinholeOptions:
-    """Return the pinhole options as a value."""
     return PinholeOptions(args.overscan, args.deep)
 
 

@@ -81,7 +81,6 @@ Keys = dict[LensParameter, list[Key]]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument(
         "plate",
         help="the plate: a pattern such as 'plate.####.exr' or one file; or a 3D scene; or - to "

@@ -39,7 +39,6 @@ examples:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the shot")
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="PAGE.html",

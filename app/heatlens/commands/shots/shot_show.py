@@ -32,7 +32,6 @@ Row = Sequence[str]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments and options."""
     parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the shot file")
     parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
     parser.add_argument(

@@ -135,7 +135,6 @@ def _report(
 
 
 def issue_lines(report: IssueReport) -> str:
-    """Return the report as text."""
     cards = (f"{ms:.1f} ms at {card}" for card, ms in report.predicted_ms.items())
     return (
         f"issues of a frame on a GPU: {report.issues} for {report.layer_count} layers "
@@ -206,5 +205,4 @@ class _Program:
             self._counts["groups"] += groups[0]
 
     def release(self) -> None:
-        """Release the program."""
         self.linked.release()

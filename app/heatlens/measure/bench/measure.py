@@ -268,7 +268,6 @@ class BareSweeps:
         )
 
     def release(self) -> None:
-        """Delete all GPU objects."""
         for texture in (self._color, self._rows, self.out, *self._conductances):
             texture.release()
         for buffer in self._scratch.values():

@@ -24,7 +24,6 @@ class DeepSamples:
     back: NDArray[np.float32]
 
     def where(self, chosen: NDArray[np.bool_]) -> "DeepSamples":
-        """Return the chosen samples."""
         return DeepSamples(
             self.pixel[chosen],
             self.color[chosen],

@@ -30,7 +30,6 @@ class Fragments:
         return len(self.pixel)
 
     def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Fragments":
-        """Return the chosen fragments."""
         return Fragments(
             self.pixel[chosen], self.color[chosen], self.alpha[chosen], self.depth_m[chosen]
         )

@@ -43,7 +43,6 @@ class Canvas:
 
 
 def canvas_of(view: View) -> Canvas:
-    """Return the canvas of a view."""
     return Canvas(view.corner, depth_of(view.plate))
 
 

@@ -96,7 +96,6 @@ class Record:
         )
 
     def text(self, name: str, default: str = "") -> str:
-        """Return a text."""
         return self.at(name).text() if self.has(name) else default
 
 

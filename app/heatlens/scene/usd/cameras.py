@@ -25,7 +25,6 @@ Tracks = dict[str, tuple[float, ...]]
 
 
 def is_camera(prim: UsdObject) -> bool:
-    """Return True for a camera."""
     return bool(prim.IsA(usd_module("UsdGeom").Camera))
 
 
