@@ -148,6 +148,6 @@ def test_files_beside_the_stage_are_not_run(usd_path, monkeypatch):
 def test_without_openusd_the_command_that_fixes_it_is_told(usd_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pxr.Usd", None)
     for use in (lambda: write_camera(usd_path, moving_camera()), lambda: usd_camera(str(usd_path))):
-        with pytest.raises(InputError, match="Install it with: pip install usd-core"):
+        with pytest.raises(InputError, match=r"Install it with: pip install 'heatlens\[usd\]'"):
             use()
     assert not usd_path.exists()

@@ -11,7 +11,7 @@ from heatlens.export.frame_files import IMAGE_DESCRIPTION
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.whole import is_whole
-from heatlens.files.movie_library import av
+from heatlens.files.movie_read import av
 from heatlens.plate.exr.exr_scan import CutError, scanned_headers
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 

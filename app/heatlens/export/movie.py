@@ -20,7 +20,7 @@ from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, frame_timeco
 from heatlens.export.job import ExportJob
 from heatlens.export.whole import is_whole
 from heatlens.files.atomic_file import replacing
-from heatlens.files.movie_library import av
+from heatlens.files.movie_read import av
 from heatlens.files.output_check import check_space
 from heatlens.model.frames import exact_rate
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE

@@ -9,15 +9,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import import_extra
 from heatlens.base.paths import unreadable
 from heatlens.base.printable import one_line
-from heatlens.files.movie_library import av
 
 _OPEN_MOST = 4  # movies that stay open: a colour, its depth and two to compare with
 _KEPT_MOST = 4  # decoded frames of each, because threads ask for frames in any order
@@ -32,6 +33,11 @@ _MAX_SIDE_PX = 1 << 14
 # The demuxer is that of the extension, so that no text in a file sends FFmpeg to other addresses.
 _FORMATS = {".mxf": "mxf", ".webm": "matroska", ".mkv": "matroska"}
 _PLACES_READ = {"protocol_whitelist": "file"}
+
+
+def av() -> ModuleType:
+    """Return PyAV, which is needed only for movies. Raises InputError that says what to install."""
+    return import_extra("av", "A movie", "movie")
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,5 @@
 """Load OpenUSD on first use, and open its stages safely; the rest of heatlens works without it."""
 
-import importlib
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -9,6 +8,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import import_extra
 from heatlens.base.paths import unreadable
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for
@@ -25,12 +25,7 @@ def usd_module(name: str) -> ModuleType:
 
     Raises InputError that says what to install if it cannot be loaded.
     """
-    try:
-        return importlib.import_module(f"pxr.{name}")
-    except ImportError as error:
-        raise InputError(
-            f"OpenUSD cannot be loaded ({error}). Install it with: pip install usd-core"
-        ) from error
+    return import_extra(f"pxr.{name}", "USD", "usd")
 
 
 @contextmanager

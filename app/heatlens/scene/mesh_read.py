@@ -4,7 +4,6 @@ OBJ and PLY have v upwards. None of the formats has a unit, so numbers are taken
 defines the encoding of vertex colours, so they are taken as sRGB, which most programs write.
 """
 
-import importlib
 import io
 import logging
 import warnings
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import import_extra
 from heatlens.base.paths import file_bytes, unreadable
 from heatlens.base.printable import one_line
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
@@ -212,13 +212,7 @@ def read_mesh(path: Path) -> Scene:
 
 
 def _trimesh() -> ModuleType:
-    try:
-        return importlib.import_module("trimesh")
-    except ImportError as error:
-        raise InputError(
-            f"OBJ, PLY and STL need trimesh, which cannot be loaded ({error}). Install it with: "
-            "pip install 'heatlens[scene]'"
-        ) from error
+    return import_extra("trimesh", "A mesh", "scene")
 
 
 class _Told(logging.Handler):

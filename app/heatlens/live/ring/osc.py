@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from threading import get_ident
 
-from heatlens.base.errors import InputError
+from heatlens.base.extras import import_extra
 from heatlens.live.ring.hearing import Sender
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.otrk_packet import RingPacketError
@@ -28,11 +28,7 @@ class OscDecoder:
     lost = 0  # every datagram is complete
 
     def __init__(self) -> None:
-        try:
-            from pythonosc import osc_packet
-        except ImportError as error:
-            raise InputError("OSC needs: pip install 'heatlens[ring]'") from error
-        self._packets = osc_packet
+        self._packets = import_extra("pythonosc.osc_packet", "OSC", "ring")
 
     def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
         """Return one sample of all messages of a datagram. Raise RingPacketError if not OSC."""

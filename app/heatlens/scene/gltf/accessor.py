@@ -20,12 +20,12 @@ def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
 
     Raises InputError for another width, for NaN and infinity, and if bytes are missing.
     """
-    return _finite(_accessor(gltf, index), read_numbers(gltf, index, width))
+    return _finite(gltf.listed("accessors")[index], read_numbers(gltf, index, width))
 
 
 def read_numbers(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
     """Return numbers as `read_floats` does, but allow NaN and infinity."""
-    record = _accessor(gltf, index)
+    record = gltf.listed("accessors")[index]
     raw = _values(gltf, record, width)
     found = as_shares(raw) if record.entry.value.get("normalized") is True else raw
     return found.astype(np.float32)
@@ -36,7 +36,7 @@ def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
 
     Some may be NaN or infinite. Raises InputError if bytes are missing.
     """
-    record = _accessor(gltf, index)
+    record = gltf.listed("accessors")[index]
     width = 4 if record.text("type") == "VEC4" else 3
     return as_shares(_values(gltf, record, width)).astype(np.float32)
 
@@ -49,18 +49,13 @@ def _finite(record: Record, values: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def read_indices(gltf: GltfFile, index: int, below: int) -> NDArray[np.uint32]:
     """Return integers (count,) less than `below`; raise InputError for others."""
-    record = _accessor(gltf, index)
+    record = gltf.listed("accessors")[index]
     raw = _values(gltf, record, 1)[:, 0]
     if raw.dtype.kind != "u":
         record.refuse("indices should be whole numbers without a sign")
     if raw.size and int(raw.max()) >= below:
         record.refuse(f"index {int(raw.max())} is beyond the {below} vertices there are")
     return raw.astype(np.uint32)
-
-
-def _accessor(gltf: GltfFile, index: int) -> Record:
-    accessors = gltf.listed("accessors")
-    return accessors[index]
 
 
 def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[np.generic]:
@@ -89,15 +84,13 @@ def _elements(
     gltf: GltfFile, record: Record, dtype: np.dtype[np.generic], shape: tuple[int, int]
 ) -> NDArray[np.generic]:
     """Return a copy of the elements in the view that `record` names, which may be strided."""
-    views = gltf.listed("bufferViews")
-    view = record.index("bufferView", len(views))
-    if view is None:
-        record.refuse("the entry 'bufferView' is missing")
+    view = gltf.needed(record, "bufferView", "bufferViews")
+    strided = gltf.listed("bufferViews")[view]
     data, offset = gltf.view(view), record.whole("byteOffset", 0)
     size = shape[1] * dtype.itemsize
-    stride = views[view].whole("byteStride", size)
+    stride = strided.whole("byteStride", size)
     if stride < size:
-        views[view].refuse(f"elements of {size} bytes cannot lie {stride} bytes apart")
+        strided.refuse(f"elements of {size} bytes cannot lie {stride} bytes apart")
     if shape[0] and offset + stride * (shape[0] - 1) + size > len(data):
         record.refuse(f"its {shape[0]} elements reach past the {len(data)} bytes there are")
     if not shape[0]:

@@ -250,9 +250,7 @@ def _add(
     target = target_of(gltf, channel)
     if target is None or (target.path != ANGLE and target.number not in seen):
         return
-    number = channel.index("sampler", len(samplers))
-    if number is None:
-        channel.refuse("the entry 'sampler' is missing")
+    sampler = samplers[channel.needed("sampler", len(samplers))]
     path, of_file = target.path, {WEIGHTS: found.weights, ANGLE: found.angles}.get(target.path)
     is_taken = (
         path in found.tracks.get(target.number, ()) if of_file is None else target.number in of_file
@@ -260,7 +258,7 @@ def _add(
     if is_taken:
         gltf.lose(_TWICE, channel)
         return
-    track = _track(gltf, samplers[number], path)
+    track = _track(gltf, sampler, path)
     if of_file is None:
         found.tracks.setdefault(target.number, {})[path] = track
     else:
@@ -278,12 +276,9 @@ def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
     kind = sampler.text("interpolation", "LINEAR")
     if kind not in _BETWEEN:
         sampler.refuse(f"{kind[:20]!r} is not an interpolation of glTF")
-    accessors = gltf.listed("accessors")
-    places = [sampler.index(name, len(accessors)) for name in ("input", "output")]
-    if places[0] is None or places[1] is None:
-        sampler.refuse("its times or its values are missing")
-    times_s = read_floats(gltf, places[0], 1)[:, 0].astype(float)
-    values = read_floats(gltf, places[1], len(RESTS.get(path, (0,)))).astype(float)
+    times, output = (gltf.needed(sampler, name, "accessors") for name in ("input", "output"))
+    times_s = read_floats(gltf, times, 1)[:, 0].astype(float)
+    values = read_floats(gltf, output, len(RESTS.get(path, (0,)))).astype(float)
     per_key = 3 if kind == "CUBICSPLINE" else 1
     if path == WEIGHTS:
         values = _by_key(sampler, values, per_key * len(times_s))

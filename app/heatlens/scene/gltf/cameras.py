@@ -35,10 +35,9 @@ class GltfCameras:
 
     def __post_init__(self) -> None:
         tree = self.animation.tree
-        cameras = self.gltf.listed("cameras")
         for node in tree.seen:
             record = tree.records[node]
-            camera = record.index("camera", len(cameras))
+            camera = self.gltf.index(record, "camera", "cameras")
             if camera is not None:
                 self._add_camera(node, record, camera)
 
@@ -49,24 +48,27 @@ class GltfCameras:
             note = f"The camera {name!r} is orthographic and has no lens: it is left out."
             self.notes[note] = None
             return
-        frames = self.animation.frames
-        moves = frames is not None and self.animation.moves(node)
-        at = list(map(float, frames if frames and moves else (self.animation.first_frame,)))
-        places = self.animation.track_of(node, np.array(at))
-        keys = [PoseKey(f, _pose(on_node, m)) for f, m in zip(at, places, strict=True)]
         lengths_mm = self._focal_lengths_mm(number, camera.inside("perspective"))
-        changes = frames is not None and len(lengths_mm) > 1
+        changes = len(lengths_mm) > 1
         found = SceneCamera(
             _unlike(name, [known.name for known in self.cameras]),
-            CameraTrack(tuple(keys)),
+            self._track(node, on_node),
             lengths_mm[0],
             SENSOR_WIDTH_MM,
-            lens_frames=tuple(frames) if frames is not None and changes else (),
+            lens_frames=tuple(self.animation.frames or ()) if changes else (),
             lens_tracks={"focal_length_mm": lengths_mm} if changes else {},
             is_width_assumed=True,
         )
         self.cameras.append(found)
         self._planes.append((found, camera.inside("perspective")))
+
+    def _track(self, node: int, on_node: Record) -> CameraTrack:
+        """Return the poses of the camera on a node, a single one if it stands still."""
+        moving = self.animation.frames if self.animation.moves(node) else None
+        at = list(map(float, moving or (self.animation.first_frame,)))
+        places = self.animation.track_of(node, np.array(at))
+        keys = (PoseKey(f, _pose(on_node, m)) for f, m in zip(at, places, strict=True))
+        return CameraTrack(tuple(keys))
 
     def _focal_lengths_mm(self, number: int, perspective: Record) -> tuple[float, ...]:
         """Return the focal length at each frame, or a single one if the angle is constant."""

@@ -33,7 +33,7 @@ def target_of(gltf: GltfFile, channel: Record) -> Target | None:
     Raises InputError if it is a node that is given by a matrix.
     """
     told = channel.inside("target")
-    path, node = told.text("path"), told.index("node", len(gltf.listed("nodes")))
+    path, node = told.text("path"), gltf.index(told, "node", "nodes")
     found = None if node is None else Target(path, node)
     if path == "pointer":
         found = _pointed(gltf, told.inside("extensions", _POINTER).text("pointer"))
@@ -57,7 +57,6 @@ def _pointed(gltf: GltfFile, pointer: str) -> Target | None:
 
 
 def _has_shapes(gltf: GltfFile, node: int) -> bool:
-    meshes = gltf.listed("meshes")
-    mesh = gltf.listed("nodes")[node].index("mesh", len(meshes))
-    parts = [] if mesh is None else meshes[mesh].records("primitives")
+    mesh = gltf.index(gltf.listed("nodes")[node], "mesh", "meshes")
+    parts = [] if mesh is None else gltf.listed("meshes")[mesh].records("primitives")
     return any(part.has("targets") for part in parts)

@@ -138,7 +138,7 @@ def read_skin(gltf: GltfFile, animation: Animation, index: int) -> Skin:
     """Read a skin; raise InputError if it is damaged."""
     record = gltf.listed("skins")[index]
     joints = record.indices("joints", len(gltf.listed("nodes")))
-    accessor = record.index("inverseBindMatrices", len(gltf.listed("accessors")))
+    accessor = gltf.index(record, "inverseBindMatrices", "accessors")
     if not joints:
         record.refuse("it has no joints")
     if accessor is None:
@@ -199,7 +199,7 @@ def _shapes(vertices: Vertices, mesh: Mesh, records: list[Record], name: str) ->
     at = slice(None) if mesh.sources is None else mesh.sources
     is_any = False
     for shape, record in zip(found, records, strict=True):
-        accessor = record.index(name, len(gltf.listed("accessors")))
+        accessor = gltf.index(record, name, "accessors")
         if accessor is None:
             continue
         values = read_floats(gltf, accessor, 3)

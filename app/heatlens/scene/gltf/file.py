@@ -85,6 +85,14 @@ class GltfFile:
             self._lists[name] = self.root.records(name)
         return self._lists[name]
 
+    def index(self, record: Record, name: str, of: str) -> int | None:
+        """Return the index of `record` into the top-level list `of`; None if it has none."""
+        return record.index(name, len(self.listed(of)))
+
+    def needed(self, record: Record, name: str, of: str) -> int:
+        """Return the index of `record` into the list `of`, which must be there."""
+        return record.needed(name, len(self.listed(of)))
+
     def buffer(self, index: int) -> bytes:
         """Return the bytes of a buffer; raise InputError if some are missing."""
         if index not in self._buffers:
@@ -131,10 +139,7 @@ class GltfFile:
         return memoryview(self._views[index])
 
     def _plain_view(self, record: Record) -> memoryview:
-        number = record.index("buffer", len(self.listed("buffers")))
-        if number is None:
-            record.refuse("the entry 'buffer' is missing")
-        data = self.buffer(number)
+        data = self.buffer(self.needed(record, "buffer", "buffers"))
         start, length = record.whole("byteOffset", 0), record.whole("byteLength")
         if start + length > len(data):
             record.refuse(f"it ends at byte {start + length} of a buffer of {len(data)}")

@@ -72,6 +72,11 @@ class Record:
             self.refuse(f"{name!r} is {found}, but the file has only {count} of them")
         return found
 
+    def needed(self, name: str, count: int) -> int:
+        """Return an index as `index` does, which must be there."""
+        self.at(name)
+        return self.index(name, count) or 0
+
     def indices(self, name: str, count: int) -> list[int]:
         """Return a list of indices as `index` does; empty if there is no such entry."""
         if not self.has(name):

@@ -112,7 +112,7 @@ class GltfMeshes:
         Raises InputError if it is damaged.
         """
         record, on_it = self.gltf.listed("meshes")[index], self.animation.tree.records[node]
-        skin = on_it.index("skin", len(self.gltf.listed("skins")))
+        skin = self.gltf.index(on_it, "skin", "skins")
         blends = node if on_it.has("weights") or node in self.animation.weights else None
         key = index, skin, blends
         if key not in self._found:
@@ -128,7 +128,7 @@ class GltfMeshes:
         mode = primitive.whole("mode", _TRIANGLES)
         if mode > _FAN:
             primitive.refuse(f"{mode} is not a primitive mode of glTF")
-        material = primitive.index("material", len(self.gltf.listed("materials")))
+        material = self.gltf.index(primitive, "material", "materials")
         number = len(self.gltf.listed("materials")) if material is None else material
         vertices = Vertices(self.gltf, primitive)
         made = self._solid if mode >= _TRIANGLES else self._thin
@@ -240,11 +240,10 @@ def thin_count(gltf: GltfFile) -> int:
 
 
 def _corner_count(gltf: GltfFile, primitive: Record) -> int:
-    accessors = gltf.listed("accessors")
-    index = primitive.index("indices", len(accessors))
+    index = gltf.index(primitive, "indices", "accessors")
     if index is None:
-        index = primitive.inside("attributes").index("POSITION", len(accessors))
-    return 0 if index is None else accessors[index].whole("count", 0)
+        index = gltf.index(primitive.inside("attributes"), "POSITION", "accessors")
+    return 0 if index is None else gltf.listed("accessors")[index].whole("count", 0)
 
 
 def thin_solids(

@@ -117,15 +117,14 @@ def _boxes_m(meshes: GltfMeshes, instances: tuple[Instance, ...]) -> Array:
 
 def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance, ...], _Hanging]:
     gltf, tree = meshes.gltf, animation.tree
-    listed = gltf.listed("meshes")
     names: list[str] = []
     numbers, nodes, offsets = [], [], []
     for node in tree.seen:
         record = tree.records[node]
-        index = record.index("mesh", len(listed))
+        index = gltf.index(record, "mesh", "meshes")
         if index is None or node in tree.hidden:
             continue
-        name = record.text("name") or listed[index].text("name") or f"node {node}"
+        name = record.text("name") or gltf.listed("meshes")[index].text("name") or f"node {node}"
         for number in meshes.of(index, node):
             in_world = number in meshes.in_world
             spread = np.eye(4)[None] if in_world else _spread(gltf, record)
@@ -158,7 +157,7 @@ def _spread(gltf: GltfFile, record: Record) -> Array:
     found = {
         name: read_floats(gltf, index, len(rest)).astype(float)
         for name, rest in RESTS.items()
-        if (index := attributes.index(name.upper(), len(gltf.listed("accessors")))) is not None
+        if (index := gltf.index(attributes, name.upper(), "accessors")) is not None
     }
     if not found:
         return np.eye(4)[None]

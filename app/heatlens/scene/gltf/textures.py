@@ -42,19 +42,17 @@ class GltfTextures:
 
     def map(self, owner: Record, name: str) -> int | None:
         """Return the index in `images` of the picture of a texture; None for no picture."""
-        textures = self.gltf.listed("textures")
-        number = owner.inside(name).index("index", len(textures))
-        return None if number is None else self._image(textures[number])
+        number = self.gltf.index(owner.inside(name), "index", "textures")
+        return None if number is None else self._image(self.gltf.listed("textures")[number])
 
     def place(self, info: Record) -> MapPlace | None:
         """Return the placement of a texture's picture on a surface; None for no picture."""
-        textures = self.gltf.listed("textures")
-        number = info.index("index", len(textures))
+        number = self.gltf.index(info, "index", "textures")
         if number is None:
             return None
-        samplers = self.gltf.listed("samplers")
-        sampler = textures[number].index("sampler", len(samplers))
-        words = [] if sampler is None else [samplers[sampler].whole(n, _REPEAT) for n in _WRAPS]
+        sampler = self.gltf.index(self.gltf.listed("textures")[number], "sampler", "samplers")
+        told = None if sampler is None else self.gltf.listed("samplers")[sampler]
+        words = [] if told is None else [told.whole(name, _REPEAT) for name in _WRAPS]
         across, down = (_WRAP_KINDS.get(word, Wrap.REPEAT) for word in words or (_REPEAT,) * 2)
         return _map_place(info, (across, down))
 
@@ -96,7 +94,7 @@ class GltfTextures:
 
 
 def _picture(gltf: GltfFile, record: Record, before: list[Pixels]) -> Pixels:
-    view = record.index("bufferView", len(gltf.listed("bufferViews")))
+    view = gltf.index(record, "bufferView", "bufferViews")
     data = gltf.uri_bytes(record) if view is None else bytes(gltf.view(view))
     what = f"{gltf.path}: {record.entry.place}"
     return (

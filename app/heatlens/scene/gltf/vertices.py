@@ -88,7 +88,7 @@ class Vertices:
             if found.size and int(found.max()) >= count:
                 self.primitive.refuse("a packed triangle refers to a vertex that is not there")
             return found
-        accessor = self.primitive.index("indices", len(self.gltf.listed("accessors")))
+        accessor = self.gltf.index(self.primitive, "indices", "accessors")
         if accessor is None:
             return np.arange(count, dtype=np.uint32)
         return read_indices(self.gltf, accessor, count)
@@ -105,7 +105,7 @@ class Vertices:
         If Draco is not installed, plain data beside it is used.
         """
         told = self.primitive.inside("extensions", _DRACO)
-        view = told.index("bufferView", len(self.gltf.listed("bufferViews")))
+        view = self.gltf.index(told, "bufferView", "bufferViews")
         if view is None:
             return None
         try:
@@ -134,8 +134,7 @@ class Vertices:
         return part
 
     def _accessor(self, name: str) -> int | None:
-        attributes = self.primitive.inside("attributes")
-        return attributes.index(name, len(self.gltf.listed("accessors")))
+        return self.gltf.index(self.primitive.inside("attributes"), name, "accessors")
 
     def _checked(self, name: str, found: Floats) -> Floats:
         """Note NaN values; raise InputError unless there is one value for each vertex."""
