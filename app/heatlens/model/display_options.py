@@ -1,8 +1,8 @@
 """The options of the view transform: how light becomes display values."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from heatlens.model.option import option
+from heatlens.model.option import option_field
 
 PLAIN_VIEW = "sRGB curve"
 
@@ -18,39 +18,25 @@ class DisplayOptions:
     exposure_stops  brighter by 2^stops, before the view
     """
 
-    ocio: str | None = field(
-        default=None,
-        metadata=option(
-            "ocio", "OpenColorIO config (default: $OCIO, else a built-in one)", metavar="CONFIG"
-        ),
+    ocio: str | None = option_field(
+        None, "ocio", "OpenColorIO config (default: $OCIO, else a built-in one)", metavar="CONFIG"
     )
-    display: str | None = field(
-        default=None,
-        metadata=option("display", "default: the config's first", metavar="NAME"),
+    display: str | None = option_field(
+        None, "display", "default: the config's first", metavar="NAME"
     )
-    view: str | None = field(
-        default=None,
-        metadata=option(
-            "view",
-            f"default: the display's first; '{PLAIN_VIEW}' is the plain one",
-            metavar="NAME",
-        ),
+    view: str | None = option_field(
+        None,
+        "view",
+        f"default: the display's first; '{PLAIN_VIEW}' is the plain one",
+        metavar="NAME",
     )
-    input_space: str | None = field(
-        default=None,
-        metadata=option(
-            "input space",
-            "colour space of the plate (default: from its header, else linear Rec.709)",
-            metavar="NAME",
-        ),
+    input_space: str | None = option_field(
+        None,
+        "input space",
+        "colour space of the plate (default: from its header, else linear Rec.709)",
+        metavar="NAME",
     )
-    gamma: float = field(
-        default=1.0,
-        metadata=option("gamma", "applied after the view (default 1)", metavar="G"),
-    )
-    exposure_stops: float = field(
-        default=0.0,
-        metadata=option(
-            "exposure", "exposure in stops, positive is brighter (default 0)", metavar="STOPS"
-        ),
+    gamma: float = option_field(1.0, "gamma", "applied after the view (default 1)", metavar="G")
+    exposure_stops: float = option_field(
+        0.0, "exposure", "exposure in stops, positive is brighter (default 0)", metavar="STOPS"
     )

@@ -4,10 +4,10 @@
 their pixels.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from heatlens.base.errors import InputError
-from heatlens.model.option import check_range, option
+from heatlens.model.option import check_range, option_field
 
 # Width over height, by the name that people use.
 MATTES = {"2.39": 2.39, "1.85": 1.85, "16:9": 16 / 9, "4:3": 4 / 3, "1:1": 1.0, "9:16": 9 / 16}
@@ -59,40 +59,32 @@ class Guides:
     desqueeze   width of a pixel over its height; None: that of the file
     """
 
-    aspect: float | None = field(
-        default=None,
-        metadata=option(
-            "matte",
-            "darken what a picture of this aspect cuts off: 2.39, 1.85, 16:9",
-            metavar="ASPECT",
-            parse=parse_aspect,
-        ),
+    aspect: float | None = option_field(
+        None,
+        "matte",
+        "darken what a picture of this aspect cuts off: 2.39, 1.85, 16:9",
+        metavar="ASPECT",
+        parse=parse_aspect,
     )
-    opacity: float = field(
-        default=0.72,
-        metadata=option(
-            "matte opacity",
-            "opacity of the matte, 1 is black (default 0.72)",
-            metavar="PART",
-            least=0.0,
-            most=1.0,
-        ),
+    opacity: float = option_field(
+        0.72,
+        "matte opacity",
+        "opacity of the matte, 1 is black (default 0.72)",
+        metavar="PART",
+        least=0.0,
+        most=1.0,
     )
-    safe_areas: bool = field(
-        default=False, metadata=option("safe areas", "draw the safe areas for action and titles")
+    safe_areas: bool = option_field(
+        False, "safe areas", "draw the safe areas for action and titles"
     )
-    thirds: bool = field(default=False, metadata=option("thirds", "draw lines at the thirds"))
-    centre: bool = field(
-        default=False, metadata=option("centre cross", "draw a cross in the middle")
-    )
-    desqueeze: float | None = field(
-        default=None,
-        metadata=option(
-            "desqueeze",
-            "widen an anamorphic picture by this factor, to square pixels: 2, 1.33",
-            metavar="N",
-            parse=parse_desqueeze,
-        ),
+    thirds: bool = option_field(False, "thirds", "draw lines at the thirds")
+    centre: bool = option_field(False, "centre cross", "draw a cross in the middle")
+    desqueeze: float | None = option_field(
+        None,
+        "desqueeze",
+        "widen an anamorphic picture by this factor, to square pixels: 2, 1.33",
+        metavar="N",
+        parse=parse_desqueeze,
     )
 
     def __post_init__(self) -> None:

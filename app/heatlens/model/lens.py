@@ -9,7 +9,7 @@ from heatlens.model.aperture import APERTURE_FIELDS, Aperture
 from heatlens.model.lens_model import LensModel
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.opening_fields import OpeningFields
-from heatlens.model.option import Option, option, options_of
+from heatlens.model.option import Option, option, option_field, options_of
 from heatlens.model.units import parse_distance_m
 
 # Share of the sensor's width that still looks sharp; a common rule for pictures seen whole.
@@ -66,61 +66,49 @@ class Lens(OpeningFields):
         )
     )
     _: KW_ONLY
-    t_stop: float | None = field(default=None, metadata=option("T-stop", **_HARDWARE))
-    acceptable_coc_mm: float | None = field(
-        default=None, metadata=option("acceptable circle of confusion", unit="mm", **_HARDWARE)
+    t_stop: float | None = option_field(None, "T-stop", **_HARDWARE)
+    acceptable_coc_mm: float | None = option_field(
+        None, "acceptable circle of confusion", unit="mm", **_HARDWARE
     )
-    close_focus_m: float | None = field(
-        default=None, metadata=option("close focus", unit="m", **_HARDWARE)
+    close_focus_m: float | None = option_field(None, "close focus", unit="m", **_HARDWARE)
+    model: LensModel = option_field(
+        LensModel.PHOTOGRAPHIC,
+        "lens model",
+        "the discs of a photographic lens, or of the CG renderer that makes the final "
+        "picture, smaller by (focus - focal length)/focus (default: renderer for a scene and "
+        "for a plate whose header names a CG renderer, else photographic)",
     )
-    model: LensModel = field(
-        default=LensModel.PHOTOGRAPHIC,
-        metadata=option(
-            "lens model",
-            "the discs of a photographic lens, or of the CG renderer that makes the final "
-            "picture, smaller by (focus - focal length)/focus (default: renderer for a scene and "
-            "for a plate whose header names a CG renderer, else photographic)",
-        ),
+    breathing: float = option_field(
+        1.0,
+        "breathing",
+        "width of the view at close focus over that at infinity, such as 0.95 (default 1: no "
+        "breathing)",
+        metavar="RATIO",
+        least=0.5,
+        most=1.5,
     )
-    breathing: float = field(
-        default=1.0,
-        metadata=option(
-            "breathing",
-            "width of the view at close focus over that at infinity, such as 0.95 (default 1: no "
-            "breathing)",
-            metavar="RATIO",
-            least=0.5,
-            most=1.5,
-        ),
-    )
-    widest_f_stop: float | None = field(
-        default=None,
-        metadata=option(
-            "widest f-stop",
-            "f-stop at which --cat-eye applies in full (default: every f-stop)",
-            metavar="N",
-            unit="f-stop",
-            **_HARDWARE,
-        ),
+    widest_f_stop: float | None = option_field(
+        None,
+        "widest f-stop",
+        "f-stop at which --cat-eye applies in full (default: every f-stop)",
+        metavar="N",
+        unit="f-stop",
+        **_HARDWARE,
     )
 
-    measured_from: MeasuredFrom = field(
-        default=MeasuredFrom.PUPIL,
-        metadata=option(
-            "distances from",
-            "where given distances begin: at the entrance pupil, like the depth of a plate "
-            "(default), or at the film plane, like a tape measure and a lens scale",
-        ),
+    measured_from: MeasuredFrom = option_field(
+        MeasuredFrom.PUPIL,
+        "distances from",
+        "where given distances begin: at the entrance pupil, like the depth of a plate "
+        "(default), or at the film plane, like a tape measure and a lens scale",
     )
-    pupil_offset_mm: float = field(
-        default=0.0,
-        metadata=option(
-            "pupil offset",
-            "millimetres from film plane to entrance pupil, for --distances-from film-plane",
-            metavar="MM",
-            least=-2000.0,
-            most=2000.0,
-        ),
+    pupil_offset_mm: float = option_field(
+        0.0,
+        "pupil offset",
+        "millimetres from film plane to entrance pupil, for --distances-from film-plane",
+        metavar="MM",
+        least=-2000.0,
+        most=2000.0,
     )
 
     def __post_init__(self) -> None:

@@ -4,10 +4,10 @@
 panel, the command line and the arguments of Python derive from them by their metadata.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.option import Values, option, option_field, options_of
+from heatlens.model.option import Values, option_field, options_of
 
 BLADES_LEAST, BLADES_MOST = 3, 16
 
@@ -92,17 +92,15 @@ class OpeningFields:
         slider=(-1.0, 1.0),
         shown="%.2f mm",
     )
-    aperture_image: OpeningImage | None = field(
-        default=None,
-        metadata=option(
-            "aperture image",
-            "a picture (PNG, JPEG, EXR, TIFF) in place of the blades: white lets light through, "
-            "black blocks it; its square encloses the round opening; lamps behind the focus show "
-            "it upright, those in front upside down",
-            metavar="FILE",
-            label="image",
-            tip="A picture in place of the blades: white lets light through.",
-        ),
+    aperture_image: OpeningImage | None = option_field(
+        None,
+        "aperture image",
+        "a picture (PNG, JPEG, EXR, TIFF) in place of the blades: white lets light through, "
+        "black blocks it; its square encloses the round opening; lamps behind the focus show "
+        "it upright, those in front upside down",
+        metavar="FILE",
+        label="image",
+        tip="A picture in place of the blades: white lets light through.",
     )
 
     @property

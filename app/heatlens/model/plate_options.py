@@ -3,12 +3,12 @@
 import math
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import assert_never
 
 from heatlens.base.errors import InputError
-from heatlens.model.option import option, options_of
+from heatlens.model.option import option_field, options_of
 from heatlens.model.units import parse_distance_m, parse_scene_unit_m
 
 SPIKE_FROM = 2.0  # times as bright as the brightest neighbour: a spike begins,
@@ -180,156 +180,128 @@ class PlateOptions:
     Raises InputError for an unknown convention, kind or curve, and for an impossible unit.
     """
 
-    depth_channel: str | None = field(
-        default=None,
-        metadata=option(
-            "depth channel",
-            "channel that holds the depth, as `heatlens info` lists it (default: found by name)",
-            metavar="NAME",
-        ),
+    depth_channel: str | None = option_field(
+        None,
+        "depth channel",
+        "channel that holds the depth, as `heatlens info` lists it (default: found by name)",
+        metavar="NAME",
     )
-    color_layer: str | None = field(
-        default=None,
-        metadata=option(
-            "color layer",
-            "layer that holds R, G, B; '' is the unnamed one (default: found by name)",
-            metavar="NAME",
-        ),
+    color_layer: str | None = option_field(
+        None,
+        "color layer",
+        "layer that holds R, G, B; '' is the unnamed one (default: found by name)",
+        metavar="NAME",
     )
-    depth_convention: DepthConvention = field(
-        default=DepthConvention.AUTO,
-        metadata=option(
-            "depth convention", f"what the depth values are: {_conventions()} (default: auto)"
-        ),
+    depth_convention: DepthConvention = option_field(
+        DepthConvention.AUTO,
+        "depth convention",
+        f"what the depth values are: {_conventions()} (default: auto)",
     )
-    depth_kind: DepthKind = field(
-        default=DepthKind.AUTO,
-        metadata=option(
-            "depth kind",
-            "planar: measured along the optical axis, so that a wall seen head-on has one depth "
-            "(default, except for Mitsuba's ray-distance channels); radial: along each ray, "
-            "which needs focal length and sensor width",
-        ),
+    depth_kind: DepthKind = option_field(
+        DepthKind.AUTO,
+        "depth kind",
+        "planar: measured along the optical axis, so that a wall seen head-on has one depth "
+        "(default, except for Mitsuba's ray-distance channels); radial: along each ray, "
+        "which needs focal length and sensor width",
     )
-    scene_unit_m: float = field(
-        default=1.0,
-        metadata=option(
-            "scene unit",
-            "unit of the depth values: m, cm, mm, ft, in, or a number of metres (default: m)",
-            metavar="UNIT",
-            unit="m",
-            parse=parse_scene_unit_m,
-        ),
+    scene_unit_m: float = option_field(
+        1.0,
+        "scene unit",
+        "unit of the depth values: m, cm, mm, ft, in, or a number of metres (default: m)",
+        metavar="UNIT",
+        unit="m",
+        parse=parse_scene_unit_m,
     )
-    near_m: float | None = field(
-        default=None,
-        metadata=option(
-            "near", "near end of a normalized depth or disparity", metavar="METRES", unit="m"
-        ),
+    near_m: float | None = option_field(
+        None,
+        "near",
+        "near end of a normalized depth or disparity",
+        metavar="METRES",
+        unit="m",
     )
-    far_m: float | None = field(
-        default=None,
-        metadata=option(
-            "far", "far end of a normalized depth or disparity", metavar="METRES", unit="m"
-        ),
+    far_m: float | None = option_field(
+        None,
+        "far",
+        "far end of a normalized depth or disparity",
+        metavar="METRES",
+        unit="m",
     )
     focal_length_mm: float | None = None
     sensor_width_mm: float | None = None
-    depth_source: str | None = field(
-        default=None,
-        metadata=option(
-            "depth",
-            "depth file, if separate from the colour: EXR, PNG, TIFF, PFM, NPY; for a sequence its "
-            "pattern, depth.####.exr",
-            metavar="FILE",
-            parse=os.path.expanduser,
-        ),
+    depth_source: str | None = option_field(
+        None,
+        "depth",
+        "depth file, if separate from the colour: EXR, PNG, TIFF, PFM, NPY; for a sequence its "
+        "pattern, depth.####.exr",
+        metavar="FILE",
+        parse=os.path.expanduser,
     )
-    behind: tuple[str, ...] = field(
-        default=(),
-        metadata=option(
-            "behind",
-            "a picture with depth of hidden surfaces, rendered by the same camera: a clean plate, "
-            "a background; for a sequence its pattern. May be given several times, in any order. "
-            "Parts and layers of the plate called behind, behind.1, ... are used automatically",
-            metavar="FILE",
-            parse=os.path.expanduser,
-        ),
+    behind: tuple[str, ...] = option_field(
+        (),
+        "behind",
+        "a picture with depth of hidden surfaces, rendered by the same camera: a clean plate, "
+        "a background; for a sequence its pattern. May be given several times, in any order. "
+        "Parts and layers of the plate called behind, behind.1, ... are used automatically",
+        metavar="FILE",
+        parse=os.path.expanduser,
     )
     behind_conventions: tuple[DepthConvention, ...] = ()
-    picture_curve: PictureCurve = field(
-        default=PictureCurve.AUTO,
-        metadata=option(
-            "picture curve",
-            "curve of PNG, JPEG and TIFF colour (default: sRGB for integers, linear light for "
-            "floating point)",
-        ),
+    picture_curve: PictureCurve = option_field(
+        PictureCurve.AUTO,
+        "picture curve",
+        "curve of PNG, JPEG and TIFF colour (default: sRGB for integers, linear light for "
+        "floating point)",
     )
-    eye: str | None = field(
-        default=None,
-        metadata=option(
-            "eye",
-            "view of a stereo file: left, right, or as `heatlens info` lists it (default: the "
-            "first)",
-            metavar="NAME",
-        ),
+    eye: str | None = option_field(
+        None,
+        "eye",
+        "view of a stereo file: left, right, or as `heatlens info` lists it (default: the first)",
+        metavar="NAME",
     )
-    despike: bool = field(
-        default=False,
-        metadata=option(
-            "despike",
-            f"replace single pixels over {SPIKE_FROM:g} times as bright as their neighbours by the "
-            "median of these: fireflies of a path tracer, which become discs out of focus. Lamps "
-            "of one pixel without a depth of their own are lost too; denoising is better",
-        ),
+    despike: bool = option_field(
+        False,
+        "despike",
+        f"replace single pixels over {SPIKE_FROM:g} times as bright as their neighbours by the "
+        "median of these: fireflies of a path tracer, which become discs out of focus. Lamps "
+        "of one pixel without a depth of their own are lost too; denoising is better",
     )
-    strict: bool = field(
-        default=False,
-        metadata=option(
-            "strict",
-            "stop, instead of warning, if the depth is ambiguous or focus, lens and depth are "
-            "implausible together",
-        ),
+    strict: bool = option_field(
+        False,
+        "strict",
+        "stop, instead of warning, if the depth is ambiguous or focus, lens and depth are "
+        "implausible together",
     )
-    neighbours: int | None = field(
-        default=None,
-        metadata=option(
-            "neighbours",
-            "frames on either side of a sequence from which hidden surfaces are taken, 0 for none "
-            "(default: 2 where the headers tell the camera, worldToCamera; none for a single file)",
-            metavar="N",
-            least=0,
-            most=64,
-        ),
+    neighbours: int | None = option_field(
+        None,
+        "neighbours",
+        "frames on either side of a sequence from which hidden surfaces are taken, 0 for none "
+        "(default: 2 where the headers tell the camera, worldToCamera; none for a single file)",
+        metavar="N",
+        least=0,
+        most=64,
     )
-    depth_model: str | None = field(
-        default=None,
-        metadata=option(
-            "depth model",
-            "estimate the depth by a network of your own, an ONNX file: Depth Anything, MiDaS, "
-            "Depth Pro, Metric3D and others, told by the name of the file; where distances are "
-            "missing, give --near and --far, or --depth-known",
-            metavar="FILE.onnx",
-            parse=os.path.expanduser,
-        ),
+    depth_model: str | None = option_field(
+        None,
+        "depth model",
+        "estimate the depth by a network of your own, an ONNX file: Depth Anything, MiDaS, "
+        "Depth Pro, Metric3D and others, told by the name of the file; where distances are "
+        "missing, give --near and --far, or --depth-known",
+        metavar="FILE.onnx",
+        parse=os.path.expanduser,
     )
-    depth_model_output: DepthModelOutput = field(
-        default=DepthModelOutput.AUTO,
-        metadata=option(
-            "depth model output",
-            "what the network gives: disparity, even over 1/distance; metres; inverse, 1/metres "
-            "(default: by its name, else disparity)",
-        ),
+    depth_model_output: DepthModelOutput = option_field(
+        DepthModelOutput.AUTO,
+        "depth model output",
+        "what the network gives: disparity, even over 1/distance; metres; inverse, 1/metres "
+        "(default: by its name, else disparity)",
     )
-    depth_known: KnownDistance | None = field(
-        default=None,
-        metadata=option(
-            "depth known",
-            "the distance of a pixel of the first frame, such as 960,540=2.4m, which scales the "
-            "estimate of a network",
-            metavar="X,Y=DISTANCE",
-            parse=parse_known_distance,
-        ),
+    depth_known: KnownDistance | None = option_field(
+        None,
+        "depth known",
+        "the distance of a pixel of the first frame, such as 960,540=2.4m, which scales the "
+        "estimate of a network",
+        metavar="X,Y=DISTANCE",
+        parse=parse_known_distance,
     )
 
     @property

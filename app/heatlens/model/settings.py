@@ -1,11 +1,11 @@
 """How the blur is computed, never how much blur there is."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import assert_never
 
 from heatlens.base.errors import InputError
-from heatlens.model.option import option, options_of
+from heatlens.model.option import option_field, options_of
 
 
 class Bokeh(StrEnum):
@@ -102,79 +102,65 @@ class DefocusSettings:
     Raises InputError for a number outside its range.
     """
 
-    bokeh: Bokeh = field(
-        default=Bokeh.DISC,
-        metadata=option(
-            "bokeh",
-            "shape of a point of light: disc, as in a lens (default), gaussian, or heat, a "
-            "four-pointed star and the fastest",
-            **_ONLY_DIFFUSION,
-        ),
+    bokeh: Bokeh = option_field(
+        Bokeh.DISC,
+        "bokeh",
+        "shape of a point of light: disc, as in a lens (default), gaussian, or heat, a "
+        "four-pointed star and the fastest",
+        **_ONLY_DIFFUSION,
     )
-    quality: Quality = field(
-        default=Quality.FILM,
-        metadata=option(
-            "quality",
-            "how closely that shape is matched; the amount of blur is the same (default film)",
-            **_ONLY_DIFFUSION,
-        ),
+    quality: Quality = option_field(
+        Quality.FILM,
+        "quality",
+        "how closely that shape is matched; the amount of blur is the same (default film)",
+        **_ONLY_DIFFUSION,
     )
-    layers: int | None = field(
-        default=None,
-        metadata=option(
-            "layers",
-            f"depth layers, 1 (nothing is uncovered) to {LAYERS_MAX} (default: set by the quality)",
-            metavar="N",
-            least=1,
-            most=LAYERS_MAX,
-            **_ONLY_DIFFUSION,
-        ),
+    layers: int | None = option_field(
+        None,
+        "layers",
+        f"depth layers, 1 (nothing is uncovered) to {LAYERS_MAX} (default: set by the quality)",
+        metavar="N",
+        least=1,
+        most=LAYERS_MAX,
+        **_ONLY_DIFFUSION,
     )
-    proxy: float = field(
-        default=1.0,
-        metadata=option(
-            "proxy",
-            f"work on a smaller picture, {PROXY_MIN:g} to 1; blur scales with it",
-            metavar="SCALE",
-            least=PROXY_MIN,
-            most=1,
-        ),
+    proxy: float = option_field(
+        1.0,
+        "proxy",
+        f"work on a smaller picture, {PROXY_MIN:g} to 1; blur scales with it",
+        metavar="SCALE",
+        least=PROXY_MIN,
+        most=1,
     )
-    method: Method = field(
-        default=Method.DIFFUSION,
-        metadata=option(
-            "method",
-            "diffusion (default) costs the same for every blur, as do heat, its basic form in one "
-            "layer, and pyramid, blurred copies at smaller sizes; gather, which averages the disc "
-            "around each pixel, and scatter, which draws each pixel as a disc, far to near, cost "
-            "four times as much for twice the blur; accumulation and raytraced look at a 3D scene "
-            "from --views points of the lens: the truth. All but the first are for comparison and "
-            "take neither --bokeh nor --quality nor --layers",
-        ),
+    method: Method = option_field(
+        Method.DIFFUSION,
+        "method",
+        "diffusion (default) costs the same for every blur, as do heat, its basic form in one "
+        "layer, and pyramid, blurred copies at smaller sizes; gather, which averages the disc "
+        "around each pixel, and scatter, which draws each pixel as a disc, far to near, cost "
+        "four times as much for twice the blur; accumulation and raytraced look at a 3D scene "
+        "from --views points of the lens: the truth. All but the first are for comparison and "
+        "take neither --bokeh nor --quality nor --layers",
     )
-    views: int = field(
-        default=66,
-        metadata=option(
-            "views",
-            f"points of the lens, or rays of each pixel, 1 to {VIEWS_MAX} (default 66)",
-            metavar="N",
-            least=1,
-            most=VIEWS_MAX,
-            asked_by=lambda method: method.needs_scene,
-            why_not="sees the scene from one point only",
-        ),
+    views: int = option_field(
+        66,
+        "views",
+        f"points of the lens, or rays of each pixel, 1 to {VIEWS_MAX} (default 66)",
+        metavar="N",
+        least=1,
+        most=VIEWS_MAX,
+        asked_by=lambda method: method.needs_scene,
+        why_not="sees the scene from one point only",
     )
-    parts: int = field(
-        default=1,
-        metadata=option(
-            "parts",
-            "parts of the lens, 1 (default), 7, 19 or 37, that blur the surfaces behind the focus "
-            "separately: known surfaces then overlap correctly, but it takes longer",
-            metavar="N",
-            least=PARTS[0],
-            most=PARTS[-1],
-            **_ONLY_DIFFUSION,
-        ),
+    parts: int = option_field(
+        1,
+        "parts",
+        "parts of the lens, 1 (default), 7, 19 or 37, that blur the surfaces behind the focus "
+        "separately: known surfaces then overlap correctly, but it takes longer",
+        metavar="N",
+        least=PARTS[0],
+        most=PARTS[-1],
+        **_ONLY_DIFFUSION,
     )
 
     def __post_init__(self) -> None:
