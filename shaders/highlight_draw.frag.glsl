@@ -27,7 +27,9 @@ out vec4 out_light;
 #define SHARP_PX 1.0
 #define BLURRED_PX 4.0
 
+// A ray is looked at in at most STEPS steps, and in no more than it moves by STEP_PX.
 #define STEPS 16
+#define STEP_PX 0.5
 // A surface nearer by less than MARGIN_PX, or less than MARGIN_PART of the highlight's coc, belongs to
 // the highlight.
 #define MARGIN_PX 2.0
@@ -53,112 +55,119 @@ bool is_outside(vec2 at) {
     return any(lessThan(at, vec2(0.0))) || any(greaterThan(at, vec2(textureSize(coc_tx, 0))));
 }
 
-#ifdef LISTS
-// Share of a pixel covered by fragments nearer than `start`; 1 if it has no list of its own.
-float cover_at(ivec2 at, float start) {
-    ivec2 size = textureSize(coc_tx, 0);
-    List list = list_at(clamp(at, ivec2(0), size - 1));
-    float seen = list.has_front ? 1.0 : 0.0;
-    for (uint i = list.first; i < list.end && seen > 0.0; ++i) {
-        Fragment fragment = fragment_of(i);
-        if (fragment.coc >= start) break;
-        seen *= 1.0 - fragment.cover;
-    }
-    return 1.0 - seen;
-}
-vec4 covers_around(vec2 at, float start) {
-    ivec2 low = ivec2(floor(at - 0.5));
-    return vec4(cover_at(low + ivec2(0, 1), start), cover_at(low + 1, start),
-                cover_at(low + ivec2(1, 0), start), cover_at(low, start));
-}
-vec4 kinds_around(vec2 at) { return textureGather(kind_tx, meeting_place(at)); }
 ivec2 inside(vec2 at) { return clamp(ivec2(floor(at)), ivec2(0), textureSize(kind_tx, 0) - 1); }
 
-// Share of a pixel covered by the listed surface at this coc.
-float cover_of(ivec2 at, float coc, float same) {
-    ivec2 size = textureSize(coc_tx, 0);
-    List list = list_at(clamp(at, ivec2(0), size - 1));
-    float seen = 1.0;
-    for (uint i = list.first; i < list.end; ++i) {
-        Fragment fragment = fragment_of(i);
-        if (fragment.coc > coc + same) break;
-        if (fragment.coc >= coc - same) seen *= 1.0 - fragment.cover;
-    }
-    return 1.0 - seen;
-}
-vec4 covers_of(vec2 at, float coc, float same) {
-    ivec2 low = ivec2(floor(at - 0.5));
-    return vec4(cover_of(low + ivec2(0, 1), coc, same), cover_of(low + 1, coc, same),
-                cover_of(low + ivec2(1, 0), coc, same), cover_of(low, coc, same));
+// The ray from a point of the lens to a highlight.
+struct Ray {
+    vec2 centre, per_px;  // where the highlight is, and how far off a coc one pixel nearer is met
+    float coc;            // of the highlight
+    float start;          // from this coc on, nearer surfaces hide it
+    float step_px;        // surfaces are looked for at steps of the coc
+};
+vec2 crossing(Ray ray, float coc) { return ray.centre + ray.per_px * (ray.coc - coc); }
+float same_px(Ray ray, float met) { return max(SAME_COC_PX, SAME_COC_PART * (ray.coc - met)); }
+
+float level_at(Ray ray, int step) { return ray.start - (float(step) + 0.5) * ray.step_px; }
+
+// Which of the four surrounding pixels hide at the coc `met`.
+vec4 hits_around(Ray ray, vec2 at, float met) {
+    return step(abs(cocs_around(at) - met), vec4(same_px(ray, met)));
 }
 
-// Share hidden by listed surfaces near `level`: a ray may cross such a surface where the picture shows
-// another, nearer one.
-float listed_part(vec2 centre, vec2 per_px, float coc, float level, float step_px, float start) {
-    List list = list_at(inside(centre + per_px * (coc - level)));
+#ifdef LISTS
+vec4 kinds_around(vec2 at) { return textureGather(kind_tx, meeting_place(at)); }
+
+// If `is_asked`, shares of the four surrounding pixels that listed surfaces with a coc from `low` to
+// `high` cover. If `in_front`, a pixel whose list does not begin with the visible surface is covered.
+vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_asked) {
+    ivec2 first = ivec2(floor(at - 0.5)), last = textureSize(coc_tx, 0) - 1;
+    vec4 seen = vec4(1.0);
+    int pixel = 0;  // in the order of textureGather
+    uint passed = 0u;
+    do {
+        List list = list_at(clamp(first + ivec2(pixel == 1 || pixel == 2, pixel < 2), ivec2(0), last));
+        uint i = list.first + passed++;
+        Fragment fragment = fragment_of(min(i, max(list.end, 1u) - 1u));
+        bool is_told = list.has_front || !in_front;
+        bool is_reached = is_told && i < list.end && fragment.coc <= high;
+        float covered = is_reached && fragment.coc >= low ? fragment.cover : is_told ? 0.0 : 1.0;
+        seen *= 1.0 - covered * vec4(equal(ivec4(0, 1, 2, 3), ivec4(pixel)));
+        if (!is_reached || i + 1u == list.end) {
+            ++pixel;
+            passed = 0u;
+        }
+    } while (is_asked && pixel < 4);
+    return 1.0 - seen;
+}
+
+// Share hidden at the steps `listed` by listed surfaces, which a ray may cross where the picture shows
+// another, nearer one; and at the steps `mixed` by pixels that show several surfaces.
+float hidden_by_lists(Ray ray, uint listed, uint mixed) {
     float hidden = 0.0;
-    for (uint i = list.first; i < list.end; ++i) {
-        float met = fragment_of(i).coc;
-        if (met >= start || met > level + step_px) break;
-        if (met < level - step_px) continue;
-        vec2 crossed = centre + per_px * (coc - met);
-        vec4 covers = covers_of(crossed, met, max(SAME_COC_PX, SAME_COC_PART * (coc - met)));
-        hidden = max(hidden, dot(covers, weights_around(crossed)));
-    }
+    uint passed = 0u;
+    do {
+        bool is_listed = listed != 0u;
+        float level = level_at(ray, findLSB(is_listed ? listed : mixed));
+        List list = list_at(inside(crossing(ray, level)));
+        uint i = list.first + passed++;
+        float coc = fragment_of(min(i, max(list.end, 1u) - 1u)).coc;
+        bool is_reached = is_listed && i < list.end && coc < ray.start && coc <= level + ray.step_px;
+        bool is_asked = is_listed ? is_reached && coc >= level - ray.step_px : mixed != 0u;
+        float met = is_listed ? coc : least_around(crossing(ray, level)), same = same_px(ray, met);
+        vec2 at = crossing(ray, met);
+        float low = is_listed ? met - same : -1e30, high = is_listed ? met + same : ray.start;
+        vec4 covers = covers_around(at, low, high, !is_listed, is_asked);
+        vec4 hits = is_listed ? vec4(1.0) : hits_around(ray, at, met);
+        if (is_asked) hidden = max(hidden, dot(hits * covers, weights_around(at)));
+        if (!is_reached || i + 1u == list.end) {
+            if (is_listed) listed &= listed - 1u;
+            else mixed &= mixed - 1u;
+            passed = 0u;
+        }
+    } while ((listed | mixed) != 0u && hidden < 1.0);
     return hidden;
 }
 #endif
 
-// Weighted share of the four surrounding pixels that hides at the coc `met`.
-vec4 hits_around(vec2 at, float coc, float met) {
-    float same = max(SAME_COC_PX, SAME_COC_PART * (coc - met));
-    return step(abs(cocs_around(at) - met), vec4(same));
-}
-
 // Share of the highlight hidden from this point of the lens, 0..1: smooth across an occluder's edge.
-// Steps that meet something are noted and looked at last: a software rasteriser runs the whole body of
-// a loop as soon as one of its invocations needs part of it.
+// Steps that meet something are noted and looked at last, because a software rasteriser runs the whole
+// body of a loop as soon as one of its invocations needs part of it.
 float hidden_part(vec2 at, vec2 centre, float coc) {
     float start = coc - max(MARGIN_PX, MARGIN_PART * abs(coc));
-    float step_px = (start - nearest_px) / float(STEPS);
     vec2 per_px = (at - centre) / coc;
+    int steps = clamp(int(ceil(length(per_px) * (start - nearest_px) / STEP_PX)), 1, STEPS);
+    Ray ray = Ray(centre, per_px, coc, start, (start - nearest_px) / float(steps));
     float hidden = 0.0;
     uint shown = 0u, listed = 0u, mixed = 0u;
-    for (int k = 0; k < STEPS && step_px > 0.0; ++k) {
-        float level = start - (float(k) + 0.5) * step_px;
-        vec2 crossed = centre + per_px * (coc - level);
-        if (is_outside(crossed)) break;
-#ifdef LISTS
-        if (texelFetch(kind_tx, inside(crossed), 0).g < min(start, level + step_px)) listed |= 1u << k;
-#endif
+    bool is_on = ray.step_px > 0.0;
+    int k = 0;
+    do {
+        float level = level_at(ray, k);
+        vec2 crossed = crossing(ray, level);
+        is_on = is_on && !is_outside(crossed);
         float met = least_around(crossed);
-        if (met < start && abs(met - level) <= step_px) shown |= 1u << k;
-    }
-    for (; shown != 0u && hidden < 1.0; shown &= shown - 1u) {
-        float level = start - (float(findLSB(shown)) + 0.5) * step_px;
-        float met = least_around(centre + per_px * (coc - level));
-        vec2 crossed = centre + per_px * (coc - met);
-        float hit = dot(hits_around(crossed, coc, met), weights_around(crossed));
+        if (is_on && met < start && abs(met - level) <= ray.step_px) shown |= 1u << k;
+#ifdef LISTS
+        float first = texelFetch(kind_tx, inside(crossed), 0).g;
+        if (is_on && first < min(start, level + ray.step_px)) listed |= 1u << k;
+#endif
+    } while (is_on && ++k < steps);
+    do {
+        float met = least_around(crossing(ray, level_at(ray, findLSB(shown))));
+        vec2 crossed = crossing(ray, met);
+        float hit = dot(hits_around(ray, crossed, met), weights_around(crossed));
+        uint step = shown & -shown;
 #ifdef LISTS
         if (any(equal(kinds_around(crossed), vec4(LISTED)))) {
-            mixed |= shown & -shown;
+            mixed |= step;
             hit = 0.0;
         }
 #endif
-        hidden = max(hidden, hit);
-    }
+        if (step != 0u) hidden = max(hidden, hit);
+        shown ^= step;
+    } while (shown != 0u && hidden < 1.0);
 #ifdef LISTS
-    for (; listed != 0u && hidden < 1.0; listed &= listed - 1u) {
-        float level = start - (float(findLSB(listed)) + 0.5) * step_px;
-        hidden = max(hidden, listed_part(centre, per_px, coc, level, step_px, start));
-    }
-    for (; mixed != 0u && hidden < 1.0; mixed &= mixed - 1u) {
-        float level = start - (float(findLSB(mixed)) + 0.5) * step_px;
-        float met = least_around(centre + per_px * (coc - level));
-        vec2 crossed = centre + per_px * (coc - met);
-        vec4 hits = hits_around(crossed, coc, met) * covers_around(crossed, start);
-        hidden = max(hidden, dot(hits, weights_around(crossed)));
-    }
+    hidden = max(hidden, hidden_by_lists(ray, listed, mixed));
 #endif
     return hidden;
 }
