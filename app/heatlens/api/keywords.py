@@ -81,7 +81,7 @@ class ReadingOptions(TypedDict, total=False):
     depth_source: Path | None
     behind: Path | list[Path] | tuple[Path, ...]
     behind_conventions: Convention | list[Convention] | tuple[Convention, ...]
-    picture_curve: PictureCurve | Literal["auto", "srgb", "linear"]
+    picture_curve: PictureCurve | str
     eye: str | None
     despike: bool
     strict: bool

@@ -4,18 +4,17 @@ Plates are scene-linear. Renderers write Rec.709 (sRGB) primaries by default, so
 default input if the config has it.
 """
 
-import importlib
 import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import file_bytes, unreadable
+from heatlens.files.ocio_library import ocio
 from heatlens.plate.parts.picture_parts import FOR_THE_EYE
 
 # The full name, because `ocio://default` differs between versions of the library, which would
@@ -35,19 +34,6 @@ LINEAR_REC709 = (
 )
 _ARCHIVE = b"PK"  # .ocioz
 _SAID_ALREADY = re.compile(r"^Error: Loading the OCIO profile '.*?' failed\. ")
-
-
-def ocio() -> ModuleType:
-    """Import PyOpenColorIO, without which pictures can still be shown with the sRGB curve.
-
-    Raises InputError that says what to install.
-    """
-    try:
-        return importlib.import_module("PyOpenColorIO")
-    except ImportError as error:
-        raise InputError(
-            f"OpenColorIO cannot be loaded ({error}). Install it with: pip install opencolorio"
-        ) from error
 
 
 @dataclass(frozen=True, eq=False)

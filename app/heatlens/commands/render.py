@@ -209,8 +209,8 @@ def _encode(args: argparse.Namespace) -> Encode:
     """Return the encoding for the output: the view transform, which an EXR does not use."""
     if _is_exr(args):
         return srgb_encoded
-    first = single_source(args.plate, plate_options(args)).first_file
-    header = color_header(first, args.color_layer, args.eye)
+    options = plate_options(args)
+    header = color_header(single_source(args.plate, options).first_file, options)
     look = display_look(args, header)
 
     def encode(light: FloatArray) -> FloatArray:

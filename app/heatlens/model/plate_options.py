@@ -108,6 +108,39 @@ class PictureCurve(StrEnum):
     AUTO = "auto"  # whole numbers are sRGB, floating point is linear light
     SRGB = "srgb"
     LINEAR = "linear"
+    LOGC3 = "logc3"
+    LOGC4 = "logc4"
+    SLOG3 = "slog3"
+    SLOG3_SGAMUT3 = "slog3-sgamut3"
+    APPLE_LOG = "apple-log"
+    VLOG = "vlog"
+    CANON_LOG3 = "canon-log3"
+    LOG3G10 = "log3g10"
+
+    @property
+    def color_space(self) -> str | None:
+        """The name that OpenColorIO gives to the log of a camera; None for other curves."""
+        match self:
+            case PictureCurve.AUTO | PictureCurve.SRGB | PictureCurve.LINEAR:
+                return None
+            case PictureCurve.LOGC3:
+                return "ARRI LogC3 (EI800)"
+            case PictureCurve.LOGC4:
+                return "ARRI LogC4"
+            case PictureCurve.SLOG3:
+                return "S-Log3 S-Gamut3.Cine"
+            case PictureCurve.SLOG3_SGAMUT3:
+                return "S-Log3 S-Gamut3"
+            case PictureCurve.APPLE_LOG:
+                return "Apple Log"
+            case PictureCurve.VLOG:
+                return "V-Log V-Gamut"
+            case PictureCurve.CANON_LOG3:
+                return "CanonLog3 CinemaGamut D55"
+            case PictureCurve.LOG3G10:
+                return "Log3G10 REDWideGamutRGB"
+            case _:
+                assert_never(self)
 
 
 class DepthModelOutput(StrEnum):
@@ -249,8 +282,9 @@ class PlateOptions:
     picture_curve: PictureCurve = option_field(
         PictureCurve.AUTO,
         "picture curve",
-        "curve of PNG, JPEG and TIFF colour (default: sRGB for integers, linear light for "
-        "floating point)",
+        "curve of the colours of pictures and movies: srgb, linear, or the log of a camera, whose "
+        "gamut is converted to Rec.709 (default: what a movie is tagged as, else sRGB for "
+        "integers, linear light for floating point)",
     )
     eye: str | None = option_field(
         None,

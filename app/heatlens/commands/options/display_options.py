@@ -14,6 +14,7 @@ from heatlens.commands.options.field_options import add_fields, typed_fields
 from heatlens.commands.output.say import say
 from heatlens.export.job import DisplayLook
 from heatlens.model.display_options import PLAIN_VIEW, DisplayOptions
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.header.channels import Header
 from heatlens.plate.parts.header_read import read_color_header
@@ -35,7 +36,7 @@ def look_of(args: argparse.Namespace) -> DisplayOptions:
     return DisplayOptions(**typed_fields(args, DisplayOptions))
 
 
-def color_header(path: Path | None, color_layer: str | None, eye: str | None = None) -> Header:
+def color_header(path: Path | None, options: PlateOptions) -> Header:
     """Return the header of a plate's colours; it is empty if there is no plate.
 
     It is also empty if the plate cannot be read, which is reported when the plate is needed.
@@ -43,15 +44,14 @@ def color_header(path: Path | None, color_layer: str | None, eye: str | None = N
     if path is None:
         return {}
     try:
-        return read_color_header(path, color_layer, eye)
+        return read_color_header(path, options)
     except InputError:
         return {}
 
 
 def shot_header(shot: Shot) -> Header:
     """Return the header of a shot's first existing plate."""
-    options = shot.plate_options
-    return color_header(source_of(shot).first_file, options.color_layer, options.eye)
+    return color_header(source_of(shot).first_file, shot.plate_options)
 
 
 def display_look(args: argparse.Namespace, header: Header) -> DisplayLook:

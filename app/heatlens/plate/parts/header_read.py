@@ -8,22 +8,24 @@ import OpenEXR
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
 from heatlens.files.quiet import quiet_library
+from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.exr.deep_file import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_limits import check_exr, for_library
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import Header
 from heatlens.plate.parts.picture_parts import picture_header
 
+_AS_FOUND = PlateOptions()
 
-def read_color_header(
-    path: str | os.PathLike[str], layer: str | None = None, eye: str | None = None
-) -> Header:
-    """Read the header of the part that holds the colours; `layer` and `eye` as in `choose_color`.
+
+def read_color_header(path: str | os.PathLike[str], options: PlateOptions = _AS_FOUND) -> Header:
+    """Read the header of the part that holds the colours that `options` choose.
 
     Raises InputError if the file is missing, damaged or no EXR, or does not have these colours.
     """
     if is_picture(Path(path)):
-        return picture_header(Path(path))
+        return picture_header(Path(path), options.picture_curve)
+    layer, eye = options.color_layer, options.eye
     headers = read_headers(path)
     if is_deep_file(Path(path)):
         return headers[deep_channels(Path(path), headers, layer, eye).part]

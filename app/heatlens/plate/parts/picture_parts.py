@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Literal, assert_never
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from heatlens.model.plate_options import DepthConvention, PictureCurve
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.header.channels import Header, Part
 from heatlens.plate.header.primaries import P3_D65
+from heatlens.plate.picture.camera_log import log_light
 from heatlens.plate.picture.display import srgb_decoded
 from heatlens.plate.picture.inner_depth import inner_depth
 from heatlens.plate.picture.picture_open import RawPicture, open_picture, picture_info
@@ -72,10 +73,10 @@ def color_parts(path: Path, curve: PictureCurve) -> list[Part]:
     channels = {name: np.ascontiguousarray(straight[:, :, i]) for i, name in enumerate(names)}
     found = inner_depth(path, raw.info)
     if found is None:
-        return [_part(channels, raw, PictureFacts(notes))]
+        return [_part(channels, raw, PictureFacts(notes), curve)]
     channels["Z"] = resized_nearest(_upright(found.values, straight, raw), straight.shape[:2])
     facts = PictureFacts((*notes, *found.notes), found.full_scale, found.convention, found.why)
-    return [_part(channels, raw, facts)]
+    return [_part(channels, raw, facts, curve)]
 
 
 def depth_parts(path: Path) -> list[Part]:
@@ -95,10 +96,17 @@ def depth_parts(path: Path) -> list[Part]:
     return [_part({"Z": np.ascontiguousarray(values[:, :, 0])}, raw, facts)]
 
 
-def picture_header(path: Path) -> Header:
+def picture_header(path: Path, curve: PictureCurve = PictureCurve.AUTO) -> Header:
     """Read the header that `color_parts` would give, without the pixels."""
     size, info = picture_info(path)
-    return _header((), size, info, PictureFacts()) | _for_the_eye(not info.get("is_light"))
+    is_for_eye = not info.get("is_light") and curve.color_space is None
+    header = _header((), size, info, PictureFacts()) | _for_the_eye(is_for_eye)
+    return _in_rec709(header) if curve.color_space is not None else header
+
+
+def _in_rec709(header: Header) -> Header:
+    """Return the header of light that was converted to Rec.709, whatever the file is tagged as."""
+    return {name: value for name, value in header.items() if name != "chromaticities"}
 
 
 def _for_the_eye(is_so: bool) -> Header:
@@ -106,9 +114,16 @@ def _for_the_eye(is_so: bool) -> Header:
     return {FOR_THE_EYE: 1} if is_so else {}
 
 
-def _part(channels: dict[str, FloatImage], raw: RawPicture, facts: PictureFacts) -> Part:
+def _part(
+    channels: dict[str, FloatImage],
+    raw: RawPicture,
+    facts: PictureFacts,
+    curve: PictureCurve = PictureCurve.AUTO,
+) -> Part:
     height, width = raw.values.shape[:2]
     header = _header(tuple(channels), (width, height), raw.info, facts)
+    if curve.color_space is not None:
+        return _in_rec709(header), dict(channels)
     is_for_eye = raw.full_scale is not None and not raw.info.get("is_light")
     return header | _for_the_eye(is_for_eye), dict(channels)
 
@@ -153,6 +168,8 @@ def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImag
     if raw.full_scale is not None:
         values = values.astype(np.float32) / np.float32(raw.full_scale)
     values = values.astype(np.float32)
+    if curve.color_space is not None:
+        return log_light(path, values, curve.color_space), profile_notes
     is_srgb = _is_srgb(curve, raw)
     colors = values.shape[2] - (values.shape[2] in (2, 4))
     own_curve = raw.info.get("curve") if curve is PictureCurve.AUTO else None
@@ -186,7 +203,7 @@ def _is_srgb(curve: PictureCurve, raw: RawPicture) -> bool:
         case PictureCurve.LINEAR:
             return False
         case _:
-            assert_never(curve)
+            return False  # the log of a camera, which has been converted before
 
 
 def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tuple[str, ...]]:
