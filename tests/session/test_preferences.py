@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,13 +18,7 @@ from heatlens.model.guides import Guides
 from heatlens.model.peaking import PEAKING_COLORS, Peaking, PeakingOn
 from heatlens.model.plate_options import PlateOptions
 from heatlens.session.settings.merged_fields import merged
-from heatlens.session.settings.preferences import (
-    _READERS,
-    FILE_NAME,
-    Preferences,
-    Remembered,
-    Theme,
-)
+from heatlens.session.settings.preferences import FILE_NAME, Preferences, Remembered, Theme
 from heatlens.session.time.playback import Ending
 from support.command_line import ENVIRONMENT
 
@@ -91,10 +85,6 @@ def saved(folder: Path, now: Remembered) -> Path:
 
 
 # The file
-
-
-def test_each_field_is_written_and_read():
-    assert list(_READERS) and set(_READERS) == {field.name for field in fields(Remembered)}
 
 
 @given(REMEMBERED)

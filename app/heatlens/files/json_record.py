@@ -26,8 +26,8 @@ _WHOLE_MOST = 2**53  # integral floats below this are exact, and are written wit
 def record_to_json(record: Any) -> dict[str, object]:
     """Return a dataclass as a JSON object.
 
-    Its fields must be numbers, texts, enums, such dataclasses or tuples of these. Those without a
-    default come first.
+    Its fields must be numbers, texts, enums, such dataclasses, or tuples or maps of these. Those
+    without a default come first.
     """
     own = sorted(fields(record), key=lambda field: not _is_needed(field))
     values = {field.name: getattr(record, field.name) for field in own}
@@ -39,7 +39,7 @@ def _is_needed(field: Any) -> bool:
 
 
 def plain(value: object) -> object:
-    """Return the JSON value of a number, text, enum, image (its path), tuple or dataclass."""
+    """Return the JSON value of a number, text, enum, image (its path), tuple, map or dataclass."""
     if isinstance(value, OpeningImage):
         return value.path
     if is_dataclass(value):
@@ -48,6 +48,8 @@ def plain(value: object) -> object:
         return value.value
     if isinstance(value, tuple):
         return [plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {name: plain(member) for name, member in value.items()}
     if isinstance(value, float):
         if math.isinf(value):
             return "inf"
@@ -131,6 +133,10 @@ class JsonEntry:
             return None if self.value is None else self.of_type(hint)
         if get_origin(hint) is tuple:
             return self.row(get_args(hint))
+        if get_origin(hint) is Mapping:
+            free = self.value if isinstance(self.value, dict) else ()
+            of = get_args(hint)[1]
+            return {name: entry.of_type(of) for name, entry in self.members(free).items()}
         if get_origin(hint) is Literal:
             return self.choice(get_args(hint))
         if hint is OpeningImage:

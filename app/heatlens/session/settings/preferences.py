@@ -1,6 +1,7 @@
 """Load and save the preferences: what the program remembers between sessions."""
 
 import json
+import math
 import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -8,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_type_hints
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import file_bytes
@@ -70,7 +71,7 @@ class Remembered:
     plates: Mapping[str, PlateOptions] = field(default_factory=dict)
     display: str = ""
     view: str = ""
-    unit: str = "m"
+    unit: Literal["m", "ft"] = "m"
     guides: Guides = NO_GUIDES
     peaking: Peaking = USUAL_PEAKING
     window_size: tuple[int, int] | None = None
@@ -138,7 +139,7 @@ class Preferences:
             with locked(path.with_suffix(".lock")):
                 with suppress(InputError):  # missing or damaged: write everything again
                     now = merged(_remembered(read_json(path))[0], before, now)
-                text = json.dumps(_entries(now), indent=2) + "\n"
+                text = json.dumps(record_to_json(now), indent=2) + "\n"
                 write_whole(path, text.encode(), FOR_THE_USER)  # it names opened files
         except (OSError, InputError) as error:
             self.path = None
@@ -206,16 +207,6 @@ def absolute(text: str) -> str:
     return os.path.abspath(os.path.expanduser(text))
 
 
-def _entries(now: Remembered) -> dict[str, Any]:
-    """Return the preferences as a JSON object."""
-    plates = {folder: record_to_json(options) for folder, options in now.plates.items()}
-    entries = {name: getattr(now, name) for name in _READERS}
-    entries["ring_maps"] = [record_to_json(found) for found in now.ring_maps]
-    entries["guides"], entries["peaking"] = record_to_json(now.guides), record_to_json(now.peaking)
-    maps = {"folders": dict(now.folders), "ui_scales": dict(now.ui_scales)}
-    return entries | {"plates": plates} | maps
-
-
 def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
     """Return the preferences of the file, and a sentence about the first invalid entry, or "".
 
@@ -224,93 +215,32 @@ def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
     if not isinstance(top.value, dict):
         top.refuse("the file should be an object in braces.")
     values, problems = {}, []
-    for name, read in _READERS.items():
+    for name, hint in get_type_hints(Remembered).items():
         if name in top.value:
             try:
-                values[name] = read(JsonEntry(top.path, name, top.value[name]))
+                entry = JsonEntry(top.path, name, top.value[name])
+                values[name] = entry.of_type(hint)
+                _check_limits(entry, values[name])
             except InputError as error:
+                values.pop(name, None)
                 problems.append(f"{error}.")
     return Remembered(**values), problems[0] if problems else ""
 
 
-def _text_map(entry: JsonEntry) -> dict[str, str]:
-    return {name: member.text() for name, member in _open_members(entry).items()}
+def _check_limits(entry: JsonEntry, value: Any) -> None:
+    """Refuse a number beyond its limits; also in a pair or in a map."""
+    low, high = _LIMITS.get(entry.place, (-math.inf, math.inf))
+    numbers = value.values() if isinstance(value, Mapping) else value
+    for number in numbers if isinstance(value, Mapping | tuple) else (value,):
+        if isinstance(number, int | float) and not low <= number <= high:
+            entry.refuse(f"{number:g} should be {low:g} to {high:g}")
 
 
-def _plates(entry: JsonEntry) -> dict[str, PlateOptions]:
-    return {name: member.record(PlateOptions) for name, member in _open_members(entry).items()}
-
-
-def _open_members(entry: JsonEntry) -> dict[str, JsonEntry]:
-    """Return the members of an object whose member names are free."""
-    return entry.members(list(entry.value) if isinstance(entry.value, dict) else ())
-
-
-def _scales(entry: JsonEntry) -> dict[str, float]:
-    scales = {name: member.number() for name, member in _open_members(entry).items()}
-    if any(not SCALES[0] <= scale <= SCALES[-1] for scale in scales.values()):
-        entry.refuse(f"scales should be {SCALES[0]} to {SCALES[-1]}")
-    return scales
-
-
-def _em(entry: JsonEntry) -> float:
-    em = entry.number()
-    if not 0 <= em <= _EM_MOST:
-        entry.refuse(f"{em} should be 0 to {_EM_MOST} pixels")
-    return em
-
-
-def _texts(entry: JsonEntry) -> tuple[str, ...]:
-    return tuple(item.text() for item in entry.items())
-
-
-def _window_size(entry: JsonEntry) -> tuple[int, int] | None:
-    if entry.value is None:
-        return None
-    sides = tuple(item.whole() for item in entry.items())
-    if len(sides) != 2 or not all(WINDOW_LEAST <= side <= _WINDOW_MOST for side in sides):
-        entry.refuse(f"{list(sides)} should be a width and a height")
-    return sides[0], sides[1]
-
-
-def _ring_maps(entry: JsonEntry) -> tuple[ChannelMap, ...]:
-    return tuple(item.record(ChannelMap) for item in entry.items())
-
-
-def _flag(entry: JsonEntry) -> bool:
-    if not isinstance(entry.value, bool):
-        entry.refuse(f"{entry.value!r} should be true or false")
-    return bool(entry.value)
-
-
-def _megabytes(entry: JsonEntry) -> int:
-    count = entry.whole()
-    if not 0 <= count <= MEGABYTES_MOST:
-        entry.refuse(f"{count} should be 0 to {MEGABYTES_MOST}")
-    return count
-
-
-_READERS = {
-    "recent": _texts,
-    "folders": _text_map,
-    "plates": _plates,
-    "display": JsonEntry.text,
-    "view": JsonEntry.text,
-    "unit": lambda entry: entry.choice(("m", "ft")),
-    "guides": lambda entry: entry.record(Guides),
-    "peaking": lambda entry: entry.record(Peaking),
-    "window_size": _window_size,
-    "is_maximized": _flag,
-    "hidden_panels": _texts,
-    "layout": JsonEntry.text,
-    "layout_em": _em,
-    "theme": lambda entry: Theme(entry.choice(tuple(Theme))),
-    "ui_scales": _scales,
-    "feed_labels": _flag,
-    "ending": lambda entry: Ending(entry.choice(tuple(Ending))),
-    "every_frame": _flag,
-    "keep_frames": _flag,
-    "memory_mb": _megabytes,
-    "disk_mb": _megabytes,
-    "ring_maps": _ring_maps,
+# The limits of numbers in the file.
+_LIMITS = {
+    "window_size": (WINDOW_LEAST, _WINDOW_MOST),
+    "ui_scales": (SCALES[0], SCALES[-1]),
+    "layout_em": (0, _EM_MOST),
+    "memory_mb": (0, MEGABYTES_MOST),
+    "disk_mb": (0, MEGABYTES_MOST),
 }
