@@ -135,7 +135,6 @@ class PictureWindow:
 
     @property
     def _has_focus_bar(self) -> bool:
-        """True if the focus bar stands under the picture."""
         facts = self._facts
         return not self._ui.is_bare and facts.histogram is not None and facts.has_lens
 
@@ -219,7 +218,6 @@ class PictureWindow:
         imgui.begin(PICTURE_ALONE, None, still | alone | _Window.no_saved_settings)
 
     def _choose(self, hears_keys: bool) -> None:
-        """Draw the start screen and act on the user's choice."""
         choices, opening = self._ui.files.start_choices, self._facts.opening
         answer = self._start.draw(choices.cards(), opening, hears_keys, choices.most_recent)
         if answer.taken is not None and not choices.take(answer.taken):

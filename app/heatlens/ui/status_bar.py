@@ -25,12 +25,7 @@ class StatusBar:
     """Draws the status bar."""
 
     def __init__(
-        self,
-        facts: Facts,
-        desk: PictureDesk,
-        messages: Messages,
-        ui: UiState,
-        kept: KeptScreen,
+        self, facts: Facts, desk: PictureDesk, messages: Messages, ui: UiState, kept: KeptScreen
     ) -> None:
         self._facts = facts
         self._desk = desk
@@ -102,7 +97,6 @@ class StatusBar:
         return self._words_at(hovered) or self._hint()
 
     def _hint(self) -> str:
-        """Return a hint about mouse and keys."""
         is_start = self._ui.files.start_choices.is_wanted
         hint = "Arrows and Enter, a digit or a click" if is_start else ""
         return f"{hint or mouse_words(self._facts.has_camera)}.  ? shows the keys."

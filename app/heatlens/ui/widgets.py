@@ -311,7 +311,6 @@ def parse_number(text: str, low: float, high: float, what: str) -> float:
 
 
 def _without_unit(text: str) -> str:
-    """Return the text without the unit at its end."""
     for unit in ("mm", "µm", "um", "x", "%"):
         text = text.removesuffix(unit)
     return text.strip()

@@ -100,7 +100,6 @@ class Door:
             message.refuse("one of the entries 'do' and 'change' is missing")
 
     def _asked(self, name: str, values: JsonEntry) -> Request | str:
-        """Return the request or the command called `name`."""
         if name in REQUESTS:
             return values.record(REQUESTS[name])
         if name not in self._named:
@@ -114,7 +113,6 @@ class Door:
 
 
 def _changed(now: Changeable, values: JsonEntry) -> Changeable:
-    """Return a dataclass with new values for the named fields."""
     hints = get_type_hints(type(now))
     given = {
         name: entry.of_type(hints[name])

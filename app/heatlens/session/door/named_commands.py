@@ -124,7 +124,6 @@ def _scene(session: Session) -> Iterator[Command]:
 def _switch(
     session: Session, name: str, run: Callable[[], None], is_on: Callable[[ViewState], bool]
 ) -> Command:
-    """Return a command that switches something of the view."""
     return Command(name, "View", run, lambda: is_on(session.facts.view))
 
 

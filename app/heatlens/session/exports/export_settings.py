@@ -84,7 +84,6 @@ class ExportSettings(ExportOptions):
 
 
 def _opacity(guides: Guides) -> float:
-    """Return the opacity of the matte; the default if there is none."""
     return NO_GUIDES.opacity if guides.aspect is None else guides.opacity
 
 

@@ -98,6 +98,5 @@ def _next(choices: list[Choice], now: Choice) -> Choice:
 
 
 def _is_inside(plate: Plate, pixel: tuple[int, int]) -> bool:
-    """Return True if this pixel of the display window lies in the plate."""
     window = plate.display_window
     return plate.data_window.contains(pixel[0] + window.x0, pixel[1] + window.y0)

@@ -241,11 +241,7 @@ class PullRecording(Commands, Worker):
         self._set_keys(self._begun, self._editing.shot, sorted(samples.items()), tracks)
 
     def _set_keys(
-        self,
-        before: History,
-        base: Shot,
-        samples: Samples,
-        others: Mapping[LensParameter, Track],
+        self, before: History, base: Shot, samples: Samples, others: Mapping[LensParameter, Track]
     ) -> None:
         """Set the keys of a recording in `base`, as one undo step after `before`.
 

@@ -95,7 +95,6 @@ class RingHand(Worker):
             receiver.on_news = self._hear
 
     def _hear(self) -> None:
-        """Check for new values; runs on the thread of the receiver."""
         heard = self.heard
         self.news.hear(None if heard is None else heard.sample)
 

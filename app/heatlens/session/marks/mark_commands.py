@@ -17,13 +17,7 @@ from heatlens.model.marks import (
     next_mark_name,
 )
 from heatlens.model.plate_options import PlateOptions
-from heatlens.model.pull import (
-    EASE_PERCENT,
-    PullShape,
-    held_focus,
-    reversed_focus,
-    shaped_pull,
-)
+from heatlens.model.pull import EASE_PERCENT, PullShape, held_focus, reversed_focus, shaped_pull
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.mattes.mattes import has_things

@@ -8,7 +8,6 @@ class LostSurfaces(Commands, Worker):
     """Watches the pictures of a source for notes about lost surfaces."""
 
     def __init__(self, shared: Shared) -> None:
-        """Create it; `say` shows a sentence in the status bar."""
         super().__init__(shared)
         self._noted: tuple[str, ...] = ()
         self._is_reported = False

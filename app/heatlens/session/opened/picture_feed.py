@@ -118,12 +118,11 @@ class PlateFeed(PictureFeed):
         self._looked_at: Plate | None = None
 
     def begin(self) -> None:
-        """See `PictureFeed`."""
         self.picture.load(self._opened.plate)
         self.picture.frame, self.picture.is_settled = self._opened.frame, True
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
-        """See `PictureFeed`. The error of an unreadable plate becomes the picture's `problem`."""
+        """Show the plate there; why it cannot be read becomes the picture's `problem`."""
         self.picture.ask(playhead.frame)
         cache = self._opened.cache
         self.picture.reach(cache.nearest_m)
@@ -177,11 +176,9 @@ class SceneFeed(PictureFeed):
 
     @property
     def scene(self) -> Scene:
-        """See `PictureFeed`."""
         return self._scene
 
     def begin(self) -> None:
-        """See `PictureFeed`."""
         self._load(self._opened.scene)
         self.show(self._opened.first.shot, Playhead(self._opened.frame))
 
@@ -192,7 +189,7 @@ class SceneFeed(PictureFeed):
         self._preview = ScenePreview(self.picture.renderer)
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
-        """See `PictureFeed`. The scene is drawn again only if something moved."""
+        """Draw the scene again if something has moved."""
         if shot.framing != self._framing:
             self._framing = shot.framing
             self.picture.begin_axis()
@@ -206,12 +203,10 @@ class SceneFeed(PictureFeed):
         self.picture.is_settled = True
 
     def follow(self, shot: Shot, frame: int) -> None:
-        """See `PictureFeed`."""
         if self.picture.plate is not None:
             self.show(shot, Playhead(frame, is_playing=self._is_playing))
 
     def refine(self, slice_s: float) -> None:
-        """See `PictureFeed`."""
         if self.is_whole:
             return
         was_good = self.is_good
@@ -221,20 +216,19 @@ class SceneFeed(PictureFeed):
 
     @property
     def is_good(self) -> bool:
-        """See `PictureFeed`: large and antialiased."""
+        """Large and antialiased."""
         return bool(self.picture.problem) or self._preview.is_good
 
     @property
     def is_whole(self) -> bool:
-        """See `PictureFeed`: at the quality of a file."""
+        """At the quality of a file."""
         return bool(self.picture.problem) or self._preview.is_whole
 
     def seen(self, shot: Shot) -> Shot:
-        """See `PictureFeed`."""
         return self._preview.seen(shot)
 
     def windows(self, shot: Shot) -> tuple[Box, Box]:
-        """See `PictureFeed`. The windows do not depend on the size at which it is drawn now."""
+        """Return the windows, whatever the size at which it is drawn now."""
         box = Box(0, 0, *(shot.framing or Framing()).size)
         return box, box
 
@@ -242,7 +236,7 @@ class SceneFeed(PictureFeed):
         """Return None: kept frames of a scene are smaller, and all have the same window."""
 
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
-        """See `PictureFeed`; the picture may be drawn smaller now."""
+        """Return the pixel of the picture, which may be drawn smaller now."""
         if self.picture.plate is None:
             return pixel
         window, (_, whole) = self.picture.plate.display_window, self.windows(shot)
@@ -255,7 +249,6 @@ class SceneFeed(PictureFeed):
         return replace(shot, framing=replace(framing, width_px=width, height_px=height))
 
     def seconds_until_needed(self) -> float | None:
-        """See `PictureFeed`."""
         return None if self.is_whole else self._preview.seconds_to_rest()
 
 
@@ -267,12 +260,10 @@ class StreamFeed(PictureFeed):
         self._opened = opened
 
     def begin(self) -> None:
-        """See `PictureFeed`."""
         self.picture.load(self._opened.plate)
         self.picture.is_settled = True
 
     def refresh(self) -> None:
-        """See `PictureFeed`."""
         plate = self._opened.stream.poll()
         if plate is not None:
             self.picture.load(plate)

@@ -118,7 +118,6 @@ class CompareSides:
         return has_rendered
 
     def _b_of(self, view: ViewState, shot: Shot) -> Shot | None:
-        """Return the shot of B if B is another method; None otherwise."""
         method = method_of_b(view, self._renderer.has_many_views)
         return (
             None if method is None else replace(shot, defocus=replace(shot.defocus, method=method))

@@ -145,7 +145,6 @@ class LookPictures:
         self._keep(tile, self._live.shown)
 
     def _keep(self, tile: _Tile, made: Shown | None) -> None:
-        """Keep a rendered picture if it is of this look."""
         if made is not None and replace(made.picture_key, settings=tile.key.settings) == tile.key:
             self._copy(tile, made)
 
@@ -200,7 +199,6 @@ class LookPictures:
             raise
 
     def _blur(self, tile: _Tile, slice_s: float) -> None:
-        """Continue a look of a plate."""
         self._live.request(tile.key.shot, tile.key.frame, self._budget_s, self._plate)
         before = self._live.shown
         self._live.work(slice_s)

@@ -75,7 +75,6 @@ class PictureCommands(Commands, Worker):
             self._say(said)
 
     def _whole(self) -> Shown | None:
-        """Return the picture of the current shot once it is complete."""
         shown, source, frame = self._live.shown, self._source, self._editing.frame
         if source.plate is None or not (source.feed.is_whole and source.is_settled_at(frame)):
             return None

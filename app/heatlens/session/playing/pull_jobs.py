@@ -86,7 +86,6 @@ class PullJobs(Commands):
             self._look_at = -math.inf
 
     def _begin(self, shot: Shot) -> None:
-        """Record what all frames have in common."""
         self._maker = self._maker or maker_of(self._renderer)
         opened = self._source.opened
         self._shot = self._source.feed.sized(shot, self._scale)

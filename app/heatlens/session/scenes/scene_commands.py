@@ -17,13 +17,7 @@ from heatlens.model.orbit import dollied, orbited, panned, pivot_of
 from heatlens.model.units import format_distance
 from heatlens.scene.first_shot import lens_values, through_camera
 from heatlens.scene.scene import Scene
-from heatlens.scene.scene_bounds import (
-    bounds_m,
-    corners_m,
-    framed,
-    object_depth_m,
-    object_names,
-)
+from heatlens.scene.scene_bounds import bounds_m, corners_m, framed, object_depth_m, object_names
 from heatlens.session.loop.messages import reported
 from heatlens.session.scenes.clip_choice import ClipChoice
 from heatlens.session.scenes.point_following import Following
@@ -218,7 +212,6 @@ class SceneCommands(Commands):
         )
 
     def _height_m(self, distance_m: float) -> float:
-        """Return the height of the field of view at a distance, in m."""
         lens = self._editing.lens
         return distance_m * lens.sensor_width_mm / (lens.focal_length_mm * self._aspect)
 

@@ -45,7 +45,6 @@ class Timeline(Commands):
 
     @property
     def _opened_frames(self) -> FrameRange | None:
-        """The frames of the source; None for a still."""
         opened = self._source.opened
         return None if opened is None else opened.frames
 

@@ -16,10 +16,7 @@ _TIP = (
 
 
 def behind_rows(
-    files: Sequence[str],
-    reports: Mapping[str, BehindReport],
-    problem: str,
-    ask: Callable[[], None],
+    files: Sequence[str], reports: Mapping[str, BehindReport], problem: str, ask: Callable[[], None]
 ) -> tuple[str, ...]:
     """Draw the list; return the files and patterns as the user left them.
 

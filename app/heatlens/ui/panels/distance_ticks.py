@@ -115,5 +115,4 @@ def engraved_m(histogram: DepthHistogram, offset_m: float, unit: str) -> list[fl
 
 
 def _nearest_m(histogram: DepthHistogram, offset_m: float) -> float:
-    """Return the label at the near end of a scale."""
     return max(1.0 / histogram.most_dioptres + offset_m, _LEAST_LABEL_M)

@@ -228,7 +228,6 @@ class _Bar:
         probe.note_at("distance at the pointer", (x0, y, x0 + width, y + em))
 
     def _pointed_words(self, x: float) -> str:
-        """Return what lies under the pointer."""
         hyper_m, reach = hyperfocal_m(self.lens), _REACH_EM * self._em
         if abs(x - self._x_at(hyper_m)) < reach:
             return f"hyperfocal {self._words(hyper_m)}"

@@ -279,7 +279,6 @@ def _views(settings: DefocusSettings) -> DefocusSettings:
 
 
 def _whole_numbers(name: str) -> range:
-    """Return the allowed values of a field of the settings."""
     limits = options_of(DefocusSettings)[name]
     assert limits.least is not None and limits.most is not None
     return range(int(limits.least), int(limits.most) + 1)

@@ -71,7 +71,6 @@ def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
 
 
 def _meaning(mark: Mark) -> str:
-    """Return what the distance of a mark refers to."""
     if isinstance(mark, ObjectMark):
         return f"The middle of {mark.object_name}, at this frame"
     if isinstance(mark, MatteMark):

@@ -133,7 +133,6 @@ def _file(facts: PlateFacts) -> None:
 
 
 def _camera(camera: CameraHeader, unit: str) -> list[tuple[str, str]]:
-    """Draw the lens data of the header, if there are any."""
     numbers = (
         ("focal length", camera.focal_length_mm, "{:g} mm"),
         ("sensor", camera.sensor_width_mm, f"{{:g}}{_height(camera)} mm"),
@@ -151,7 +150,6 @@ def _height(camera: CameraHeader) -> str:
 
 
 def _row(name: str, text: str) -> None:
-    """Draw a label and a text, wrapped over several lines."""
     imgui.text_disabled(name)
     imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
     imgui.text_wrapped(printable(text))

@@ -89,11 +89,7 @@ def _maps(hand: RingHand, unit: str, say: Say) -> None:
 
 
 def _row(
-    hand: RingHand,
-    ring: Ring,
-    found: ChannelMap | None,
-    channels: dict[str, float],
-    unmapped: str,
+    hand: RingHand, ring: Ring, found: ChannelMap | None, channels: dict[str, float], unmapped: str
 ) -> None:
     """Draw the channel of a ring, and the button to learn it."""
     now = unmapped if found is None else found.channel

@@ -92,7 +92,6 @@ def _camera(scenes: SceneCommands) -> None:
 
 
 def _clip(scenes: SceneCommands) -> None:
-    """Draw the choice of an animation clip, if the file has several."""
     clips = scenes.clips
     if not clips.names:
         return

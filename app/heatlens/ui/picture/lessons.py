@@ -62,7 +62,6 @@ def _with_room(left: Sequence[Lesson], card: float, room: float) -> Sequence[Les
 
 
 def _height(shown: Sequence[Lesson], card: float) -> float:
-    """Return the height of a card with these lessons."""
     style, width = imgui.get_style(), _words_end(card) - imgui.get_style().window_padding.x
     lines = [imgui.calc_text_size(str(lesson), wrap_width=width).y for lesson in shown]
     return sum(lines) + max(len(lines) - 1, 0) * style.item_spacing.y + 2 * style.window_padding.y

@@ -162,7 +162,6 @@ def _write(
 
 
 def _words(pixel: NDArray[np.float32]) -> str:
-    """Return red, green and blue on three lines."""
     return "\n".join(value_words(float(value)) for value in pixel[:3])
 
 

@@ -37,10 +37,7 @@ def draw_ruler(ruler: Ruler, view: PictureView, facts: Facts, hovered: Pixel | N
     words = "infinitely far" if is_far else format_distance(measured.distance_m, unit)
     for end, depth_m in zip(at, measured.depths_m, strict=True):
         _draw_label(
-            end,
-            f"at {measured_text(facts.lens, depth_m, unit)}",
-            theme.OVER_PICTURE.handle,
-            1.2,
+            end, f"at {measured_text(facts.lens, depth_m, unit)}", theme.OVER_PICTURE.handle, 1.2
         )
     _draw_label(
         ImVec2((at[0].x + at[1].x) / 2, (at[0].y + at[1].y) / 2),

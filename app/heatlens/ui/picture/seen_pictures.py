@@ -73,13 +73,11 @@ class SeenPictures:
         return replace(view, depth_of_field=view.depth_of_field and not is_held_off)
 
     def _linear_b(self, view: ViewState) -> moderngl.Texture:
-        """Return B in scene-linear light."""
         reference, of_method = self._facts.reference, self._desk.sides.of_method(view)
         texture = None if reference is None else reference.texture
         return picture_of_b(view, self._desk.renderer.loaded, texture, of_method)
 
     def _a(self, shown: Shown, view: ViewState, linear_b: moderngl.Texture) -> moderngl.Texture:
-        """Return A as the screen shows it."""
         if isinstance(shown, KeptFrame):
             return self._kept.texture(shown, view)
         key = self._desk.sides.pictures, shown

@@ -236,7 +236,6 @@ class ViewportPanel:
         self.place.viewport, self.place.geometry = before
 
     def _clip(self) -> Box:
-        """Return the viewport in screen pixels."""
         (x, y), (width, height) = self.place.viewport.corner, self.place.viewport.size
         scale = self.place.viewport.framebuffer_scale
         x1, y1 = math.floor((x + width) * scale), math.floor((y + height) * scale)
@@ -260,7 +259,6 @@ class ViewportPanel:
         is_opaque: bool = True,
         detail: Detail | None = None,
     ) -> None:
-        """Place a texture over the data window."""
         self._set_filter(texture, pictures, is_nearest)
         data, display = pictures.data_window, pictures.display_window
         first = self._screen_at((data.x0 - display.x0, data.y0 - display.y0))

@@ -39,12 +39,7 @@ Line = Sequence[tuple[float, float]]  # (frame, place on the axis)
 
 
 def curve_editor(
-    desk: TimeDesk,
-    view: TimelineView,
-    unit: str,
-    scale: TimeScale,
-    corner: ImVec2,
-    height: float,
+    desk: TimeDesk, view: TimelineView, unit: str, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
     """Draw the editor at `corner`, its labels left of `scale`, and apply the mouse."""
     axis = AXES[desk.keys.rows.curve_of]
@@ -159,7 +154,6 @@ def _places(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> 
 
 
 def _draw_ground(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
-    """Draw the background with a line for each labelled value."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
     draw.add_rect_filled(corner, end, theme.colors.groove)

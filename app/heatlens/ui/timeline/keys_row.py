@@ -60,7 +60,6 @@ def _shows_curve(desk: TimeDesk) -> None:
 
 
 def _curve_of(desk: TimeDesk, view: TimelineView) -> None:
-    """Draw the choice of the parameter whose curve is shown."""
     rows = desk.keys.rows
     chosen = combo("curve of", rows.curve_of, {it: it.words for it in LensParameter})
     if chosen is not rows.curve_of:

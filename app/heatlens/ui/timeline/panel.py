@@ -62,7 +62,6 @@ def _scale(desk: TimeDesk, view: TimelineView, x: float, width: float) -> TimeSc
 
 
 def _answer_wheel(desk: TimeDesk, view: TimelineView, scale: TimeScale) -> None:
-    """Zoom with the wheel and pan with the middle button."""
     io, reach = imgui.get_io(), desk.timeline.reach
     least, most = reach.first - 0.5, reach.last + 0.5
     if not imgui.is_window_hovered():
@@ -138,7 +137,6 @@ def _draw_cells(
     y1: float,
     color: int,
 ) -> None:
-    """Fill the cells of a range of frames."""
     if frames.last + 0.5 > scale.first and frames.first - 0.5 < scale.last:
         x0, x1 = scale.x_at(frames.first - 0.5), scale.x_at(frames.last + 0.5)
         draw.add_rect_filled(ImVec2(x0, y0), ImVec2(max(x1, x0 + 1.0), y1), color)
