@@ -19,7 +19,7 @@ from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.kept_screen import KeptScreen
 from heatlens.ui import probe, theme
 from heatlens.ui.layout import PICTURE, PICTURE_ALONE
-from heatlens.ui.panels.focus_bar import FocusFacts, focus_bar, focus_bar_height
+from heatlens.ui.panels.focus_bar import focus_bar, focus_bar_height
 from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.alt_held import AltHeld
 from heatlens.ui.picture.fade import PictureFade
@@ -156,8 +156,7 @@ class PictureWindow:
     def _draw_focus_bar(self, corner: ImVec2, size: ImVec2) -> None:
         facts, histogram = self._facts, self._facts.histogram
         assert histogram is not None
-        shown = FocusFacts(facts.lens, histogram, facts.unit, facts.marks_m, facts.keyed_focus_m)
-        lens = focus_bar(shown, corner, size)
+        lens = focus_bar(facts, histogram, corner, size)
         self._holds_bar = imgui.is_item_active()
         if lens != facts.lens:
             self._door.change(lens)

@@ -32,7 +32,6 @@ class Open(Request):
     name: str
 
     def run(self, session: Session) -> None:
-        """Start opening it."""
         session.files.commands.open(self.name)
 
 
@@ -44,7 +43,6 @@ class Save(Request):
     what: Literal["save", "save shot", "sheet"] = "save"
 
     def run(self, session: Session) -> None:
-        """Save it as the dialog of the window would."""
         files = session.files.commands
         if files.may_choose(self.what):
             files.take(Chosen(PURPOSES[self.what], Path(self.path).absolute()))
@@ -57,7 +55,6 @@ class Go(Request):
     frame: int
 
     def run(self, session: Session) -> None:
-        """Move the playhead, and stop playback."""
         session.time.timeline.go(self.frame)
 
 
@@ -68,7 +65,6 @@ class Focus(Request):
     distance_m: float
 
     def run(self, session: Session) -> None:
-        """Change the focus of the lens at the playhead."""
         session.lens.commands.focus(self.distance_m)
 
 
@@ -79,7 +75,6 @@ class NudgeFocus(Request):
     notches: float
 
     def run(self, session: Session) -> None:
-        """Change the focus of the lens at the playhead."""
         session.lens.commands.nudge_focus(self.notches)
 
 
@@ -103,7 +98,6 @@ class MarkAt(Request):
     y_px: int
 
     def run(self, session: Session) -> None:
-        """Add the mark to the shot."""
         session.time.marks.set_point((self.x_px, self.y_px))
 
 
@@ -115,7 +109,6 @@ class Pull(Request):
     frames: int
 
     def run(self, session: Session) -> None:
-        """Set the keys of the pull."""
         marks = session.time.marks
         if marks.named(self.mark) is None:
             raise InputError(f"There is no mark {self.mark!r}.")
@@ -134,7 +127,6 @@ class TakeLook(Request):
     name: str
 
     def run(self, session: Session) -> None:
-        """Change the lens at the playhead."""
         if self.name not in [look.name for look in session.facts.shot.looks]:
             raise InputError(f"There is no look {self.name!r}.")
         session.pictures.looks.go_to(self.name)

@@ -5,9 +5,6 @@ on most lens barrels. From top to bottom it has a line of figures, the groove wi
 the scale.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
@@ -15,6 +12,7 @@ from heatlens.model.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
+from heatlens.session.facts import Facts
 from heatlens.session.lens.lens_commands import focused_at, nudged
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale
@@ -30,27 +28,12 @@ _GAP_EM = 0.45  # between figures
 _NEEDLE_EM, _GHOST_EM, _LINE_EM = 0.17, 0.1, 0.067  # widths of lines
 
 
-@dataclass(frozen=True, eq=False)
-class FocusFacts:
-    """What the bar shows.
-
-    marks    names and distances in metres of focus marks
-    keyed_m  the focus of the keys, while another one is only tried; else None
-    """
-
-    lens: Lens
-    histogram: DepthHistogram
-    unit: str
-    marks: Sequence[tuple[str, float]] = ()
-    keyed_m: float | None = None
-
-
 def focus_bar_height(room: float) -> float:
     """Return the height of the bar where the picture and the bar have a height of `room`."""
     return min(_HEIGHT_EM * float(imgui.get_font_size()), _PART_MOST * room)
 
 
-def focus_bar(facts: FocusFacts, corner: ImVec2, size: ImVec2) -> Lens:
+def focus_bar(facts: Facts, histogram: DepthHistogram, corner: ImVec2, size: ImVec2) -> Lens:
     """Draw the bar in the current window; return the lens, focused by a drag or the wheel.
 
     A press on the name of a mark focuses exactly on it.
@@ -58,14 +41,14 @@ def focus_bar(facts: FocusFacts, corner: ImVec2, size: ImVec2) -> Lens:
     imgui.set_cursor_screen_pos(corner)
     imgui.invisible_button("focus bar", size)
     notches, lens = widgets.wheel_over_last(), facts.lens
-    bar, x = _Bar(facts, corner, size), imgui.get_mouse_pos().x
+    bar, x = _Bar(facts, histogram, corner, size), imgui.get_mouse_pos().x
     pressed_m = bar.mark_under_pointer() if imgui.is_item_activated() else None
     if pressed_m is not None:
         lens = focused_at(lens, 1.0 / pressed_m)
     elif imgui.is_item_activated() or (imgui.is_item_active() and imgui.get_io().mouse_delta.x):
         lens = focused_at(lens, bar.dioptres_at(x))
     if notches:
-        lens = nudged(lens, facts.histogram, notches)
+        lens = nudged(lens, histogram, notches)
     bar.lens = lens
     bar.draw(imgui.is_item_hovered() and not imgui.is_item_active())
     return lens
@@ -74,8 +57,11 @@ def focus_bar(facts: FocusFacts, corner: ImVec2, size: ImVec2) -> Lens:
 class _Bar:
     """Draws the bar, and knows what lies where."""
 
-    def __init__(self, facts: FocusFacts, corner: ImVec2, size: ImVec2) -> None:
-        self._facts, self.lens = facts, facts.lens
+    def __init__(
+        self, facts: Facts, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
+    ) -> None:
+        self.lens, self._unit, self._histogram = facts.lens, facts.unit, histogram
+        self._marks, self._keyed_m = facts.marks_m, facts.keyed_focus_m
         self._corner, self._size = corner, size
         self._em = imgui.get_font_size()
         self._draw = imgui.get_window_draw_list()
@@ -90,10 +76,10 @@ class _Bar:
     def dioptres_at(self, x: float) -> float:
         """Return the dioptres at a screen position."""
         part = min(max((x - self._left) / self._width, 0.0), 1.0)
-        return (1.0 - part) * self._facts.histogram.most_dioptres
+        return (1.0 - part) * self._histogram.most_dioptres
 
     def _x_at(self, distance_m: float) -> float:
-        return float(self._left + (1.0 - self._facts.histogram.part_at(distance_m)) * self._width)
+        return float(self._left + (1.0 - self._histogram.part_at(distance_m)) * self._width)
 
     def mark_under_pointer(self) -> float | None:
         """Return the distance in m of the mark whose name lies under the pointer."""
@@ -106,7 +92,7 @@ class _Bar:
         """Return names, distances and rectangles of the marks' flags that touch no other."""
         flags, end, em = [], self._left + self._width, self._em
         free_x = [self._left] * max(int((self._bottom - self._top) / em), 1)  # in each row
-        for name, distance_m in sorted(self._facts.marks, key=lambda mark: mark[1]):
+        for name, distance_m in sorted(self._marks, key=lambda mark: mark[1]):
             x, width = self._x_at(distance_m), self._text_width(printable(name)) + 0.6 * em
             x = x - width if x + width > end else x  # at the far end it flies to the left
             row = next((row for row, free in enumerate(free_x) if x >= free), None)
@@ -127,7 +113,7 @@ class _Bar:
         near_m, far_m = near_limit_m(self.lens), far_limit_m(self.lens)
         lit = self._x_at(near_m), self._x_at(far_m)
         size = ImVec2(self._width, self._bottom - self._top)
-        draw_histogram(self._draw, self._facts.histogram, corner, size, lit)
+        draw_histogram(self._draw, self._histogram, corner, size, lit)
         for x in lit:
             self._line(x, theme.colors.in_focus)
         self._draw_hyperfocal()
@@ -153,7 +139,7 @@ class _Bar:
 
     def _draw_marks(self) -> None:
         """Draw a line for each mark, and its name as a flag of tape if it touches no other."""
-        for _, distance_m in self._facts.marks:
+        for _, distance_m in self._marks:
             self._line(self._x_at(distance_m), theme.colors.mark)
         for name, _, rect in self._flags:
             x0, y0, x1, y1 = rect
@@ -163,18 +149,18 @@ class _Bar:
             probe.note_at(f"{name} on the bar", rect)
 
     def _draw_scale(self) -> None:
-        facts, offset_m = self._facts, self.lens.measuring_offset_m
-        for distance_m in engraved_m(facts.histogram, offset_m, facts.unit):
+        histogram, offset_m = self._histogram, self.lens.measuring_offset_m
+        for distance_m in engraved_m(histogram, offset_m, self._unit):
             x = self._x_at(distance_m)
             y = self._bottom + _MINOR_EM * self._em
             self._draw.add_line(ImVec2(x, self._bottom), ImVec2(x, y), theme.colors.queued)
         corner = ImVec2(self._left, self._bottom + TICK_EM * self._em)
         size = ImVec2(self._width, 0.0)
-        draw_scale(self._draw, facts.histogram, corner, size, facts.unit, offset_m)
+        draw_scale(self._draw, histogram, corner, size, self._unit, offset_m)
 
     def _draw_needles(self, near_m: float, far_m: float) -> Rect:
         """Draw the needle and its figures, and the ghost of the keys; return where figures lie."""
-        lens, em, keyed_m = self.lens, self._em, self._facts.keyed_m
+        lens, em, keyed_m = self.lens, self._em, self._keyed_m
         if keyed_m is not None:
             self._line(self._x_at(keyed_m), theme.colors.mark, _GHOST_EM, 0.25 * em)
             x = self._x_at(keyed_m)
@@ -231,12 +217,12 @@ class _Bar:
         hyper_m, reach = hyperfocal_m(self.lens), _REACH_EM * self._em
         if abs(x - self._x_at(hyper_m)) < reach:
             return f"hyperfocal {self._words(hyper_m)}"
-        if self._facts.keyed_m is not None and abs(x - self._x_at(self._facts.keyed_m)) < reach:
-            return f"key {self._words(self._facts.keyed_m)}"
+        if self._keyed_m is not None and abs(x - self._x_at(self._keyed_m)) < reach:
+            return f"key {self._words(self._keyed_m)}"
         return self._words(focused_at(self.lens, self.dioptres_at(x)).focus_distance_m)
 
     def _words(self, distance_m: float) -> str:
-        return measured_text(self.lens, distance_m, self._facts.unit)
+        return measured_text(self.lens, distance_m, self._unit)
 
     @staticmethod
     def _text_width(words: str) -> float:

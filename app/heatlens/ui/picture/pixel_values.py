@@ -1,4 +1,4 @@
-"""Write the scene-linear RGB values into the pixels of the picture when zoomed in."""
+"""Draw lines and values over the picture: pixel grid, display window, wipe, RGB in the pixels."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from heatlens.display.probe import read_texels
 from heatlens.model.boxes import Box
 from heatlens.model.view import Compare
-from heatlens.model.view_geometry import PictureShape
+from heatlens.model.view_geometry import PictureShape, Viewport
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import theme
 from heatlens.ui.picture.pictures import Pictures
@@ -48,6 +48,20 @@ def draw_display_window(place: PictureView, pictures: Pictures) -> None:
     window, at = pictures.display_window, place.geometry.window_at_picture
     first, last = ImVec2(*at((0, 0))), ImVec2(*at((window.width, window.height)))
     imgui.get_window_draw_list().add_rect(first, last, theme.OVER_PICTURE.window_line)
+
+
+def draw_wipe_handle(x: float, place: Viewport, names: tuple[str, str]) -> None:
+    """Draw the line of the wipe and its grip; `x` is the first column of B, in screen units."""
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    (_, y), (_, height) = place.corner, place.size
+    middle, width = y + height / 2, 1.0 / place.framebuffer_scale
+    draw.add_rect_filled(ImVec2(x, y), ImVec2(x + width, y + height), theme.OVER_PICTURE.handle)
+    draw.add_circle_filled(ImVec2(x, middle), 0.55 * em, theme.OVER_PICTURE.shadow)
+    draw.add_circle(ImVec2(x, middle), 0.55 * em, theme.OVER_PICTURE.handle)
+    top, gap = y + 0.4 * em, 0.6 * em
+    left = x - gap - imgui.calc_text_size(names[0]).x
+    draw.add_text(ImVec2(left, top), theme.OVER_PICTURE.handle, names[0])
+    draw.add_text(ImVec2(x + gap, top), theme.OVER_PICTURE.handle, names[1])
 
 
 VALUES_FROM_EM = 2.6  # smallest size of a pixel on the screen that fits three lines of text

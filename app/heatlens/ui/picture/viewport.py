@@ -26,8 +26,12 @@ from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.scenes.scene_commands import CameraDrag
 from heatlens.ui.picture.grid import Tile, cell_at, cells, draw_tiles
 from heatlens.ui.picture.pictures import Pictures
-from heatlens.ui.picture.pixel_values import SideValues, draw_display_window, draw_pixel_grid
-from heatlens.ui.picture.wipe_handle import draw_wipe_handle
+from heatlens.ui.picture.pixel_values import (
+    SideValues,
+    draw_display_window,
+    draw_pixel_grid,
+    draw_wipe_handle,
+)
 
 _WHEEL_FACTOR = 1.25  # zoom factor of one wheel notch
 _HANDLE_REACH = 0.6  # em to either side of the wipe line in which it can be dragged
