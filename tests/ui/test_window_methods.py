@@ -11,7 +11,7 @@ from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
-from heatlens.ui.side_words import words
+from heatlens.ui.status_bar import sides_words as words
 from support.session_files import POST, WIDTH
 from support.window_plates import displayed, region
 

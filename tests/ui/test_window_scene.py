@@ -17,7 +17,7 @@ from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_read import read_scene
-from heatlens.ui.side_words import mouse_words
+from heatlens.ui.status_bar import mouse_words
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
 from support.scene_window import as_opened, middle, whole

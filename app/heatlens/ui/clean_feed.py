@@ -9,12 +9,11 @@ from typing import Any
 import moderngl
 from imgui_bundle import imgui  # noqa: F401  # before glfw: both then share one libglfw
 
-from heatlens.ui.monitors import GlfwHandle
+from heatlens.ui.devices import GlfwHandle, monitor_of
 
 import glfw  # isort: skip
 
 from heatlens.model.view import ViewState
-from heatlens.ui.monitors import monitor_of
 from heatlens.ui.picture.picture_alone import PictureAlone
 from heatlens.ui.picture.pictures import Pictures
 

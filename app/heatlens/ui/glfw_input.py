@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
 
-from heatlens.ui.monitors import GlfwHandle
+from heatlens.ui.devices import GlfwHandle
 
 import glfw  # isort: skip
 

@@ -23,8 +23,7 @@ from heatlens.ui.layout import dock_panels, grow_for_curve, leave_room_for_pictu
 from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
 from heatlens.ui.seek import forget_after_click
-from heatlens.ui.setting_list import settings
-from heatlens.ui.setting_places import setting_places
+from heatlens.ui.setting_places import setting_places, settings
 from heatlens.ui.start.start_screen import hears_keys
 from heatlens.ui.state import UiState
 from heatlens.ui.status_bar import StatusBar

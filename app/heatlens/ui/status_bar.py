@@ -7,14 +7,15 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
 from heatlens.display.probe import PictureReader, probe_at, probe_text
-from heatlens.model.view import Compare
+from heatlens.model.view import Against, Compare, ViewState
+from heatlens.preview.shown import Shown
 from heatlens.session.desks import PictureDesk
 from heatlens.session.facts import Facts
 from heatlens.session.loop.messages import Messages
+from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.ui import probe, theme
 from heatlens.ui.export_bar import GAP_EM, export_bar, export_bar_width
-from heatlens.ui.side_words import draw_sides, mouse_words, words
 from heatlens.ui.state import UiState
 
 _EDGE_EM = 0.6
@@ -41,7 +42,7 @@ class StatusBar:
         """
         facts, desk, em = self._facts, self._desk, imgui.get_font_size()
         reference = None if facts.reference is None else facts.reference.path.name
-        sides = words(facts.view, desk.sides, reference, facts.seen)
+        sides = sides_words(facts.view, desk.sides, reference, facts.seen)
         if sides and desk.view.is_drawn:
             sides = f"{sides}    {zoom_words(desk.view.zoom)}"
         run = self._ui.files.exports.run
@@ -57,7 +58,10 @@ class StatusBar:
             imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(GAP_EM * em, 0))
             export_bar(run, self._ui)
             imgui.pop_style_var()
-        draw_sides(sides)
+        if sides:
+            imgui.same_line(end - imgui.calc_text_size(sides).x)
+            imgui.text_disabled(printable(sides))
+            probe.note("sides")
 
     def _draw_left(self, hovered: tuple[int, int] | None, end: float) -> None:
         """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
@@ -156,3 +160,53 @@ def fitting(text: str, width: float, width_of: Callable[[str], float]) -> str:
         fits = width_of(f"{text[:middle]} ...") <= width
         low, high = (middle, high) if fits else (low, middle - 1)
     return f"{text[:low].rstrip()} ..." if low else ""
+
+
+def mouse_words(has_camera: bool) -> str:
+    """Return what the mouse does in the picture; `has_camera` adds the gestures of a scene."""
+    if not has_camera:
+        return "Click in the picture to focus"
+    return "Click to focus.  Right drag orbits, with Ctrl it moves aside; Ctrl+wheel goes nearer"
+
+
+def sides_words(
+    view: ViewState, sides: CompareSides, reference: str | None, shown: Shown | None
+) -> str:
+    """Return for example "A: diffusion    B: gather"; only A if B is not shown.
+
+    `reference` is the file name of the reference picture, `shown` the picture of side A.
+    """
+    if shown is None:
+        return ""
+    a = side_words(shown) if view.depth_of_field else "pinhole"
+    if view.compare is Compare.OFF:
+        return a
+    if view.compare is Compare.GRID:
+        return "looks side by side"
+    if view.a_look and sides.of_a(view) is not None:
+        a = _look_words(view.a_look, sides)
+    return f"A: {a}    B: {_b_words(view, sides, reference)}"
+
+
+def _look_words(name: str, sides: CompareSides) -> str:
+    """Return the name of a look, marked as a preview until its whole picture is rendered."""
+    return f"look {name}, preview" if sides.is_coming(name) else f"look {name}"
+
+
+def side_words(shown: Shown) -> str:
+    """Return the method and progress of a picture, for example "raytraced, 16 of 256 views"."""
+    made, requested = shown.settings, shown.shot.defocus
+    if requested.method.needs_scene and made.views < requested.views:
+        return f"{requested.method}, {made.views} of {requested.views} views"
+    return str(requested.method) if shown.is_whole else f"{requested.method}, preview"
+
+
+def _b_words(view: ViewState, sides: CompareSides, reference: str | None) -> str:
+    of_method = sides.of_method(view)
+    if view.against is Against.LOOK and of_method is not None:
+        return _look_words(view.b_look, sides)
+    if of_method is not None:
+        return side_words(of_method)
+    if view.against is Against.REFERENCE and reference is not None:
+        return reference
+    return "pinhole"

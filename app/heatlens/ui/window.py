@@ -8,7 +8,7 @@ from typing import Any
 
 from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
 
-from heatlens.ui.monitors import GlfwHandle
+from heatlens.ui.devices import GlfwHandle, is_keyboard_taken, pad_axes, room_of, screen_name
 
 import glfw  # isort: skip
 import moderngl
@@ -30,10 +30,7 @@ from heatlens.ui.clean_feed import CleanFeed, fill_screen
 from heatlens.ui.export_bar import export_title
 from heatlens.ui.glfw_input import GlfwInput
 from heatlens.ui.input_queue import InputQueue
-from heatlens.ui.keyboard_grab import is_keyboard_taken
 from heatlens.ui.layout import restore_layout
-from heatlens.ui.monitors import room_of, screen_name
-from heatlens.ui.pads import pad_axes
 from heatlens.ui.screen import Screen
 
 _SIZE = 1600, 900
