@@ -1,6 +1,7 @@
 """Offer the settings of the panels as actions, so that the palette finds them.
 
-The palette shows a setting in its panel by its label, or chooses one of its values. A test draws the panels and checks that the labels here are those that are drawn.
+The palette shows a setting in its panel by its label, or chooses one of its values. A test draws
+the panels and checks that the labels here are those that are drawn.
 """
 
 from collections.abc import Callable, Iterator
