@@ -90,7 +90,7 @@ class Monkey:
         """Undo what would end the play: a window that quits, an export, a file to be written."""
         gui = self.gui
         gui.ui.is_over = gui.ui.asks_to_quit = False
-        if gui.ui.dialogs.browser.is_open and self.rng.random() < 0.5:
+        if gui.ui.dialogs.is_open and self.rng.random() < 0.5:
             gui.key(K.escape)
         if gui.session.files.exports.run.is_busy:
             gui.session.files.exports.run.cancel()

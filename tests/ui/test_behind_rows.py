@@ -72,7 +72,7 @@ def test_a_file_that_cannot_be_is_refused_beside_its_field(gui, tmp_path):
 def test_the_button_asks_for_a_file(gui):
     gui.click(gui.middle("Add a picture behind"))
     gui.frame(2)
-    assert gui.ui.dialogs.browser.walk.purpose is PURPOSES["behind"]
+    assert gui.ui.dialogs.walk.purpose is PURPOSES["behind"]
 
 
 def test_of_a_sequence_a_still_takes_one_file(gui, tmp_path):

@@ -49,7 +49,7 @@ def browse(gui, action):
 
 
 def read(gui):
-    gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")
+    gui.until(lambda: not gui.ui.dialogs.walk.is_reading, "the folder")
     gui.frame(2)
 
 
@@ -61,11 +61,11 @@ def double_click(gui, name):
 
 def opened(gui, path):
     gui.until(lambda: gui.session.source.plate.path == Path(path), f"the plate {path}")
-    assert not gui.ui.dialogs.browser.is_open
+    assert not gui.ui.dialogs.is_open
 
 
 def shown_folder(gui):
-    return gui.ui.dialogs.browser.walk.typed
+    return gui.ui.dialogs.walk.typed
 
 
 # Opening
@@ -82,7 +82,7 @@ def test_a_double_click_opens_a_sequence_as_one(gui, plates, preferences):
 def test_a_click_chooses_and_the_button_opens(gui, plates):
     browse(gui, "Open...")
     gui.click(gui.middle("browser Open"))  # nothing is chosen yet: a dead button
-    assert gui.ui.dialogs.browser.is_open
+    assert gui.ui.dialogs.is_open
     gui.click(gui.middle("file shot.####.exr"))
     gui.click(gui.middle("browser Open"))
     opened(gui, plates / "shot.1001.exr")
@@ -152,9 +152,9 @@ def test_what_is_not_there_is_said_and_the_dialog_stays(gui, plates):
     assert (
         "stil.exr" in gui.session.messages.text and "still.exr" in gui.session.messages.text
     )  # a near name
-    assert gui.ui.dialogs.browser.is_open and gui.session.source.plate.path.name == "still.exr"
+    assert gui.ui.dialogs.is_open and gui.session.source.plate.path.name == "still.exr"
     gui.key(K.escape)
-    assert not gui.ui.dialogs.browser.is_open
+    assert not gui.ui.dialogs.is_open
 
 
 @pytest.mark.parametrize("text", ["~nouser9/a.exr", "~nouser9", "n" * 400, "still.exr/a.exr", " "])
@@ -162,7 +162,7 @@ def test_paths_that_cannot_be_are_said(gui, text):
     browse(gui, "Open...")
     typed(gui, text)
     read(gui)
-    assert gui.ui.dialogs.browser.is_open
+    assert gui.ui.dialogs.is_open
     assert text.strip() in gui.session.messages.text or text == " "
 
 
@@ -181,7 +181,7 @@ def test_leaving_opens_nothing_and_remembers_nothing(gui, preferences, leave):
     gui.click(gui.middle("file shot.####.exr"))
     gui.key(K.escape) if leave == "escape" else gui.click(gui.middle(leave))
     gui.frame(3)
-    assert not gui.ui.dialogs.browser.is_open and not gui.session.source.opener.opening
+    assert not gui.ui.dialogs.is_open and not gui.session.source.opener.opening
     assert preferences.now.folders == {}
 
 
@@ -226,13 +226,13 @@ def test_nothing_is_written_over_without_asking(gui, plates):
     browse(gui, "Save picture...")
     typed(gui, "takes/inside.exr")
     read(gui)
-    assert gui.ui.dialogs.browser.walk.name == "inside.exr"
+    assert gui.ui.dialogs.walk.name == "inside.exr"
     double_click(gui, "browser Save")  # in one place: the second one keeps what is there
-    assert gui.ui.dialogs.browser.walk.overwrites is None
+    assert gui.ui.dialogs.walk.overwrites is None
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Keep it"))
     gui.settled()
-    assert gui.ui.dialogs.browser.is_open and not gui.session.pictures.saving.is_busy
+    assert gui.ui.dialogs.is_open and not gui.session.pictures.saving.is_busy
     assert (plates / "takes" / "inside.exr").read_bytes() == before
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Overwrite"))
@@ -265,7 +265,7 @@ def test_a_slow_folder_holds_up_nothing_and_the_newest_wish_counts(gui, plates, 
     browse(gui, "Open...")
     double_click(gui, "file takes/")
     gui.frame(5)  # drawn although the folder is not read
-    assert gui.ui.dialogs.browser.walk.is_reading and shown_folder(gui) == str(plates)
+    assert gui.ui.dialogs.walk.is_reading and shown_folder(gui) == str(plates)
     gui.click(gui.middle("browser Up"))
     read(gui)
     answer.set()

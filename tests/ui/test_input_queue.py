@@ -110,7 +110,7 @@ def test_a_modifier_that_comes_behind_a_key_is_not_held_with_it(hand):
     while not is_seen:
         is_seen = hand.frame()
         done += [a.name for a in pressed(gui.screen.actions)]
-    assert name not in done and not gui.ui.dialogs.browser.is_open
+    assert name not in done and not gui.ui.dialogs.is_open
 
 
 def test_a_key_has_the_modifiers_of_its_own_event(hand):

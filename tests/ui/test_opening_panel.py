@@ -58,7 +58,7 @@ def test_an_image_is_chosen_turned_and_taken_off_again(gui: Gui, tmp_path: Path)
     """Each is one step of undo; the blades are back as they were."""
     gui.settled()
     gui.click(gui.middle("aperture image"))
-    assert gui.ui.dialogs.browser.walk.purpose is PURPOSES["opening"]
+    assert gui.ui.dialogs.walk.purpose is PURPOSES["opening"]
     gui.key(imgui.Key.escape)
     files = gui.session.files.commands
     files.openings.begin(tmp_path / "none.png")

@@ -55,7 +55,7 @@ def gui(ctx, plate):
 def save(gui, name):
     """Save through the dialog, typing the name."""
     gui.do("Save picture...")
-    gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")
+    gui.until(lambda: not gui.ui.dialogs.walk.is_reading, "the folder")
     gui.frame(2)
     gui.click(gui.middle("browser name"))
     gui.key(imgui.Key.a, ctrl=True)

@@ -51,7 +51,7 @@ def saved_as(gui, path: Path) -> None:
     """Save with Ctrl+Shift+S, typing the name in the browser."""
     gui.key(K.s, ctrl=True, shift=True)
     gui.frame(3)
-    gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")
+    gui.until(lambda: not gui.ui.dialogs.walk.is_reading, "the folder")
     gui.frame(2)
     gui.key(K.a, ctrl=True)
     gui.type(str(path))
@@ -87,7 +87,7 @@ def test_saving_again_asks_for_no_name(gui, tmp_path):
     gui.session.messages.clear()
     gui.key(K.s, ctrl=True)
     gui.until(lambda: "Saved" in gui.session.messages.text, "the file")
-    assert read_shot(path) == shot and not gui.ui.dialogs.browser.is_open
+    assert read_shot(path) == shot and not gui.ui.dialogs.is_open
 
 
 def test_a_shot_is_chosen_in_the_browser(gui, tmp_path):
@@ -96,7 +96,7 @@ def test_a_shot_is_chosen_in_the_browser(gui, tmp_path):
         write_shot(tmp_path / f"v{number}.heatlens.json", shot)
     gui.session.preferences.looked_in("shot", tmp_path)
     gui.do("Open shot...")
-    gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")
+    gui.until(lambda: not gui.ui.dialogs.walk.is_reading, "the folder")
     gui.frame(3)
     at = gui.middle("file v2.heatlens.json")
     gui.click(at)

@@ -174,11 +174,11 @@ def test_a_shot_that_is_opened_marks_its_own_card(begun, tmp_path, monkeypatch):
 def test_a_file_is_asked_for(begun, how):
     gui = begun()
     choose(gui, how, 2)
-    gui.until(lambda: gui.ui.dialogs.browser.is_open, "the dialog")
+    gui.until(lambda: gui.ui.dialogs.is_open, "the dialog")
     gui.key(K._1)  # of the dialog now
     gui.key(K.escape)
     gui.frame(3)
-    assert not gui.ui.dialogs.browser.is_open
+    assert not gui.ui.dialogs.is_open
     assert gui.session.files.start_choices.is_wanted and gui.session.source.opener.opening is None
 
 

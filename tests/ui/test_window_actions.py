@@ -44,11 +44,11 @@ def keyed(gui, action: Action) -> None:
 
 def closed(gui) -> None:
     """Close again what an action opened, as a user would."""
-    if gui.ui.dialogs.browser.is_open:
+    if gui.ui.dialogs.is_open:
         gui.frame(3)
         gui.key(K.escape)
         gui.frame(2)
-        assert not gui.ui.dialogs.browser.is_open
+        assert not gui.ui.dialogs.is_open
     gui.key(K.escape)
     gui.ui.is_over = False
 
@@ -57,7 +57,7 @@ def state(gui) -> tuple:
     """Return all that an action can change and that is seen at once."""
     session = gui.session
     ui = gui.ui
-    others = (ui.shows_keys, ui.is_over, ui.dialogs.browser.is_open, session.source.picture.version)
+    others = (ui.shows_keys, ui.is_over, ui.dialogs.is_open, session.source.picture.version)
     return session.facts.shot, session.facts.view, dict(ui.panels), *others
 
 

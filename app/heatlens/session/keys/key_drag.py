@@ -6,7 +6,7 @@ over are restored.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Literal, Protocol, TypeVar
+from typing import Generic, Literal, TypeVar
 
 from heatlens.model.shot import Shot
 from heatlens.session.keys.key_choice import Chosen, KeyId, all_keys, rippled
@@ -15,12 +15,12 @@ from heatlens.session.loop.messages import reported
 from heatlens.session.shot.editing import Editing
 
 
-class HeldKeys(Protocol):
-    """The state at the press of the mouse button."""
+@dataclass(frozen=True)
+class HeldKeys:
+    """The shot and the chosen keys at the press of the mouse button."""
 
-    @property
-    def shot(self) -> Shot:
-        """The shot at that time."""
+    shot: Shot
+    chosen: Chosen
 
 
 Held = TypeVar("Held", bound=HeldKeys)
@@ -42,6 +42,13 @@ class KeysInHand(Generic[Held]):
             self._held = None
             self._editing.settle()
 
+    def _show(self, changed: Callable[[], tuple[Shot, Chosen]]) -> None:
+        """Show the shot and the chosen keys as dragged; report why if they are impossible."""
+        with reported(self._say):
+            shot, chosen = changed()
+            self._editing.edit(shot)
+            self._keys.choose(chosen)
+
 
 Place = tuple[float, float]
 Places = dict[KeyId, Place]  # the screen position of every key
@@ -50,13 +57,11 @@ Move = Callable[[Shot, Chosen, int, float], tuple[Shot, Chosen]]
 
 
 @dataclass(frozen=True)
-class _Held:
-    """The state at the press of the mouse button."""
+class _Held(HeldKeys):
+    """What is dragged, and where it was taken."""
 
     kind: Literal["move", "ripple", "box"]
     at: Place
-    shot: Shot
-    chosen: Chosen
     key: KeyId | None = None
 
 
@@ -80,14 +85,14 @@ class KeyDrag(KeysInHand[_Held]):
         key = nearest(at, places, reach)
         if key is None:
             keys.choose(keys.chosen if shift else frozenset())
-            self._held = _Held("box", at, shot, keys.chosen)
+            self._held = _Held(shot, keys.chosen, "box", at)
             return
         self._keys.rows.choose(key.row)
         if shift:
             keys.choose(keys.chosen ^ {key})
         elif key not in keys.chosen:
             keys.choose(frozenset({key}))
-        self._held = _Held("ripple" if ctrl else "move", at, shot, keys.chosen, key)
+        self._held = _Held(shot, keys.chosen, "ripple" if ctrl else "move", at, key)
 
     def drag(self, at: Place, places: Places, per_frame: float, move: Move) -> None:
         """Follow the pointer."""
@@ -99,14 +104,11 @@ class KeyDrag(KeysInHand[_Held]):
             keys.choose(held.chosen | inside(held.at, at, places))
             return
         frames, up = round((at[0] - held.at[0]) / per_frame), held.at[1] - at[1]
-        with reported(self._say):
-            if held.kind == "ripple" and held.key is not None:
-                frames = max(frames, -self._room(held))
-                shot, chosen = rippled(held.shot, held.key.frame, frames), frozenset[KeyId]()
-            else:
-                shot, chosen = move(held.shot, held.chosen, frames, up)
-            self._editing.edit(shot)
-            keys.choose(chosen)
+        if held.kind == "ripple" and held.key is not None:
+            first, by_frames = held.key.frame, max(frames, -self._room(held))
+            self._show(lambda: (rippled(held.shot, first, by_frames), frozenset()))
+        else:
+            self._show(lambda: move(held.shot, held.chosen, frames, up))
 
     def _room(self, held: _Held) -> int:
         """Return how many frames earlier the keys can move until they meet the previous one."""

@@ -11,9 +11,8 @@ from heatlens.model.framing import PoseKey
 from heatlens.model.interpolation import Ease
 from heatlens.model.shot import Shot
 from heatlens.session.keys.key_choice import Chosen, KeyId, checked, frames_of
-from heatlens.session.keys.key_drag import KeysInHand
+from heatlens.session.keys.key_drag import HeldKeys, KeysInHand
 from heatlens.session.keys.key_rows import ROWS, keyed_of, keys_of, with_keyed, with_pasted
-from heatlens.session.loop.messages import reported
 
 
 @dataclass(frozen=True)
@@ -82,12 +81,10 @@ def _slower(ease: Ease, factor: float) -> Ease:
 
 
 @dataclass(frozen=True)
-class _Held:
-    """The dragged end, and the state at the press of the mouse button."""
+class _Held(HeldKeys):
+    """The dragged end, and both ends at the press of the mouse button."""
 
     is_last: bool
-    shot: Shot
-    chosen: Chosen
     ends: Ends
 
 
@@ -104,7 +101,7 @@ class KeyStretch(KeysInHand[_Held]):
         ends = self.ends
         if ends is not None:
             self._editing.settle()
-            self._held = _Held(is_last, self._editing.shot, self._keys.chosen, ends)
+            self._held = _Held(self._editing.shot, self._keys.chosen, is_last, ends)
 
     def drag(self, frame: int) -> None:
         """Move the end to a frame, at least one frame from the other end."""
@@ -115,7 +112,4 @@ class KeyStretch(KeysInHand[_Held]):
         ends = (
             Ends(first, max(frame, first + 1)) if held.is_last else Ends(min(frame, last - 1), last)
         )
-        with reported(self._say):
-            shot, chosen = stretched(held.shot, held.chosen, ends)
-            self._editing.edit(shot)
-            self._keys.choose(chosen)
+        self._show(lambda: stretched(held.shot, held.chosen, ends))

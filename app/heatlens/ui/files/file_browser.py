@@ -13,7 +13,7 @@ from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.files.file_commands import PURPOSES, FileCommands
-from heatlens.session.files.folder_walk import Chosen, FolderWalk, Purpose
+from heatlens.session.files.folder_walk import Chosen, FolderWalk
 from heatlens.session.loop.messages import Problem
 from heatlens.ui import probe, theme, topmost, widgets
 
@@ -22,10 +22,13 @@ _FRAMES_EM, _WRITTEN_EM, _BUTTON_EM = 13.0, 10.0, 6.5
 _Key = imgui.Key
 
 
-class FileBrowser:
-    """A dialog over the window that asks for a file."""
+class FileDialogs:
+    """A dialog over the window that asks for a file, and applies the choice."""
 
-    def __init__(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
+    def __init__(
+        self, files: FileCommands, say: Callable[[str], None], wake: Callable[[], None]
+    ) -> None:
+        self._files = files
         self._say = say
         self._wake = wake
         self.walk: FolderWalk | None = None
@@ -36,16 +39,20 @@ class FileBrowser:
         """True if the dialog is open or opens in the next frame."""
         return self.walk is not None
 
-    def open(self, purpose: Purpose, folder: Path, name: str = "") -> None:
-        """Open the dialog in the next frame, in `folder`; `name` is the file name it suggests."""
-        self.walk = FolderWalk(purpose, folder, name, self._wake)
-        self._is_new = True
+    def ask(self, key: str) -> None:
+        """Ask for a file in the next frame; `key` is a key of PURPOSES."""
+        if self._files.may_choose(key):
+            folder, name = self._files.first_folder(key), self._files.first_name(key)
+            self.walk = FolderWalk(PURPOSES[key], folder, name, self._wake)
+            self._is_new = True
 
-    def draw(self) -> Chosen | None:
-        """Draw the dialog if it is open; return the choice that was made in this frame."""
-        walk = self.walk
-        if walk is None:
-            return None
+    def draw(self) -> None:
+        """Draw the dialog if it is open, and apply the user's choice."""
+        chosen = None if self.walk is None else self._draw(self.walk)
+        if chosen is not None:
+            self._files.take(chosen)
+
+    def _draw(self, walk: FolderWalk) -> Chosen | None:
         title = f"{walk.purpose.title}###file browser"
         if self._is_new:
             imgui.open_popup(title)
@@ -231,25 +238,3 @@ def _button(name: str) -> bool:
 
 def _time_text(seconds: float) -> str:
     return time.strftime("%Y-%m-%d  %H:%M", time.localtime(seconds)) if seconds else ""
-
-
-class FileDialogs:
-    """Opens the file browser for a purpose and applies the choice."""
-
-    def __init__(
-        self, files: FileCommands, say: Callable[[str], None], wake: Callable[[], None]
-    ) -> None:
-        self._files = files
-        self.browser = FileBrowser(say, wake)
-
-    def ask(self, key: str) -> None:
-        """Ask for a file; `key` is a key of PURPOSES."""
-        if self._files.may_choose(key):
-            folder, name = self._files.first_folder(key), self._files.first_name(key)
-            self.browser.open(PURPOSES[key], folder, name)
-
-    def draw(self) -> None:
-        """Draw the dialog if it is open, and apply the user's choice."""
-        chosen = self.browser.draw()
-        if chosen is not None:
-            self._files.take(chosen)
