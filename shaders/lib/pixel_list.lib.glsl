@@ -28,6 +28,6 @@ ivec2 list_pixel(uint slot) {
 
 // Loops over the list, in the main of a later pass.
 #define FOR_EACH_LISTED(DO) \
-    for (uint slot = slice_start(list_count) + gl_GlobalInvocationID.x; \
-         slot < slice_end(list_count); slot += gl_NumWorkGroups.x * PIXELS_PER_GROUP) \
-        DO(list_pixel(slot));
+    uint slot = slice_start(list_count) + gl_GlobalInvocationID.x; \
+    if (slot >= slice_end(list_count)) return; \
+    do DO(list_pixel(slot)); while ((slot += gl_NumWorkGroups.x * PIXELS_PER_GROUP) < slice_end(list_count));

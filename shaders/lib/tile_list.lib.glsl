@@ -19,6 +19,6 @@ ivec2 listed_tile(uint slot) {
 
 // Loops over the list, in the main of a later pass.
 #define FOR_EACH_TILE(DO) \
-    for (uint slot = slice_start(tile_count) + gl_WorkGroupID.x; \
-         slot < slice_end(tile_count); slot += gl_NumWorkGroups.x) \
-        DO(listed_tile(slot));
+    uint slot = slice_start(tile_count) + gl_WorkGroupID.x; \
+    if (slot >= slice_end(tile_count)) return; \
+    do DO(listed_tile(slot)); while ((slot += gl_NumWorkGroups.x) < slice_end(tile_count));
