@@ -155,17 +155,18 @@ void eliminate_forward(int line, int slot, int tiles, out Value y[POLES]) {
     int tile = next_in_work(line, 0, tiles);
     forget(front);
     if (IS_REPEATED && tile == 0) repeat_first(front, input_in(line, run_of(line, 0), 0));
-    for (; tile < tiles; tile = next_in_work(line, tile + 1, tiles)) {
-        int blocks = blocks_of(tile);
+    if (tile < tiles) do {
+        int blocks = blocks_of(tile), block = 0;
         Run run = run_of(line, tile);
         if (run.start > 0) forget(front);
         if (run.start == tile * TILE) at = place_at(line, run, run.start);
-        for (int block = 0; block < blocks; ++block) {
-            int first = tile * TILE + block * BLOCK;
+        do {
+            int first = tile * TILE + block * BLOCK, j = 0;
             keep(front, slot, first);
-            for (int j = 0; j < BLOCK; ++j) eliminate(front, at, line, run, first + j, gone);
-        }
-    }
+            do eliminate(front, at, line, run, first + j, gone); while (++j < BLOCK);
+        } while (++block < blocks);
+        tile = next_in_work(line, tile + 1, tiles);
+    } while (tile < tiles);
     for (int n = IS_REPEATED && is_in_work(line, tiles - 1) ? 1 : 0; n > 0; --n) repeat_last(front, at.here, y);
 }
 
@@ -178,9 +179,10 @@ void substitute(Eliminated gone, inout Value y[POLES], ivec2 at, bool is_inside)
 
 void substitute_back(int line, int slot, int tiles, inout Value y[POLES]) {
     int tile = last_in_work(line, tiles - 1);
-    for (; tile >= 0; tile = last_in_work(line, tile - 1)) {
+    if (tile >= 0) do {
         Run run = run_of(line, tile);
-        for (int block = blocks_of(tile) - 1; block >= 0; --block) {
+        int block = blocks_of(tile) - 1;
+        do {
             int first = tile * TILE + block * BLOCK;
             Front front;
             take(front, slot, first);
@@ -188,8 +190,9 @@ void substitute_back(int line, int slot, int tiles, inout Value y[POLES]) {
             Eliminated gone[BLOCK];
             EACH_PIXEL(ELIMINATE_AGAIN)
             EACH_PIXEL_BACK(SUBSTITUTE)
-        }
-    }
+        } while (--block >= 0);
+        tile = last_in_work(line, tile - 1);
+    } while (tile >= 0);
 }
 
 void main() {
