@@ -1,5 +1,6 @@
 // Moves every surface behind the focus to where one part of the lens sees it: each is added to the list of
-// the pixel that it moves to.
+// the pixel that it moves to. A surface just behind one that covers the same pixel stays hidden from every
+// part, and is left out: together they would look like one surface of their mean colour.
 //
 // Inputs
 //   coc_tx    signed coc, pixels
@@ -19,6 +20,8 @@ uniform vec2 shift;
 layout(std430) buffer head_block { uint head_buf[]; };
 layout(std430) writeonly buffer link_block { uvec2 link_buf[]; };
 
+#define BEFORE_ALL 1e30
+
 void link(uint number, ivec2 at, float coc) {
     if (coc <= least_px) return;
     vec2 place = vec2(at) + coc * shift;
@@ -32,6 +35,17 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
     List list = list_at(at);
-    if (!list.has_front) link(front_number(at), at, texelFetch(coc_tx, at, 0).r);
-    for (uint i = list.first; i < list.end; ++i) link(i, at, fragment_of(i).coc);
+    float covering = BEFORE_ALL;  // dioptres of the last surface that covers the pixel
+    if (!list.has_front) {
+        float coc = texelFetch(coc_tx, at, 0).r;
+        link(front_number(at), at, coc);
+        covering = dioptres_of(coc);
+    }
+    for (uint i = list.first; i < list.end; ++i) {
+        Fragment fragment = fragment_of(i);
+        float own = dioptres_of(fragment.coc);
+        if (own * SAME_SURFACE >= covering) continue;
+        link(i, at, fragment.coc);
+        if (fragment.cover > WHOLE) covering = own;
+    }
 }

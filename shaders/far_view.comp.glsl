@@ -21,9 +21,7 @@ layout(rgba32f) uniform writeonly image2D out_view_img;
 layout(r32f) uniform writeonly image2D out_coc_img;
 
 #define HELD_MOST 24         // surfaces kept for a pixel; of more, the nearest
-#define SAME_SURFACE 1.03    // relative distance within which they add up
 #define SAME_IF_WHOLE 1.003  // the same, once the surface covers the pixel
-#define WHOLE 0.9
 #define GAIN 1.1             // shares of a stretched surface sum to a little less than 1
 #define LEAST_SHARE 1e-4
 #define LEAST_KNOWN 0.02
@@ -59,8 +57,6 @@ void hold_cell(ivec2 cell, bvec2 is_before) {
         if (share > LEAST_SHARE) hold(link - 1u, fragment.coc, share);
     }
 }
-
-float dioptres_of(float coc) { return max((coc - fragment_line.x) / fragment_line.y, 0.0); }
 
 struct View {
     vec4 seen;    // rgb and the known share

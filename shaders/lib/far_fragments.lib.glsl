@@ -19,6 +19,11 @@ Fragment numbered(uint number) {
     return front_at(ivec2(pixel % across, pixel / across));
 }
 
+#define SAME_SURFACE 1.03  // relative distance within which surfaces add up to one
+#define WHOLE 0.9          // share of a pixel from which a surface covers it
+
+float dioptres_of(float coc) { return max((coc - fragment_line.x) / fragment_line.y, 0.0); }
+
 #define LEAST_COVER 0.5
 
 // Coc of the first surface behind the focus along a pixel's ray; -1 for none.

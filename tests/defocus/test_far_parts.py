@@ -135,6 +135,21 @@ def test_light_is_kept_where_a_card_ends_before_an_equal_wall(ctx, renderer):
     np.testing.assert_allclose(through(renderer, plate, parts=7), 0.4, rtol=4 * HALF_ROUNDING)
 
 
+def test_the_back_of_a_thin_card_does_not_shine_through(ctx, renderer):
+    """A surface just behind one that covers it adds nothing, whatever its colour is."""
+    row = hidden_stripe()
+    front = card_before(row)
+    on_card = np.arange(WIDTH) < EDGE
+    seen = wall(np.where(on_card, np.float32(0.4), row), FAR_M).color[..., :3].copy()
+    depth_m = np.where(on_card, NEARER_M, FAR_M)
+    back_m = np.where(on_card, 1.01 * NEARER_M, FAR_M)
+    whole, back = (np.tile(z.astype(np.float32), (HEIGHT, 1)) for z in (depth_m, back_m))
+    dark = wall(np.where(on_card, np.float32(0.0), row), FAR_M).color[..., :3].copy()
+    plate = with_behind(plate_of(seen, whole), [plate_of(dark, back), wall(row, FAR_M)])
+    backed, expected = (through(renderer, each, parts=7) for each in (plate, front))
+    np.testing.assert_allclose(backed, expected, rtol=4 * HALF_ROUNDING)
+
+
 def test_parts_that_change_nothing_are_told():
     color, depth = np.ones((4, 4, 3), np.float32), np.ones((4, 4), np.float32)
     alone = plate_of(color, depth)
