@@ -12,6 +12,7 @@ from aiohttp import WSMsgType, web
 
 from heatlens.base.errors import InputError
 from heatlens.share.asked import parsed
+from heatlens.share.hands import REST_S
 from heatlens.share.links import Role
 from heatlens.share.picture import Line, Picture
 from heatlens.share.shared import Shared
@@ -177,6 +178,8 @@ class Client:
         if changes or gone:
             self._sent = state
             await self._say({"state": changes | dict.fromkeys(gone)})
+            if state["hand"]:
+                self._loop.call_later(REST_S, self.announce)  # its rest is news too
         picture = self._shared.picture
         if picture is not None and picture is not self._picture and self.is_ready:
             await self._send_picture(picture)

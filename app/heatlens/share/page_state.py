@@ -6,6 +6,9 @@ from heatlens.base.errors import HeatlensError
 from heatlens.files.json_record import plain, record_to_json
 from heatlens.model.coc import hyperfocal_m
 from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes
+from heatlens.model.look import Look
+from heatlens.model.view_geometry import PictureShape
 from heatlens.session.door.door import Door
 from heatlens.session.door.state import CommandState
 from heatlens.session.session import Session
@@ -38,27 +41,23 @@ class PageState:
     def _more(self) -> dict[str, object]:
         facts, time, shot = self._session.facts, self._session.time, self._session.facts.shot
         shape, recording = facts.picture_shape, time.recording
-        more = {
+        keyed_m = facts.keyed_focus_m if facts.has_lens else None
+        return {
             "shape": [shape.width_px, shape.height_px, shape.pixel_aspect],
             "scale": self._scale_now(),
+            "offset_m": facts.lens.measuring_offset_m,
             "hyperfocal_m": self._hyperfocal(),
-            "keyed_focus_m": facts.keyed_focus_m if facts.has_lens else None,
+            "keyed_focus_m": plain(keyed_m),
             "focus_keys": [key.frame for key in shot.curves.focus_distance_m.keys],
             "frames_per_second": shot.frames_per_second,
             "timecode": time.timeline.timecode,
-            "looks": [
-                [it.name, it.lens.f_stop, it.lens.focal_length_mm, it.still] for it in shot.looks
-            ],
-            "guides": record_to_json(facts.view.guides),
+            "looks": [_of_look(look) for look in shot.looks],
+            "guides": _of_guides(facts.view.guides, shape),
             "recording": recording.state.name.lower(),
             "beats_left": recording.beats_left,
             "recorded_keys": recording.key_count,
             "has_camera": facts.has_camera,
             "part_done": facts.part_done,
-        }
-        return {
-            name: plain(value) if not isinstance(value, (list, dict)) else value
-            for name, value in more.items()
         }
 
     def _scale_now(self) -> Mapping[str, object] | None:
@@ -74,6 +73,19 @@ class PageState:
             return hyperfocal_m(self._session.facts.lens)
         except HeatlensError:  # between two keys that make no lens
             return None
+
+
+def _of_look(look: Look) -> list[object]:
+    lens = look.lens
+    return [look.name, lens.f_stop, lens.focal_length_mm, plain(lens.focus_distance_m), look.still]
+
+
+def _of_guides(guides: Guides, shape: PictureShape) -> dict[str, object] | None:
+    """Return what to draw over the picture, in lines of it; None without guides."""
+    if guides == NO_GUIDES:
+        return None
+    picture = (0.0, 0.0, shape.width_px * shape.pixel_aspect, float(shape.height_px))
+    return record_to_json(guide_shapes(guides, picture)) | {"opacity": guides.opacity}
 
 
 def _of_histogram(histogram: DepthHistogram) -> dict[str, object]:
