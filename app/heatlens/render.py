@@ -216,7 +216,7 @@ class FrameRenderer:
     ) -> Steps[moderngl.Texture]:
         """Render, and crop or extend a plate to the view of a breathing lens."""
         picture = yield from self._steps(self._seen(shot, frame), frame, pipeline)
-        if self.scene is not None:
+        if self.has_many_views:  # it is drawn as the breathing lens sees it
             return picture
         plate = self.loaded.plate
         ratio = plate_ratio(shot.lens_at(frame), room_of(plate))
@@ -230,7 +230,7 @@ class FrameRenderer:
 
     def _seen(self, shot: Shot, frame: float) -> Shot:
         """Return the shot for drawing a scene, with the breathing of the lens at the frame."""
-        if self.scene is None or shot.lens.breathing == 1.0:
+        if not self.has_many_views or shot.lens.breathing == 1.0:
             return shot
         return replace(shot, lens=as_seen(shot.lens_at(frame)), curves=LensCurves())
 

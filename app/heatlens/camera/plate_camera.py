@@ -4,6 +4,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from heatlens.base.errors import InputError
 from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Matrix, matrix_of
@@ -12,7 +14,7 @@ from heatlens.model.frames import FRAMES_PER_SECOND
 from heatlens.model.option import Values
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header.channels import Header
-from heatlens.plate.header.placement import PLACEMENT, from_exr, is_rigid, placement_at
+from heatlens.plate.header.placement import PLACEMENT, are_rigid, from_exr, placement_at
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import CameraHeader
@@ -78,19 +80,20 @@ def placement_of(
     it, because holding the camera still at those frames would be wrong.
     """
     told = [placement_at(found) for found in headers]
-    missing = [frame for frame, value in zip(frames, told, strict=True) if value is None]
-    if len(missing) == len(frames):
+    placed = [from_exr(value, scene_unit_m) for value in told if value is not None]
+    if not placed:
         return None, (f"no {PLACEMENT} in the plate's headers: the camera has no placement.",)
-    if missing:
+    if len(placed) < len(frames):
+        missing = (frame for frame, value in zip(frames, told, strict=True) if value is None)
         where = frames_text(tuple(missing))
         return None, (f"no usable {PLACEMENT} at frames {where}: the camera has no placement.",)
-    placed = [from_exr(value, scene_unit_m) for value in told if value is not None]
-    if not all(is_rigid(matrix) for matrix, _ in placed):
+    matrices, are_left_handed = zip(*placed, strict=True)
+    if not are_rigid(np.array(matrices)).all():
         return None, (f"{PLACEMENT} scales or shears: the camera has no placement.",)
     notes = [f"placement from {PLACEMENT} in the plate's headers."]
-    if any(is_left_handed for _, is_left_handed in placed):
+    if any(are_left_handed):
         notes.append("the plate's world is left-handed: its z is reversed.")
-    return tuple(matrix_of(matrix) for matrix, _ in placed), tuple(notes)
+    return tuple(map(matrix_of, matrices)), tuple(notes)
 
 
 def _track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:

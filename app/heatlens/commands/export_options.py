@@ -232,9 +232,11 @@ def _check_together(args: argparse.Namespace, output: Output) -> None:
             f"--start-timecode: {output.suffix} cannot hold a timecode except in the picture. "
             "Give --burn-in too."
         )
-    if (args.burn_in_text or args.shot_name) and not args.burn_in and _is_typed(args):
+    if args.burn_in:
+        return
+    if (args.burn_in_text or args.shot_name) and _is_typed(args):
         raise InputError("--burn-in-text and --shot-name are for --burn-in: give both.")
-    if args.unit is not None and not args.burn_in:
+    if args.unit is not None:
         raise InputError("--unit is the unit of the distance that --burn-in writes: give both.")
 
 

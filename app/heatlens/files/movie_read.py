@@ -136,13 +136,7 @@ class Movie:
         because they are stored in another order than shown.
         """
         entries = list(self._stream.index_entries)
-        size = os.path.getsize(self._path)
-        if any(entry.pos + entry.size > size for entry in entries):
-            there = sum(entry.pos + entry.size <= size for entry in entries)
-            raise InputError(
-                f"{self._path} is cut short: it has {there} of its {len(entries)} frames. Copy or "
-                "write it again."
-            )
+        self._check_whole([entry.pos + entry.size for entry in entries])
         if self._stream.codec.intra_only and 1 < len(entries) == self._stream.frames:
             times = [entry.timestamp for entry in entries]
         else:
@@ -151,6 +145,16 @@ class Movie:
         if not times:
             raise InputError(f"{self._path} has no frames.")
         return tuple(sorted(set(times)))
+
+    def _check_whole(self, ends: list[int]) -> None:
+        """Raise InputError if the file ends before one of its frames does."""
+        size = os.path.getsize(self._path)
+        there = sum(end <= size for end in ends)
+        if there < len(ends):
+            raise InputError(
+                f"{self._path} is cut short: it has {there} of its {len(ends)} frames. Copy or "
+                "write it again."
+            )
 
     def _decoded(self, number: int) -> Any:
         """Return the decoded frame, and keep it with those that come before it."""

@@ -109,13 +109,18 @@ class NeighbourReader:
         asked, present = self._options.neighbours, self._sequence.present
         if asked == 0 or len(present) < 2 or not self._sequence.form.padding:
             return Neighbourhood()
-        count, cameras = asked or USUAL_COUNT, self._cameras()
+        cameras = self._cameras()
         plate = self._first_readable(present) if cameras or asked else None
         if plate is None or (asked is None and plate.fragments is not None):
             return Neighbourhood()  # nobody asked, or it holds its hidden surfaces
-        why_not = self._why_not(plate, cameras)
-        if why_not:
+        if why_not := self._why_not(plate, cameras):
             return Neighbourhood(words=f"{_UNASKED} {why_not}")
+        return self._neighbours(plate, asked or USUAL_COUNT, cameras)
+
+    def _neighbours(
+        self, plate: Plate, count: int, cameras: dict[int, FloatMatrix]
+    ) -> Neighbourhood:
+        """Return the frames on either side that are used; all plates are like `plate`."""
         focal = _focal_px(plate, self._options) or (1.0, 1.0)
         step = step_of(cameras, plate, focal[0], count)
         every = "" if step == 1 else f", every {step} frames"

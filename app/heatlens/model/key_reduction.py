@@ -115,10 +115,8 @@ class _Recording:
     def piece(self, start: int, end: int) -> _Piece:
         """Return the monotone cubic between two samples that is nearest to those in between."""
         frames, rise, rows = self._inside(start, end)
-        s00 = sum(a * a for a, _, _ in rows)
-        s01 = sum(a * b for a, b, _ in rows)
-        s11 = sum(b * b for _, b, _ in rows)
-        t0, t1 = sum(a * off for a, _, off in rows), sum(b * off for _, b, off in rows)
+        pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2))
+        s00, s01, s11, t0, t1 = (sum(row[i] * row[j] for row in rows) for i, j in pairs)
         goes_on = start > 0 or not self.eases, end < len(self.samples) - 1 or not self.eases
         out, into = (rise if free else 0.0 for free in goes_on)  # a straight line
         for _ in range(_SWEEPS if rows and rise else 0):

@@ -115,13 +115,14 @@ def _value(typed: Any, kind: Any, told: Option) -> Any:
         return told.parse(with_point(typed) if kind is float else typed)
     if issubclass(kind, StrEnum):
         return kind(typed)
-    if kind in (int, float) and told.least is not None and not told.unit:
+    if kind in (int, float):
         _check(typed, told)
     return typed
 
 
 def _check(value: float, told: Option) -> None:
-    if not told.allows(value):
+    """Raise InputError for a number out of range; the model checks those with a unit."""
+    if told.least is not None and not told.unit and not told.allows(value):
         low, high = told.least, told.most
         raise InputError(f"--{told.flag} must be {low:g} to {high:g}, got {value:g}.")
 

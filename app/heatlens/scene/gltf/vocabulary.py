@@ -171,17 +171,21 @@ def unread_notes(gltf: GltfFile) -> dict[str, None]:
 def _unread(gltf: GltfFile, found: "_Found") -> Iterator[str]:
     """Yield sentences on extensions and properties that are not read at all."""
     unread = {name: count for name, count in found.extensions.items() if not _is_read(name)}
-    of_materials = [name for name in unread if name.startswith(_MATERIAL)]
-    if of_materials:
-        coats = [f"{n.removeprefix(_MATERIAL)} ({_of(unread[n])})" for n in of_materials]
-        yield f"Of materials these are left out: {_listed(coats)}."
-    others = [f"{n[:60]} ({unread[n]})" for n in unread if n not in of_materials]
+    materials = [
+        f"{name.removeprefix(_MATERIAL)} ({_of(count)})"
+        for name, count in unread.items()
+        if name.startswith(_MATERIAL)
+    ]
+    others = [f"{n[:60]} ({c})" for n, c in unread.items() if not n.startswith(_MATERIAL)]
     others += [name for name in _promised(gltf) if name not in unread]
-    if others:
-        yield f"These extensions of the file are not read: {_listed(others)}."
-    if found.unknown:
-        told = [f"{name[:60]!r} ({count})" for name, count in found.unknown.items()]
-        yield f"These properties are unknown in glTF 2.0 and not read: {_listed(told)}."
+    unknown = [f"{name[:60]!r} ({count})" for name, count in found.unknown.items()]
+    for words, names in (
+        ("Of materials these are left out", materials),
+        ("These extensions of the file are not read", others),
+        ("These properties are unknown in glTF 2.0 and not read", unknown),
+    ):
+        if names:
+            yield f"{words}: {_listed(names)}."
 
 
 class _Found:

@@ -94,7 +94,7 @@ def _scene(stage: UsdStage) -> Scene:
     of_lenses = chain.from_iterable(map(changing_lens, cameras))
     frames = stage.frames_of([*placed, *cameras], [*attributes, *of_lenses])
     moving = stage.frames_of(placed, attributes)
-    instances = [_Instance(p.GetName(), m, n) for n, p in enumerate(prims) for m in geometry.of(p)]
+    instances = _instances(geometry, prims)
     copies = [instancers.copies(prim, moving) for prim in copying]
     for number, found in enumerate(copies, start=len(prims)):
         instances += map(_Instance, found.names, found.meshes, repeat(number))
@@ -120,6 +120,11 @@ def _scene(stage: UsdStage) -> Scene:
         frames_per_second=stage.frames_per_second,
         notes=_notes(stage, geometry, instancers, shown),
     )
+
+
+def _instances(geometry: UsdGeometry, prims: list[UsdObject]) -> list[_Instance]:
+    """Return an instance for each mesh of the prims that are drawn themselves."""
+    return [_Instance(p.GetName(), m, n) for n, p in enumerate(prims) for m in geometry.of(p)]
 
 
 def _notes(
