@@ -36,11 +36,6 @@ def test_png_of_opaque_colour(tmp_path):
     assert image.getpixel((0, 0)) == (188, 0, 255)
 
 
-def test_exposure_is_in_stops(tmp_path):
-    write_png(tmp_path / "a.png", np.full((1, 1, 3), 0.125, np.float32), exposure_stops=2.0)
-    assert Image.open(tmp_path / "a.png").getpixel((0, 0)) == (188, 188, 188)
-
-
 def test_alpha_is_un_premultiplied(tmp_path):
     color = np.zeros((1, 2, 4), np.float32)
     color[0, 0] = 0.25, 0.25, 0.25, 0.5

@@ -28,6 +28,7 @@ _BLADES, _ROTATION = "dof.aperture_blades", "dof.aperture_rotation"
 _IMAGE = '["aperture_image"]'
 _ROTATION_ORDER = "XYZ"  # Blender's own
 
+
 def blender_text(camera: CameraSamples) -> str:
     """Return the Python script, which needs only Blender: `set_lens.py` with its values filled."""
     focus = camera.focus_distance_m

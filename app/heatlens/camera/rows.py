@@ -78,9 +78,7 @@ def read_json_camera(path: Path) -> CameraSamples:
     """Read a camera; raise InputError that names the damaged entry."""
     top = read_json(path)
     top.check_version(_VERSION, CAMERA_VERSION, "camera")
-    entries = top.members(_TOP)
-    if "samples" not in entries:
-        top.refuse("the entry 'samples' is missing")
+    entries = top.members(_TOP, ["samples"])
     others: dict[str, object] = {
         "rows": [_row(item) for item in entries["samples"].items()],
         "name": entries["name"].text() if "name" in entries else path.stem,

@@ -76,11 +76,9 @@ def read_kit(path: Path) -> LensKit:
     """Read a kit. Raises InputError that names the file and the damaged place in it."""
     top = read_json(path)
     top.check_version(_VERSION, KIT_VERSION, "lens kit")
-    entries = {n: e for n, e in top.members([_VERSION, *_FIELDS]).items() if n != _VERSION}
-    for name in ("name", "words", "lenses"):
-        if name not in entries:
-            top.refuse(f"the entry {name!r} is missing")
-    kit: LensKit = top.built(LensKit, {n: e.of_type(_FIELDS[n]) for n, e in entries.items()})
+    entries = top.members([_VERSION, *_FIELDS], ["name", "words", "lenses"])
+    values = {n: entries[n].of_type(kind) for n, kind in _FIELDS.items() if n in entries}
+    kit: LensKit = top.built(LensKit, values)
     try:
         return kit_with_image(kit, lambda image: image_beside(image, path.parent))
     except InputError as error:

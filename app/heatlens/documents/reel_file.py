@@ -34,9 +34,7 @@ def read_reel(path: Path, options: EditOptions = _AS_IT_IS) -> Reel:
         return read_edit(path, options)
     top = read_json(path)
     top.check_version(_VERSION, REEL_VERSION, "reel")
-    entries = top.members([_VERSION, "frames_per_second", "start_timecode", "shots"])
-    if "shots" not in entries:
-        top.refuse("the entry 'shots' is missing")
+    entries = top.members([_VERSION, "frames_per_second", "start_timecode", "shots"], ["shots"])
     values = {
         name: entries[name].of_type(kind)
         for name, kind in (("frames_per_second", float), ("start_timecode", str))

@@ -68,9 +68,7 @@ def read_shot(path: str | os.PathLike[str], moved: Sequence[Sequence[str]] = ())
     path = Path(path)
     top = read_json(path)
     top.check_version(_VERSION, SHOT_VERSION, "shot")
-    entries = top.members([_VERSION, *_FIELDS, *_OTHERS])
-    if "lens" not in entries:
-        top.refuse("the entry 'lens' is missing")
+    entries = top.members([_VERSION, *_FIELDS, *_OTHERS], ["lens"])
     values = {
         field: entries[name].of_type(kind)
         for name, (field, kind) in _FIELDS.items()

@@ -1,7 +1,7 @@
 """Write a rendered frame to its file: an EXR with all requested channels, or a display picture."""
 
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +22,12 @@ from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.header.timecode import exr_timecode, timecode_of
 from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture.picture_write import lens_header, write_picture
-from heatlens.plate.picture.png_write import encoded_picture, picture_format
+from heatlens.plate.picture.png_write import encoded_picture, picture_format, quantised
 from heatlens.plate.plate import FloatImage, Plate
 
 IMAGE_DESCRIPTION = 270  # the TIFF tag for a text
 
 MOVIE_WHITE = 65280  # 255 times 256, which FFmpeg takes as white in 16 bits
-Whole = TypeVar("Whole", np.uint8, np.uint16)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,13 +163,3 @@ def _marked(kind: str, mark: str) -> dict[str, object]:
         return {"pnginfo": text}
     comment = f"{JOB_ATTRIBUTE}={mark}"
     return {"comment": comment} if kind == "JPEG" else {"tiffinfo": {IMAGE_DESCRIPTION: comment}}
-
-
-def quantised(display: FloatImage, kind: type[Whole], white: int | None = None) -> NDArray[Whole]:
-    """Convert 0..1 to rounded integers of `kind`; values outside, which a view may give, clip.
-
-    `white` is the integer for 1, by default the largest.
-    """
-    most = np.float32(white or np.iinfo(kind).max)
-    scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * most
-    return (scaled + np.float32(0.5)).astype(kind)

@@ -12,13 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.export.finished import is_finished, is_movie_finished
-from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, quantised
+from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame
 from heatlens.export.plan import ExportPlan, PlannedFrame, kept_path, planned
 from heatlens.export.rendering import FrameRendering
 from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE, write_exr
 from heatlens.plate.of_arrays import plate_of_arrays
+from heatlens.plate.picture.png_write import quantised
 from heatlens.render import FrameRenderer
 
 _CHANNELS = "RGB"

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, frame_timecode, quantised
+from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, frame_timecode
 from heatlens.export.job import ExportJob
 from heatlens.export.whole import is_whole
 from heatlens.files.atomic_file import replacing
@@ -24,6 +24,7 @@ from heatlens.files.movie_read import av
 from heatlens.files.output_check import check_space
 from heatlens.model.frames import exact_rate
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.picture.png_write import quantised
 from heatlens.plate.plate import FloatImage
 
 _REC709 = 1  # code of the primaries, curve and matrix: ITU-T H.273, tables 2 to 4

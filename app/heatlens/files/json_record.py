@@ -6,7 +6,7 @@ Infinity, for which JSON has no number, is written as the text "inf".
 
 import json
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from difflib import get_close_matches
 from enum import Enum
@@ -87,7 +87,7 @@ class JsonEntry:
                 "may have written it"
             )
 
-    def members(self, known: Collection[str]) -> dict[str, "JsonEntry"]:
+    def members(self, known: Collection[str], needed: Iterable[str] = ()) -> dict[str, "JsonEntry"]:
         """Return the entries of an object by name; all must be among `known`."""
         if not isinstance(self.value, dict):
             self.refuse(f"{_shown(self.value)} should be an object in braces")
@@ -96,6 +96,9 @@ class JsonEntry:
                 near = get_close_matches(name, known, 1)
                 hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
                 self.refuse(f"unknown entry {name!r}; {hint}")
+        for name in needed:
+            if name not in self.value:
+                self.refuse(f"the entry {name!r} is missing")
         prefix = f"{self.place}." if self.place else ""
         return {
             name: JsonEntry(self.path, prefix + name, value) for name, value in self.value.items()
@@ -113,10 +116,8 @@ class JsonEntry:
         """Return this object as a dataclass `kind`; missing entries take their defaults."""
         hints = get_type_hints(kind)
         own: tuple[Any, ...] = fields(kind)  # type: ignore[arg-type]
-        entries = self.members([field.name for field in own])
-        for field in own:
-            if _is_needed(field) and field.name not in entries:
-                self.refuse(f"the entry {field.name!r} is missing")
+        needed = [field.name for field in own if _is_needed(field)]
+        entries = self.members([field.name for field in own], needed)
         return self.built(kind, {n: entry.of_type(hints[n]) for n, entry in entries.items()})
 
     def built(self, kind: Callable[..., T], values: Mapping[str, object]) -> T:

@@ -1,6 +1,5 @@
 """Write a plate and the surfaces behind it to a deep EXR file, completely or not at all."""
 
-import io
 import os
 from collections.abc import Mapping
 
@@ -9,12 +8,9 @@ import OpenEXR
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.files.atomic_file import write_whole
-from heatlens.files.quiet import quiet_library
-from heatlens.plate.exr.exr_write import writable_attributes
+from heatlens.plate.exr.exr_write import write_part, written_header
 from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate
-from heatlens.plate.windows import header_at_box
 
 # The library needs an array object for each channel of each pixel.
 _BYTES_A_PIXEL = 1500
@@ -32,26 +28,15 @@ def write_deep(
     """
     check_deep_fits(path, plate.data_window.width, plate.data_window.height)
     counts, samples = deep_samples(plate)
-    header = writable_attributes(attributes) | {
-        "compression": OpenEXR.ZIPS_COMPRESSION,
-        "type": OpenEXR.deepscanline,
-        "dataWindow": header_at_box(plate.data_window),
-        "displayWindow": header_at_box(plate.display_window),
-        "pixelAspectRatio": float(plate.pixel_aspect_ratio),
-    }
+    windows = plate.data_window, plate.display_window
+    header = written_header(attributes, *windows, plate.pixel_aspect_ratio)
+    header |= {"compression": OpenEXR.ZIPS_COMPRESSION, "type": OpenEXR.deepscanline}
     stored = {
         name: _by_pixel(values.astype(np.float16 if half and name != "Z" else np.float32), counts)
         for name, values in zip(_CHANNELS, samples.T, strict=True)
     }
-    encoded = io.BytesIO()
-    try:
-        with quiet_library():
-            shape = plate.data_window.shape
-            channels = {name: values.reshape(shape) for name, values in stored.items()}
-            OpenEXR.File(header, channels).write(encoded)
-    except RuntimeError as error:
-        raise InputError(f"{path} could not be written: {error}.") from error
-    write_whole(path, encoded.getvalue())
+    shape = plate.data_window.shape
+    write_part(path, header, {name: values.reshape(shape) for name, values in stored.items()})
 
 
 def check_deep_fits(path: str | os.PathLike[str], width: int, height: int) -> None:

@@ -3,6 +3,7 @@
 import io
 import os
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import OpenEXR
@@ -48,21 +49,39 @@ def write_exr(
     InputError, and leaves an existing file at `path` unchanged, if the file cannot be written or a
     channel has another size.
     """
-    header = writable_attributes(attributes or {}) | {
-        "compression": _compression(compression),
-        "type": OpenEXR.scanlineimage,
-        "dataWindow": header_at_box(data_window),
-        "displayWindow": header_at_box(display_window),
-        "pixelAspectRatio": float(pixel_aspect_ratio),
-    }
+    header = written_header(attributes or {}, data_window, display_window, pixel_aspect_ratio)
+    header |= {"compression": _compression(compression), "type": OpenEXR.scanlineimage}
     shape = (data_window.height, data_window.width)
     stored = {name: _stored(name, values, shape, half) for name, values in channels.items()}
     others = {name: values for name, values in (kept or {}).items() if name not in stored}
     stored |= {name: np.ascontiguousarray(values) for name, values in others.items()}
+    write_part(path, header, stored)
+
+
+def written_header(
+    attributes: Mapping[str, object],
+    data_window: Box,
+    display_window: Box,
+    pixel_aspect_ratio: float,
+) -> dict[str, object]:
+    """Return the header of a part: the attributes that can be written, and its windows."""
+    return writable_attributes(attributes) | {
+        "dataWindow": header_at_box(data_window),
+        "displayWindow": header_at_box(display_window),
+        "pixelAspectRatio": float(pixel_aspect_ratio),
+    }
+
+
+def write_part(
+    path: str | os.PathLike[str],
+    header: Mapping[str, object],
+    channels: Mapping[str, NDArray[Any]],
+) -> None:
+    """Write a file of one part, completely or not at all. Raises InputError if that fails."""
     encoded = io.BytesIO()  # on a full disk the library would silently write an incomplete file
     try:
         with quiet_library():
-            OpenEXR.File(header, stored).write(encoded)
+            OpenEXR.File(dict(header), dict(channels)).write(encoded)
     except RuntimeError as error:
         raise InputError(f"{path} could not be written: {error}.") from error
     write_whole(path, encoded.getvalue())

@@ -4,6 +4,7 @@ import io
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from heatlens.plate.plate import FloatImage
 
 _FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
 EYE_SUFFIXES = tuple(_FORMATS)
+Whole = TypeVar("Whole", np.uint8, np.uint16)
 _OPTIONS: dict[str, dict[str, object]] = {
     "JPEG": {"quality": 95},
     "TIFF": {"compression": "tiff_adobe_deflate"},
@@ -25,19 +27,18 @@ _OPTIONS: dict[str, dict[str, object]] = {
 def write_png(
     path: str | os.PathLike[str],
     rgba: FloatImage,
-    exposure_stops: float = 0.0,
     encode: Callable[[FloatImage], FloatImage] = srgb_encoded,
 ) -> None:
-    """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4), `exposure_stops` brighter.
+    """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4).
 
     `encode` converts light (H, W, 3) to display values, which are clamped to 0..1. If any pixel is
     not opaque, PNG and TIFF hold alpha with unpremultiplied colour, and JPEG shows the picture over
     black. Raises InputError if the file cannot be written.
     """
     kind = picture_format(path)
-    light = _straight(rgba, exposure_stops, keep_alpha=kind != "JPEG")
-    shown = [_bytes(encode(light[:, :, :3])), _bytes(light[:, :, 3:])]
-    image = Image.fromarray(np.concatenate(shown, axis=2))
+    light = _straight(rgba, keep_alpha=kind != "JPEG")
+    shown = np.concatenate([encode(light[:, :, :3]), light[:, :, 3:]], axis=2)
+    image = Image.fromarray(quantised(shown, np.uint8))
     write_whole(path, encoded_picture(image, kind))
 
 
@@ -59,9 +60,9 @@ def encoded_picture(image: Image.Image, kind: str, **options: object) -> bytes:
     return encoded.getvalue()
 
 
-def _straight(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> FloatImage:
+def _straight(rgba: FloatImage, keep_alpha: bool) -> FloatImage:
     """Return light (H, W, 3), or unpremultiplied (H, W, 4) if alpha is kept and not all opaque."""
-    rgb = rgba[:, :, :3] * np.float32(2.0**exposure_stops)
+    rgb = rgba[:, :, :3]
     if not keep_alpha or rgba.shape[2] == 3 or not (rgba[:, :, 3] < 1).any():
         return rgb
     alpha = np.nan_to_num(np.clip(rgba[:, :, 3:], 0.0, 1.0))
@@ -69,6 +70,11 @@ def _straight(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> Floa
     return np.concatenate([straight, alpha], axis=2)
 
 
-def _bytes(display: FloatImage) -> NDArray[np.uint8]:
-    """Convert 0..1 to rounded 0..255; values outside, which a view may give, are clamped."""
-    return (np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * 255 + 0.5).astype(np.uint8)
+def quantised(display: FloatImage, kind: type[Whole], white: int | None = None) -> NDArray[Whole]:
+    """Convert 0..1 to rounded integers of `kind`; values outside, which a view may give, clip.
+
+    `white` is the integer for 1, by default the largest.
+    """
+    most = np.float32(white or np.iinfo(kind).max)
+    scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * most
+    return (scaled + np.float32(0.5)).astype(kind)
