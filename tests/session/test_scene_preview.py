@@ -196,8 +196,7 @@ def test_another_scene_begins_without_a_wait():
     sight.look(SHOT, 1)
     sight.look(moved(1), 1)
     assert sight.seconds_to_rest() > 0
-    sight.begin()
-    machine.key = None
+    sight, machine.key = sight_of(machine), None
     sight.look(moved(2), 1)
     assert sight.seconds_to_rest() == 0
     refined(sight, machine)

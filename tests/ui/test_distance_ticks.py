@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from heatlens.model.depth_histogram import BINS, DepthHistogram, depth_histogram
 from heatlens.model.units import FOOT_M, INCH_M, parse_distance_m
 from heatlens.model.value_bins import bins_of
-from heatlens.ui.panels.depth_scale import visible_heights
-from heatlens.ui.panels.distance_ticks import Tick, distance_ticks, scale_ticks
+from heatlens.ui.panels.depth_scale import Tick, distance_ticks, scale_ticks, visible_heights
 
 WIDTH = 310.0  # of the bar at the narrowest
 STEPS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)

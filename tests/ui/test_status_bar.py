@@ -12,7 +12,7 @@ from imgui_bundle import imgui
 from heatlens.session.exports.export_process import ExportState
 from heatlens.session.loop.messages import Messages, Problem
 from heatlens.ui.export_bar import export_title, export_words
-from heatlens.ui.status_bar import fitting
+from heatlens.ui.widgets import fitted
 from support.session_files import POST
 
 K = imgui.Key
@@ -72,7 +72,7 @@ def test_a_problem_has_another_colour_than_what_was_done(gui, monkeypatch):
 
 @given(text=st.text(max_size=60), width=st.integers(0, 80))
 def test_a_message_is_cut_to_its_room(text, width):
-    shown = fitting(text, width, len)
+    shown = fitted(text, width, width_of=len)
     assert len(shown) <= max(width, 0) or shown == ""
     assert shown == text or shown == "" or text.startswith(shown.removesuffix(" ..."))
 

@@ -100,9 +100,7 @@ class TimeDesk:
     ) -> None:
         source, editing = shared.source, shared.editing
         now, view = shared.preferences.now, pictures.view
-        self._source = source
-        self.editing = editing
-        self.speed = speed
+        self._source, self.editing, self.speed = source, editing, speed
         self.say = shared.say
         self.scenes = scenes
         self.timeline = timeline = Timeline(shared)

@@ -61,7 +61,7 @@ class DockedPanels:
             "Lens": self._lens,
             "Display": self._display,
             "Plate": self._plate,
-            "Scene": self._scene,
+            "Scene": partial(scene_panel, self._session.scenes, self._editing, self._say),
             "Marks": partial(marks_panel, self._time, self._facts.unit, self._ui),
             "Plan": self._plan,
             "Looks": partial(looks_panel, self._facts, self._session.pictures, self.stills),
@@ -145,9 +145,6 @@ class DockedPanels:
         )
         ask = partial(self._ui.dialogs.ask, "behind")
         reading.change(plate_panel(reading.options, shown, self._say, ask))
-
-    def _scene(self) -> None:
-        scene_panel(self._session.scenes, self._editing, self._say)
 
     def _export(self) -> None:
         exports = self._ui.files.exports

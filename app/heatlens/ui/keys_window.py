@@ -69,13 +69,10 @@ def in_columns(found: Sequence[Section], count: int) -> list[list[Section]]:
     """Distribute sections, in order, over columns of about equal height."""
     columns: list[list[Section]] = [[] for _ in range(count)]
     for section in sorted(found, key=lambda section: -len(section.rows)):
-        min(columns, key=_height).append(section)
+        lowest = min(columns, key=lambda column: sum(_HEAD_ROWS + len(it.rows) for it in column))
+        lowest.append(section)
     ordered = [sorted(column, key=found.index) for column in columns if column]
     return sorted(ordered, key=lambda column: found.index(column[0]))
-
-
-def _height(column: list[Section]) -> float:
-    return sum(_HEAD_ROWS + len(section.rows) for section in column)
 
 
 def keys_window(actions: Sequence[Action], has_camera: bool) -> bool:

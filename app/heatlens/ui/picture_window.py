@@ -87,9 +87,7 @@ class PictureWindow:
         screen: ScreenPictures,
         kept: KeptScreen,
     ) -> None:
-        self._facts = facts
-        self._door = door
-        self._desk = desk
+        self._facts, self._door, self._desk = facts, door, desk
         self._ui = ui
         self._seen = SeenPictures(facts, desk, screen, kept)
         ctx = desk.renderer.ctx

@@ -4,9 +4,10 @@ The palette shows a setting in its panel by its label, or chooses one of its val
 the panels and checks that the labels here are those that are drawn.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from heatlens.export.options import ExportOptions
 from heatlens.model.aperture import Aperture
@@ -14,8 +15,8 @@ from heatlens.model.filmback import FILMBACKS
 from heatlens.model.guides import SQUEEZES
 from heatlens.model.option import options_of
 from heatlens.model.peaking import PEAKING_COLORS, PeakingOn
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality, barred_methods
-from heatlens.model.view import Overlay, ViewState
+from heatlens.model.settings import Bokeh, Method, Quality, barred_methods
+from heatlens.model.view import Overlay
 from heatlens.session.door.door import Changeable, Door
 from heatlens.session.facts import Facts
 from heatlens.session.settings.preferences import Theme
@@ -24,6 +25,7 @@ from heatlens.ui.actions import Action
 from heatlens.ui.seek import seek
 from heatlens.ui.state import UiState
 
+_MENU = "Setting"
 SETTINGS: dict[str, tuple[str, ...]] = {
     "Lens": (
         *(told.label for told in options_of(Aperture).values()),
@@ -85,69 +87,35 @@ def _show(ui: UiState, panel: str, words: str) -> None:
     seek(panel, words)
 
 
-_MENU = "Setting"
-Choice = tuple[str, Callable[[], Changeable]]  # a value's name, and the settings with it
-
-
 def settings(door: Door, facts: Facts, views: tuple[str, ...], ui: UiState) -> tuple[Action, ...]:
     """Return an action for each value that a setting can have; `views` are those of the display."""
 
     def barred(method: Method) -> str:
         return barred_methods(facts.has_many_views).get(str(method), "")
 
+    def choice(name: str, now: Callable[[], Changeable], part: str = "", **values: Any) -> Action:
+        return Action(f"Set {name}", _MENU, lambda: door.choose(_changed(now(), part, values)))
+
+    lens, blur, view = (lambda: facts.lens), (lambda: facts.shot.defocus), (lambda: facts.view)
+    peaked = partial(choice, now=lambda: replace(facts.view, is_peaking=True), part="peaking")
+    methods = [(it, choice(f"method {it}", blur, method=it)) for it in Method]
+    squeezes = SQUEEZES.items()
     return (
-        *(_action(door, *choice) for choice in (*_lens(facts), *_view(facts, views))),
-        *(replace(_action(door, *_method(facts, it)), barred=partial(barred, it)) for it in Method),
+        *(choice(f"quality {it}", blur, quality=it) for it in Quality),
+        *(choice(f"bokeh {it}", blur, bokeh=it) for it in Bokeh),
+        *(choice(f"film back {it.name}", lens, sensor_width_mm=it.width_mm) for it in FILMBACKS),
+        *(choice(f"view {it}", view, view=it) for it in views),
+        *(choice(f"overlay {it}", view, overlay=it) for it in Overlay),
+        *(peaked(f"focus peaking {it}", color=it) for it in PEAKING_COLORS),
+        *(peaked(f"focus peaking {it}", on=it) for it in PeakingOn),
+        *(choice(f"guides desqueeze {n}", view, "guides", desqueeze=it) for n, it in squeezes),
+        *(replace(action, barred=partial(barred, method)) for method, action in methods),
         *(Action(f"Set theme {it}", _MENU, partial(ui.theme.choose, it)) for it in Theme),
     )
 
 
-def _action(door: Door, name: str, changed: Callable[[], Changeable]) -> Action:
-    return Action(f"Set {name}", _MENU, lambda: door.choose(changed()))
-
-
-def _blur(facts: Facts, **changes: Quality | Bokeh | Method) -> Callable[[], DefocusSettings]:
-    return lambda: replace(facts.shot.defocus, **changes)  # type: ignore[arg-type]  # any field
-
-
-def _method(facts: Facts, method: Method) -> Choice:
-    return f"method {method}", _blur(facts, method=method)
-
-
-def _lens(facts: Facts) -> Iterator[Choice]:
-    for quality in Quality:
-        yield f"quality {quality}", _blur(facts, quality=quality)
-    for bokeh in Bokeh:
-        yield f"bokeh {bokeh}", _blur(facts, bokeh=bokeh)
-    for back in FILMBACKS:
-        width_mm = back.width_mm
-        yield f"film back {back.name}", partial(_with_width, facts, width_mm)
-
-
-def _with_width(facts: Facts, width_mm: float) -> Changeable:
-    return replace(facts.lens, sensor_width_mm=width_mm)
-
-
-def _view(facts: Facts, views: tuple[str, ...]) -> Iterator[Choice]:
-    def viewed(change: Callable[[ViewState], ViewState]) -> Callable[[], ViewState]:
-        return lambda: change(facts.view)
-
-    for name in views:
-        yield f"view {name}", viewed(partial(replace, view=name))
-    for overlay in Overlay:
-        yield f"overlay {overlay}", viewed(partial(replace, overlay=overlay))
-    for name in PEAKING_COLORS:
-        yield f"focus peaking {name}", viewed(partial(_peaked, color=name))
-    for on in PeakingOn:
-        yield f"focus peaking {on}", viewed(partial(_peaked, on=on))
-    for name, squeeze in SQUEEZES.items():
-        yield f"guides desqueeze {name}", viewed(partial(_desqueezed, squeeze=squeeze))
-
-
-def _peaked(view: ViewState, **changes: str) -> ViewState:
-    peaking = replace(view.peaking, **changes)  # type: ignore[arg-type]  # a color or what it is on
-    return replace(view, peaking=peaking, is_peaking=True)
-
-
-def _desqueezed(view: ViewState, squeeze: float | None) -> ViewState:
-    return replace(view, guides=replace(view.guides, desqueeze=squeeze))
+def _changed(now: Changeable, part: str, values: dict[str, Any]) -> Changeable:
+    """Return lens, blur or view with these values, or with them in a part of it."""
+    if part:
+        values = {part: replace(getattr(now, part), **values)}
+    return replace(now, **values)

@@ -1,6 +1,5 @@
 """Draw the status bar: values under the pointer, the last message, and the names of A and B."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
@@ -17,6 +16,7 @@ from heatlens.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.ui import probe, theme
 from heatlens.ui.export_bar import GAP_EM, export_bar, export_bar_width
 from heatlens.ui.state import UiState
+from heatlens.ui.widgets import fitted, text_width
 
 _EDGE_EM = 0.6
 _MESSAGE_PART = 0.65  # the largest part of the room that a message takes from the readout
@@ -28,11 +28,8 @@ class StatusBar:
     def __init__(
         self, facts: Facts, desk: PictureDesk, messages: Messages, ui: UiState, kept: KeptScreen
     ) -> None:
-        self._facts = facts
-        self._desk = desk
-        self._messages = messages
-        self._ui = ui
-        self._kept = kept
+        self._facts, self._desk, self._messages = facts, desk, messages
+        self._ui, self._kept = ui, kept
         self._reader = PictureReader(desk.renderer.ctx)
 
     def draw(self, hovered: tuple[int, int] | None) -> None:
@@ -69,7 +66,7 @@ class StatusBar:
         em = imgui.get_font_size()
         room = end - imgui.get_cursor_pos_x() - em
         gap = 1.5 * em if first and message.text else 0.0
-        told = min(_width_of(message.text), _MESSAGE_PART * room) if first else room
+        told = min(text_width(message.text), _MESSAGE_PART * room) if first else room
         if first:
             _draw_cut(first, room - (told + gap if message.text else 0.0))
             probe.note("readout")
@@ -90,7 +87,7 @@ class StatusBar:
     def _draw_message(self, width: float) -> None:
         """Draw the message, cut to `width`; a tooltip shows all of it."""
         message = self._messages
-        shown = fitting(message.text, width, _width_of)
+        shown = fitted(message.text, width)
         imgui.text_colored(theme.colors.bad if message.is_problem else theme.colors.told, shown)
         probe.note("message")
         if shown != message.text and imgui.is_item_hovered():
@@ -126,13 +123,9 @@ class StatusBar:
         return probe_text(read, facts.unit, facts.lens)
 
 
-def _width_of(text: str) -> float:
-    return float(imgui.calc_text_size(text).x)
-
-
 def _draw_cut(words: str, width: float) -> None:
     """Draw grey text, cut to `width`; a tooltip shows all of it."""
-    shown = fitting(words, width, _width_of)
+    shown = fitted(words, width)
     imgui.text_disabled(shown)
     if shown != words and imgui.is_item_hovered():
         imgui.set_tooltip(words)
@@ -148,18 +141,6 @@ def _ground() -> None:
 def zoom_words(zoom: float) -> str:
     """Return the zoom as text: "50 %", "1600 %"."""
     return f"{100 * zoom:.0f} %" if zoom >= 0.1 else f"{100 * zoom:.1f} %"
-
-
-def fitting(text: str, width: float, width_of: Callable[[str], float]) -> str:
-    """Return the text, with its end replaced by three dots if it is wider than `width`."""
-    if width_of(text) <= width:
-        return text
-    low, high = 0, len(text)
-    while low < high:  # binary search for the longest beginning that fits
-        middle = (low + high + 1) // 2
-        fits = width_of(f"{text[:middle]} ...") <= width
-        low, high = (middle, high) if fits else (low, middle - 1)
-    return f"{text[:low].rstrip()} ..." if low else ""
 
 
 def mouse_words(has_camera: bool) -> str:

@@ -255,6 +255,42 @@ def grey_text(text: str) -> None:
     colored_text(text, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
 
 
+def text_width(text: str) -> float:
+    """Return the width of a text in screen units."""
+    return float(imgui.calc_text_size(text).x)
+
+
+def fact(words: str, text: str, name: str) -> None:
+    """Draw a label and a text, wrapped over several lines; `probe` knows it by `name`."""
+    imgui.text_disabled(words)
+    imgui.same_line(LABEL_EM * imgui.get_font_size())
+    imgui.text_wrapped(printable(text))
+    probe.note(name)
+
+
+def fitted(
+    text: str,
+    width: float,
+    keeps_end: bool = False,
+    width_of: Callable[[str], float] = text_width,
+) -> str:
+    """Return the text, shortened with three dots to fit into `width` screen units.
+
+    `keeps_end` cuts off the beginning instead of the end, for folders.
+    """
+
+    def cut(kept: int) -> str:
+        return f"...{text[len(text) - kept :]}" if keeps_end else f"{text[:kept].rstrip()} ..."
+
+    if width_of(text) <= width:
+        return text
+    low, high = 0, len(text)
+    while low < high:  # binary search for the longest part that fits
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if width_of(cut(middle)) <= width else (low, middle - 1)
+    return cut(low) if low else ""
+
+
 def folded(name: str, labels: Sequence[str]) -> bool:
     """Draw a header that is closed at first; return True if its controls are to be drawn.
 

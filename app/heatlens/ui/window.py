@@ -104,10 +104,6 @@ def _glfw_error() -> str:
     return str(description.decode() if isinstance(description, bytes) else description).rstrip(".")
 
 
-def _is_held() -> bool:
-    return any(imgui.is_mouse_down(button) for button in range(3))
-
-
 class Loop:
     """The main loop: draws the screen after events, and renders the picture in between."""
 
@@ -280,7 +276,8 @@ class Loop:
         seconds = time.perf_counter() - start
         shown = session.pictures.live.shown if session.pictures.live.shown is not before else None
         picture_s = session.pictures.live.request_s - picture_s
-        session.time.speed.frame(seconds, picture_s, _is_held() and shown is not None)
+        is_held = any(imgui.is_mouse_down(button) for button in range(3))
+        session.time.speed.frame(seconds, picture_s, is_held and shown is not None)
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
         if shown and not session.lens.ring.is_turning:

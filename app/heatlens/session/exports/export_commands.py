@@ -24,9 +24,7 @@ class ExportCommands(Commands, Worker):
     ) -> None:
         """Create it; `shot_name` returns the name of the shot's file, for the burn-in."""
         super().__init__(shared)
-        self._timeline = timeline
-        self._look = look
-        self._shot_name = shot_name
+        self._timeline, self._look, self._shot_name = timeline, look, shot_name
         self.run = ExportRun(self._wake)
         self.settings = ExportSettings()
         self._of: str | None = None  # the source that folder and name were proposed for
@@ -55,7 +53,9 @@ class ExportCommands(Commands, Worker):
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""
-        job = self.settings.job(self._look.options(), self._look.guides, self._shot_name())
+        job = self.settings.job(
+            self._look.options(), self._look.view.state.guides, self._shot_name()
+        )
         shot = self.settings.shot_of(self._timeline.timed_shot)
         self._begin(lambda: self.run.export(shot, self.settings.output, job))
 

@@ -79,12 +79,10 @@ class ExportSettings(ExportOptions):
         options = ExportOptions(**{n: getattr(self, n) for n in in_panel(self.is_linear)})
         if self.is_linear:
             return job_text(options)
-        drawn = replace(guides, opacity=_opacity(guides)) if self.with_guides else NO_GUIDES
+        if guides.aspect is None:  # there is no matte, whose opacity would be an option too many
+            guides = replace(guides, opacity=NO_GUIDES.opacity)
+        drawn = guides if self.with_guides else NO_GUIDES
         return job_text(replace(options, shot_name=shot), look, drawn)
-
-
-def _opacity(guides: Guides) -> float:
-    return NO_GUIDES.opacity if guides.aspect is None else guides.opacity
 
 
 def proposed_settings(plate: Path) -> ExportSettings:

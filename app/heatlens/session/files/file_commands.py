@@ -94,8 +94,7 @@ class FileCommands(Commands, Worker):
         write_sheet: Callable[[Path, str], None],
     ) -> None:
         super().__init__(shared)
-        self._documents = documents
-        self._pictures = pictures
+        self._documents, self._pictures = documents, pictures
         self._references = references
         self.reading = PlateReading(shared)
         self.openings = opening_import(shared)
@@ -200,28 +199,27 @@ class FileCommands(Commands, Worker):
 
     def take(self, chosen: Chosen) -> None:
         """Apply the choice of a dialog."""
-        key = chosen.purpose.key
-        self._preferences.looked_in(key, chosen.path.parent)
-        if key in ("open", "shot"):
-            self.open(str(chosen.path))
-        elif key == "reference":
-            frame = self._editing.frame
-            self._references.open(chosen.entry.file_at(frame) if chosen.entry else chosen.path)
-        elif key == "behind":
-            self.reading.add_behind(chosen.entry, chosen.path)
-        elif key == "camera":
-            self.cameras.begin(chosen.path)
-        elif key == "opening":
-            self.openings.begin(
-                chosen.entry.file_at(self._editing.frame) if chosen.entry else chosen.path
-            )
-        elif key == "save shot":
-            self._documents.save_as(chosen.path.absolute())
-        elif key == "sheet":
-            title = self._documents.title.removesuffix(" *") or chosen.path.name.split(".")[0]
-            self._write_sheet(chosen.path.absolute(), title)
-        else:
-            self._pictures.save(chosen.path)
+        key, path = chosen.purpose.key, chosen.path
+        at_frame = chosen.entry.file_at(self._editing.frame) if chosen.entry else path
+        self._preferences.looked_in(key, path.parent)
+        match key:
+            case "open" | "shot":
+                self.open(str(path))
+            case "reference":
+                self._references.open(at_frame)
+            case "behind":
+                self.reading.add_behind(chosen.entry, path)
+            case "camera":
+                self.cameras.begin(path)
+            case "opening":
+                self.openings.begin(at_frame)
+            case "save shot":
+                self._documents.save_as(path.absolute())
+            case "sheet":
+                title = self._documents.title.removesuffix(" *") or path.name.split(".")[0]
+                self._write_sheet(path.absolute(), title)
+            case _:
+                self._pictures.save(path)
 
     # Called by the session
 

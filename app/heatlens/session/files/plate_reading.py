@@ -44,10 +44,8 @@ class PlateReading(Commands):
         if _lacks_ends(self.options):
             return "Give near and far: the distances of the two ends of this depth."
         refused = self._source.opener.refused
-        is_it = refused is not None and (refused.text, refused.options) == (
-            opened.text,
-            self.options,
-        )
+        wanted = opened.text, self.options
+        is_it = refused is not None and (refused.text, refused.options) == wanted
         return refused.sentence if refused is not None and is_it else ""
 
     def change(self, options: PlateOptions) -> None:

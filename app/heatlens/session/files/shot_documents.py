@@ -9,6 +9,7 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.model.shot import Shot
+from heatlens.sequence.sequence import Sequence
 from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker
 from heatlens.session.shared import Commands, Shared
@@ -83,10 +84,14 @@ class ShotDocuments(Commands, Worker):
         """Return a suggested name for the shot's file."""
         if self.path is not None:
             return self.path.name
-        cache, plate = self._timeline.cache, self._source.plate
-        assert plate is not None  # saving is possible only after something was opened
-        is_sequence = cache is not None and not cache.sequence.is_single
-        return proposed_name(plate.path, is_sequence)
+        assert self._source.plate is not None  # saving is possible only after something was opened
+        return proposed_name(self._source.plate.path, self._sequence is not None)
+
+    @property
+    def _sequence(self) -> Sequence | None:
+        """The sequence of frames that is open; None for a still, a scene or a stream."""
+        cache = self._timeline.cache
+        return None if cache is None or cache.sequence.is_single else cache.sequence
 
     @property
     def is_saved(self) -> bool:
@@ -108,11 +113,10 @@ class ShotDocuments(Commands, Worker):
         """The name of the shot's file, else of the open source, with a star for unsaved changes."""
         if self.path is not None:
             return self.title
-        cache, plate = self._timeline.cache, self._source.plate
-        is_sequence = cache is not None and not cache.sequence.is_single
+        plate, sequence = self._source.plate, self._sequence
         name = "" if plate is None else plate.path.name
-        if cache is not None and is_sequence:
-            name = cache.sequence.form.text
+        if sequence is not None:
+            name = sequence.form.text
         return f"{name}{'' if self._editing.shot == self._begun else ' *'}"
 
     def answer(self, goes_on: bool) -> None:

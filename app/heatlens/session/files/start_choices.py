@@ -40,9 +40,7 @@ class StartChoices(Commands):
         self, shared: Shared, playback: Playback, files: FileCommands, recent: RecentFiles
     ) -> None:
         super().__init__(shared)
-        self._playback = playback
-        self._files = files
-        self._recent = recent
+        self._playback, self._files, self._recent = playback, files, recent
         self.is_wanted = False
         if not self._given.start.source:
             self.show()
@@ -82,7 +80,10 @@ class StartChoices(Commands):
         """Return the permanent choices, then the recent files that still exist."""
         stream = self._source.stream
         still = str(data_dir("assets") / "still_life.exr")
-        listen = () if stream is None else (_listen(stream.text, stream.address),)
+        listen: tuple[Card, ...] = ()
+        if stream is not None:
+            words = f"What it sends to {stream.address}"
+            listen = (Card("Listen to a renderer", words, stream.text),)
         fixed = (*_built_in(still), *listen)
         known = {card.text for card in fixed}
         recent = [text for text in self._recent.found if text not in known]
@@ -108,10 +109,6 @@ def _built_in(still: str) -> tuple[Card, ...]:
         Card("Still life", "A plate: one frame with depth", still, picture="focus_fruit.png"),
         Card("Open ...", "A plate, a sequence or a 3D scene", None),
     )
-
-
-def _listen(text: str, address: str) -> Card:
-    return Card("Listen to a renderer", f"What it sends to {address}", text)
 
 
 def _recent(text: str) -> Card:

@@ -12,18 +12,8 @@ from heatlens.model.curve import SAME_FRAME, Curve, Key
 from heatlens.model.framing import PoseKey
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.session.keys.key_rows import (
-    CAMERA,
-    ROWS,
-    Keyed,
-    Row,
-    key_frames,
-    keyed_of,
-    keys_of,
-    stilled,
-    with_keyed,
-    with_pasted,
-)
+from heatlens.session.keys import key_rows
+from heatlens.session.keys.key_rows import CAMERA, ROWS, Keyed, Row, key_frames
 
 _BEZIER = Interpolation.BEZIER
 _CHECKED_MOST = 1000  # largest number of frames between keys to check
@@ -84,7 +74,7 @@ def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
     for row in ROWS:
         frames = frames_of(chosen, row)
         if frames and len(frames) == len(key_frames(shot, row)):
-            shot = stilled(shot, row, frame)
+            shot = key_rows.stilled(shot, row, frame)
             chosen = frozenset(key for key in chosen if key.row is not row)
     return _each_row(shot, chosen, lambda keyed, frames: keyed.without_keys(frames))
 
@@ -95,7 +85,7 @@ def copied(shot: Shot, chosen: Chosen) -> Copied:
     kept = []
     for row in ROWS:
         frames = frames_of(chosen, row)
-        keys = [key for key in keys_of(shot, row) if key.frame in frames]
+        keys = [key for key in key_rows.keys_of(shot, row) if key.frame in frames]
         if keys:
             kept.append((row, tuple(replace(k, frame=k.frame - first) for k in keys)))
     return tuple(kept)
@@ -107,7 +97,7 @@ def pasted(shot: Shot, keys: Copied, at_frame: float) -> tuple[Shot, Chosen]:
     Raise InputError for keys of a camera if there is no scene.
     """
     for row, copies in keys:
-        shot = with_pasted(shot, row, copies, at_frame)
+        shot = key_rows.with_pasted(shot, row, copies, at_frame)
     return checked(shot), frozenset(KeyId(r, k.frame + at_frame) for r, ks in keys for k in ks)
 
 
@@ -182,9 +172,9 @@ def _each_row(
     """Apply `change` to each row that has chosen keys."""
     for row in ROWS:
         frames = frames_of(chosen, row)
-        keyed = keyed_of(shot, row)
+        keyed = key_rows.keyed_of(shot, row)
         if frames and keyed is not None:
-            shot = with_keyed(shot, row, change(keyed, frames))
+            shot = key_rows.with_keyed(shot, row, change(keyed, frames))
     return checked(shot)
 
 

@@ -4,19 +4,8 @@ from collections.abc import Callable
 
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.session.keys.key_choice import (
-    Chosen,
-    Copied,
-    all_keys,
-    copied,
-    deleted,
-    eased,
-    interpolated,
-    keys_at,
-    moved,
-    pasted,
-    with_keys_here,
-)
+from heatlens.session.keys import key_choice
+from heatlens.session.keys.key_choice import Chosen, Copied, all_keys
 from heatlens.session.keys.key_rows import CAMERA, Row, RowChoice, key_count
 from heatlens.session.loop.messages import reported
 from heatlens.session.shared import Commands, Shared
@@ -53,7 +42,7 @@ class KeyCommands(Commands):
     @property
     def meant(self) -> Chosen:
         """The keys that commands act on: the chosen ones, or those at the playhead if none are."""
-        return self.chosen or keys_at(self._editing.shot, self._editing.frame)
+        return self.chosen or key_choice.keys_at(self._editing.shot, self._editing.frame)
 
     def set_here(self) -> None:
         """Set keys at the playhead, for the camera if its row is selected, else for the lens.
@@ -66,7 +55,7 @@ class KeyCommands(Commands):
         frame = self._editing.frame
         self._editing.settle()
         self._editing.keep_tried()
-        self._do(lambda shot: with_keys_here(shot, frame))
+        self._do(lambda shot: key_choice.with_keys_here(shot, frame))
 
     def toggle_here(self, parameter: LensParameter) -> None:
         """Set a key of one parameter at the playhead, or remove the one that is there."""
@@ -79,12 +68,12 @@ class KeyCommands(Commands):
     def delete(self) -> None:
         """Delete the chosen keys, or those at the playhead."""
         frame = self._editing.frame
-        self._do(lambda shot: deleted(shot, self.meant, frame))
+        self._do(lambda shot: key_choice.deleted(shot, self.meant, frame))
 
     def copy(self) -> None:
         """Copy the keys for `paste`."""
         if self.meant:
-            self._copied = copied(self._editing.shot, self.meant)
+            self._copied = key_choice.copied(self._editing.shot, self.meant)
             self._say(f"{_count(len(self.meant))} copied.")
 
     def paste(self) -> None:
@@ -92,13 +81,13 @@ class KeyCommands(Commands):
         if not self._copied:
             self._say("No keys were copied.")
             return
-        self._do_and_choose(lambda shot: pasted(shot, self._copied, self._editing.frame))
+        self._do_and_choose(lambda shot: key_choice.pasted(shot, self._copied, self._editing.frame))
 
     def move(self, by_frames: float) -> None:
         """Move the keys by a number of frames; a negative number moves them earlier."""
         if by_frames:
             before = self._editing.shot
-            self._do_and_choose(lambda shot: moved(shot, self.meant, by_frames))
+            self._do_and_choose(lambda shot: key_choice.moved(shot, self.meant, by_frames))
             self.tell_of_replaced(before)
 
     def tell_of_replaced(self, before: Shot) -> None:
@@ -109,12 +98,14 @@ class KeyCommands(Commands):
 
     def interpolate(self, interpolation: Interpolation) -> None:
         """Set the interpolation after each of the keys."""
-        self._do(lambda shot: interpolated(shot, self.meant, interpolation))
+        self._do(lambda shot: key_choice.interpolated(shot, self.meant, interpolation))
 
     def ease(self, influence_percent: float, is_out: bool) -> None:
         """Set the ease out or in of the keys; dragging the number is one undo step."""
         with reported(self._say):
-            self._editing.edit(eased(self._editing.shot, self.meant, influence_percent, is_out))
+            self._editing.edit(
+                key_choice.eased(self._editing.shot, self.meant, influence_percent, is_out)
+            )
 
     def _do_and_choose(self, change: Callable[[Shot], tuple[Shot, Chosen]]) -> None:
         with reported(self._say):

@@ -30,9 +30,7 @@ class KeysInHand(Generic[Held]):
     """A drag of keys, from the press of the mouse button to its release."""
 
     def __init__(self, editing: Editing, keys: KeyCommands, say: Callable[[str], None]) -> None:
-        self._editing = editing
-        self._keys = keys
-        self._say = say
+        self._editing, self._keys, self._say = editing, keys, say
         self._held: Held | None = None
 
     def release(self) -> None:

@@ -8,7 +8,7 @@ placed by their timecode, and its iris and focal length become keys too.
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 
@@ -66,15 +66,12 @@ class PullRecording(Commands, Worker):
         timeline: Timeline,
         rows: RowChoice,
         ring: RingTake,
-        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         super().__init__(shared)
-        self._clock = clock
+        self._clock = time.perf_counter
         self.beats = BEATS
         self._counted_from: float | None = None  # time of the clock at which the count-in began
-        self._timeline = timeline
-        self._rows = rows
-        self._ring = ring
+        self._timeline, self._rows, self._ring = timeline, rows, ring
         self._is_armed = False
         self._samples: dict[float, float] = {}  # focus distance in m by frame
         self._direction = 1

@@ -29,9 +29,7 @@ class RingOut(Worker):
     ) -> None:
         """Send to `sender`; None sends nothing. For `timecode_at` see `OpenSource`."""
         self._output = LensOutput(sender, lambda sentence: say(Problem(sentence)))
-        self._editing = editing
-        self._timecode_at = timecode_at
-        self._clock = clock
+        self._editing, self._timecode_at, self._clock = editing, timecode_at, clock
         self._sent: LensSample | None = None
         self._sent_s = 0.0
 

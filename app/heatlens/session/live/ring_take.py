@@ -24,9 +24,7 @@ class RingTake:
     """Records the samples of the followed ring since `begin`."""
 
     def __init__(self, ring: RingHand, source: OpenSource, editing: Editing) -> None:
-        self._ring = ring
-        self._source = source
-        self._editing = editing
+        self._ring, self._source, self._editing = ring, source, editing
         self._version = 0
         self._told: list[Received] = []
 
@@ -45,18 +43,11 @@ class RingTake:
         """Return the values that moved, at each frame of `played` that has a sample."""
         if not self._ring.is_stream:
             return {}  # a controller sends no timecode: its focus was recorded at the playhead
-        placed = by_timecode(self._told, played, self._rate, self._timecode)
+        rate = self._editing.shot.frames_per_second
+        of_shot = self._source.timecode_at(self._editing.shot, self._editing.frame)
+        placed = by_timecode(self._told, played, rate, of_shot)
         tracks = {parameter: _track(placed, parameter) for parameter in _RECORDED}
         return {name: track for name, track in tracks.items() if len(set(track.values())) > 1}
-
-    @property
-    def _rate(self) -> float:
-        return self._editing.shot.frames_per_second
-
-    @property
-    def _timecode(self) -> tuple[int, Timecode] | None:
-        """The frame at the playhead and its timecode; None if shot and plate have none."""
-        return self._source.timecode_at(self._editing.shot, self._editing.frame)
 
 
 def by_timecode(

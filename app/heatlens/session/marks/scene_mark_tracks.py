@@ -29,9 +29,7 @@ class SceneMarkTracks(Commands, Worker):
     ) -> None:
         """Create it; `is_busy` returns True while more urgent work is waiting."""
         super().__init__(shared)
-        self._timeline = timeline
-        self._scenes = scenes
-        self._is_busy = is_busy
+        self._timeline, self._scenes, self._is_busy = timeline, scenes, is_busy
         self._seen_by: object = None
         self._known: dict[object, _Known] = {}
         self._is_asked = False  # whether `tracks` was called since the last `poll`

@@ -57,10 +57,6 @@ class ScenePreview:
     ) -> None:
         self._renderer = renderer
         self._clock = clock
-        self.begin()
-
-    def begin(self) -> None:
-        """Forget all timings, because another scene is open."""
         self._asked: object = None
         self._wish: tuple[Shot, int] | None = None
         self._moved_at = -_REST_S

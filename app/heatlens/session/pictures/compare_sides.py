@@ -46,11 +46,6 @@ class CompareSides:
         return self.a.shown, self.b.shown, self.looks.shown
 
     @property
-    def plate(self) -> int | None:
-        """The number of the plate that A was last requested for; None before the first request."""
-        return self.a.requested_plate
-
-    @property
     def rendered(self) -> tuple[Side, ...]:
         """The sides that are rendered: A, and B or the looks while they are visible."""
         if self._has_looks:

@@ -171,7 +171,7 @@ class LivePicture:
         if shown is None or shown.frame != frame or not requested.method.needs_scene:
             return None
         is_same = shown.shot == replace(
-            shot, defocus=replace(requested, views=_views_of(shown.shot))
+            shot, defocus=replace(requested, views=shown.shot.defocus.views)
         )
         is_part = shown.settings.views <= requested.views
         return replace(shown, shot=shot) if is_same and is_part else None
@@ -301,7 +301,3 @@ class LivePicture:
 
 def _bare(key: PictureKey) -> PictureKey:
     return replace(key, shot=without_notes(key.shot))
-
-
-def _views_of(shot: Shot) -> int:
-    return shot.defocus.views

@@ -6,7 +6,7 @@ look, and once all have one, the whole pictures.
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import moderngl
@@ -62,12 +62,11 @@ class LookPictures:
         self,
         renderer: FrameRenderer,
         live: LivePicture,
-        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         """Create it; `live` renders looks of plates, and nothing else while looks are requested."""
         self._renderer = renderer
         self._live = live
-        self._clock = clock
+        self._clock = time.perf_counter
         self._tiles: dict[str, _Tile] = {}
         self._plate = FIRST_PLATE
         self._budget_s = 0.0

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.display_options import DisplayOptions
-from heatlens.model.guides import Guides
 from heatlens.model.view import Compare, ViewState
 from heatlens.model.view_geometry import ViewGeometry, Viewport
 from heatlens.session.pictures.color_choice import ColorChoice
@@ -49,18 +48,11 @@ class PictureDisplay:
     """View transform, exposure and gamma of the picture that the window shows."""
 
     def __init__(self, editing: Editing, view: PictureView, color: ColorChoice) -> None:
-        self._editing = editing
-        self._view = view
-        self._color = color
-
-    @property
-    def guides(self) -> Guides:
-        """The mattes and lines over the picture."""
-        return self._view.state.guides
+        self._editing, self.view, self._color = editing, view, color
 
     def options(self) -> DisplayOptions:
         """Return the look as options of the command line."""
-        view = self._view.state.exposed_through(self._editing.lens)
+        view = self.view.state.exposed_through(self._editing.lens)
         named = DisplayOptions(
             ocio=self._color.path or None,
             display=view.display or None,
@@ -72,5 +64,5 @@ class PictureDisplay:
 
     def encode(self, light: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return scene-linear light (H, W, 3 or 4) as display values."""
-        view = self._view.state.exposed_through(self._editing.lens)
+        view = self.view.state.exposed_through(self._editing.lens)
         return self._color.transform.apply_cpu(light, view.exposure_stops, view.gamma)

@@ -102,14 +102,12 @@ class Ruler(Commands):
             return None
         ends = tuple(self._source.frame_px(self._editing.lens, end) for end in ends)
         with reported(self._say):
-            near_m, far_m = (self._depth_m(plate, end) for end in ends)
+            on_plate = [self._source.feed.plate_px(self._editing.shot, end) for end in ends]
+            near_m, far_m = (depth_at_m(plate, *end) for end in on_plate)
             camera = self._camera(plate)
             a, b = camera.point_m(ends[0], near_m), camera.point_m(ends[1], far_m)
             return Measured((near_m, far_m), distance_m(a, b))
         return None
-
-    def _depth_m(self, plate: Plate, pixel: Pixel) -> float:
-        return depth_at_m(plate, *self._source.feed.plate_px(self._editing.shot, pixel))
 
     def is_inside(self, pixel: Pixel) -> bool:
         """Return True if the pixel can be measured: the picture is there, with distances."""

@@ -21,7 +21,7 @@ class VisibleWork:
     def plate(self) -> PlateState:
         """The state of the picture before the lens."""
         source = self._source
-        is_asked = source.plate is None or self._sides.plate == source.picture.version
+        is_asked = source.plate is None or self._sides.a.requested_plate == source.picture.version
         return PlateState(
             is_there=source.plate is not None,
             is_good=source.feed.is_good,

@@ -48,12 +48,8 @@ class KeptScreen(ScreenWork):
         screen: ScreenPictures,
     ) -> None:
         ctx = source.picture.renderer.ctx
-        self._ctx = ctx
-        self._pull = pull
-        self._source = source
-        self._editing = editing
-        self._view = view
-        self._screen = screen
+        self._ctx, self._pull, self._source = ctx, pull, source
+        self._editing, self._view, self._screen = editing, view, screen
         self._frames = ScreenFrames(ctx)
         self._is_slow = is_software(ctx)
         self._texture: moderngl.Texture | None = None
@@ -69,7 +65,7 @@ class KeptScreen(ScreenWork):
     def shown(self) -> KeptFrame | None:
         """Return the picture at the playhead; while it is read from disk, the previous one."""
         pull = self._pull
-        is_kept = pull.is_on and pull.fits_view and not self._editing.tried
+        is_kept = pull.is_on and self._view.is_lens_alone and not self._editing.tried
         job = pull.jobs.of(self._editing.frame) if is_kept else None
         if job is None:
             return None

@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from heatlens.base.errors import HeatlensError
 from heatlens.defocus.plate_passes import proxy_size
@@ -31,13 +31,12 @@ class PullJobs(Commands):
         shared: Shared,
         timeline: Timeline,
         view: PictureView,
-        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         super().__init__(shared)
         self._renderer = self._source.picture.renderer
         self._timeline = timeline
         self._view = view
-        self._clock = clock
+        self._clock = time.perf_counter
         self._stamps = StampBook(self._wake)
         self._made_of: object = None
         self._jobs: dict[int, FrameJob | None] = {}

@@ -33,11 +33,8 @@ class RenderScheduler(Commands, Worker):
         speed: Speed,
     ) -> None:
         super().__init__(shared)
-        self._sides = sides
-        self._visible = visible
-        self._pull = pull
-        self._view = view
-        self._speed = speed
+        self._sides, self._visible, self._pull = sides, visible, pull
+        self._view, self._speed = view, speed
         self._say_error = shared.say_error
 
     # State

@@ -76,9 +76,7 @@ class RenderedPull(Commands, Worker):
         """
         super().__init__(shared)
         self.jobs, self.store = jobs, store
-        self._timeline = timeline
-        self._view = view
-        self._is_busy = is_busy
+        self._timeline, self._view, self._is_busy = timeline, view, is_busy
         self._is_turning = is_turning
         self._clock = time.perf_counter
         self.screen = ScreenWork()  # set by the interface
@@ -126,15 +124,10 @@ class RenderedPull(Commands, Worker):
         """True while kept frames play, so that the live picture is not needed."""
         return (
             bool(self._timeline.playback.direction)
-            and self.fits_view
+            and self._view.is_lens_alone
             and self._editing.performance is None
             and self.has(self._editing.frame)
         )
-
-    @property
-    def fits_view(self) -> bool:
-        """True if only the picture through the lens is shown, so that kept frames can be used."""
-        return self._view.is_lens_alone
 
     def at_hand(self, keys: frozenset[str]) -> Iterator[FrameJob]:
         """Return the jobs whose pictures have these keys and are in memory, in playing order."""

@@ -28,9 +28,7 @@ class FileDialogs:
     def __init__(
         self, files: FileCommands, say: Callable[[str], None], wake: Callable[[], None]
     ) -> None:
-        self._files = files
-        self._say = say
-        self._wake = wake
+        self._files, self._say, self._wake = files, say, wake
         self.walk: FolderWalk | None = None
         self._is_new = False
 

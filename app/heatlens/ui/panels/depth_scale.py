@@ -1,17 +1,132 @@
 """Draw the depths of a scene as columns over dioptres, and the scale of distances under them.
 
-Infinity is at the right and the nearest surface at the left, as on most lens barrels.
+Infinity is at the right and the nearest surface at the left, as on most lens barrels. The labels
+are round distances in the displayed unit.
 """
 
 import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.units import FOOT_M, INCH_M, format_distance
 from heatlens.ui import theme
-from heatlens.ui.panels.distance_ticks import scale_ticks
+from heatlens.ui.widgets import text_width
+
+# Round numbers, times a power of ten. Each group is used where those before it leave room.
+_ROUNDS = (1.0, 2.0, 5.0), (1.5, 3.0, 7.0), (4.0, 6.0, 8.0), (2.5, 9.0)
+_ENGRAVED = tuple(1.0 + 0.1 * i for i in range(90))  # ticks without labels
+_ENGRAVED_MOST = 200  # fine ticks on a scale, at most
+_DECADES = 4  # powers of ten from the near end on; farther distances look like infinity
+_INCHES_UNDER = 9.5  # no ten inches, which would leave no room for one foot
+INFINITY = "inf"
+_LEAST_LABEL_M = 0.01  # smallest label, if the entrance pupil lies behind the film plane
+
+
+class Tick(NamedTuple):
+    """A labelled distance in metres, its text, and the x where the text begins."""
+
+    distance_m: float
+    text: str
+    text_x: float
+
+
+def round_distances_m(near_m: float, unit: str, steps: tuple[float, ...]) -> Iterator[float]:
+    """Yield round distances from `near_m` on, in metres or in feet and inches."""
+    if unit == "m":
+        yield from _multiples_m(near_m, math.inf, 1.0, steps)
+        return
+    yield from _multiples_m(near_m, _INCHES_UNDER * INCH_M, INCH_M, steps)
+    yield from _multiples_m(max(near_m, 0.999 * FOOT_M), math.inf, FOOT_M, steps)
+
+
+def _multiples_m(
+    least_m: float, most_m: float, unit_m: float, steps: tuple[float, ...]
+) -> Iterator[float]:
+    first = math.floor(math.log10(least_m / unit_m))
+    for power in range(first, first + _DECADES + 1):
+        for step in steps:
+            distance_m = step * 10.0**power * unit_m
+            if least_m <= distance_m < most_m:
+                yield distance_m
+
+
+def tick_text(distance_m: float, unit: str) -> str:
+    """Format a distance as short as possible: whole feet without inches."""
+    return format_distance(distance_m, unit).replace("'0\"", "'")
+
+
+def distance_ticks(
+    near_m: float,
+    unit: str,
+    x_at: Callable[[float], float],
+    ends_x: tuple[float, float],
+    width_of: Callable[[str], float],
+) -> list[Tick]:
+    """Return the ticks that fit without overlap, with infinity at the right.
+
+    near_m      the distance at the left end, above 0
+    x_at        maps a distance to its x on the screen, within `ends_x`
+    width_of    measures a text; a gap as wide as "0" is kept between texts
+    """
+    gap, (left, right) = width_of("0"), ends_x
+    ticks = [Tick(math.inf, INFINITY, right - width_of(INFINITY))]
+    for steps in _ROUNDS:
+        for distance_m in round_distances_m(near_m, unit, steps):
+            text = tick_text(distance_m, unit)
+            width = width_of(text)
+            x = x_at(distance_m) - width / 2
+            apart = (
+                x >= other.text_x + width_of(other.text) + gap or x + width + gap <= other.text_x
+                for other in ticks
+            )
+            if x >= left and all(apart):
+                ticks.append(Tick(distance_m, text, x))
+    return ticks
+
+
+def scale_ticks(
+    histogram: DepthHistogram,
+    offset_m: float,
+    unit: str,
+    ends_x: tuple[float, float],
+    width_of: Callable[[str], float],
+) -> list[Tick]:
+    """Return the ticks under a histogram between `ends_x`, with infinity at the right.
+
+    Labels are distances from where the user measures them, which are longer by `offset_m` than
+    those of the histogram.
+    """
+    left, right = ends_x
+    near_m = _nearest_m(histogram, offset_m)
+
+    def x_at(label_m: float) -> float:
+        return right - histogram.part_at(label_m - offset_m) * (right - left)
+
+    return distance_ticks(near_m, unit, x_at, ends_x, width_of)
+
+
+def engraved_m(histogram: DepthHistogram, offset_m: float, unit: str) -> list[float]:
+    """Return the distances of the fine ticks between the labels, as the histogram has them.
+
+    They are a tenth of the leading digit apart, and end where they would run into each other.
+    """
+    least_apart = histogram.most_dioptres / _ENGRAVED_MOST
+    found: list[float] = []
+    for label_m in round_distances_m(_nearest_m(histogram, offset_m), unit, _ENGRAVED):
+        distance_m = label_m - offset_m
+        if not found or 1.0 / found[-1] - 1.0 / distance_m >= least_apart:
+            found.append(distance_m)
+    return found
+
+
+def _nearest_m(histogram: DepthHistogram, offset_m: float) -> float:
+    return max(1.0 / histogram.most_dioptres + offset_m, _LEAST_LABEL_M)
+
 
 TICK_EM = 0.4
 
@@ -75,12 +190,8 @@ def draw_scale(
     """
     y, ends_x = corner.y + size.y, (corner.x, corner.x + size.x)
     tick = TICK_EM * imgui.get_font_size()
-
-    def width_of(text: str) -> float:
-        return float(imgui.calc_text_size(text).x)
-
-    for it in scale_ticks(histogram, offset_m, unit, ends_x, width_of):
+    for it in scale_ticks(histogram, offset_m, unit, ends_x, text_width):
         draw.add_text(ImVec2(it.text_x, y), theme.colors.text_dim, it.text)
         if math.isfinite(it.distance_m):
-            x = it.text_x + width_of(it.text) / 2
+            x = it.text_x + text_width(it.text) / 2
             draw.add_line(ImVec2(x, y - tick), ImVec2(x, y), theme.colors.text_dim)

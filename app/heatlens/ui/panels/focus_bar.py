@@ -15,8 +15,7 @@ from heatlens.model.measured_distance import measured_text
 from heatlens.session.facts import Facts
 from heatlens.session.lens.lens_commands import focused_at, nudged
 from heatlens.ui import probe, theme, widgets
-from heatlens.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale
-from heatlens.ui.panels.distance_ticks import engraved_m
+from heatlens.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale, engraved_m
 from heatlens.ui.probe import Rect
 
 _HEIGHT_EM, _PART_MOST = 5.4, 0.25  # height, and its largest share of the room under the menus
@@ -93,7 +92,7 @@ class _Bar:
         flags, end, em = [], self._left + self._width, self._em
         free_x = [self._left] * max(int((self._bottom - self._top) / em), 1)  # in each row
         for name, distance_m in sorted(self._marks, key=lambda mark: mark[1]):
-            x, width = self._x_at(distance_m), self._text_width(printable(name)) + 0.6 * em
+            x, width = self._x_at(distance_m), widgets.text_width(printable(name)) + 0.6 * em
             x = x - width if x + width > end else x  # at the far end it flies to the left
             row = next((row for row, free in enumerate(free_x) if x >= free), None)
             if row is not None:
@@ -168,7 +167,7 @@ class _Bar:
         x, words = self._x_at(lens.focus_distance_m), self._words(lens.focus_distance_m)
         self._line(x, theme.colors.accent, _NEEDLE_EM, 0.4 * em)
         font_px = _FOCUS_PART * em
-        width = _FOCUS_PART * self._text_width(words) + 0.8 * em
+        width = _FOCUS_PART * widgets.text_width(words) + 0.8 * em
         x0 = min(max(x - width / 2, self._left), self._left + self._width - width)
         y = self._corner.y + 0.12 * em
         plate = x0, y, x0 + width, y + 1.3 * em
@@ -186,7 +185,7 @@ class _Bar:
 
         Return the x of its far end.
         """
-        width, gap = self._text_width(words), _GAP_EM * self._em
+        width, gap = widgets.text_width(words), _GAP_EM * self._em
         x0 = x + gap if side > 0 else x - gap - width
         if x0 < self._corner.x or x0 + width > self._corner.x + self._size.x:
             return x
@@ -200,7 +199,7 @@ class _Bar:
         words = self._pointed_words(x)
         if words == self._words(self.lens.focus_distance_m):
             return  # it stands there already
-        width = self._text_width(words)
+        width = widgets.text_width(words)
         self._line(x, theme.colors.text_dim)
         x0, gap = x - width / 2, _GAP_EM * em
         if taken[0] - gap < x0 + width and x0 < taken[2] + gap:
@@ -223,10 +222,6 @@ class _Bar:
 
     def _words(self, distance_m: float) -> str:
         return measured_text(self.lens, distance_m, self._unit)
-
-    @staticmethod
-    def _text_width(words: str) -> float:
-        return float(imgui.calc_text_size(words).x)
 
 
 def _window_color() -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ from heatlens.model.measured_distance import measured_text
 from heatlens.model.units import FOOT_M
 from heatlens.session.marks.plan import Plan, PlanMark
 from heatlens.ui import probe, theme, widgets
-from heatlens.ui.panels.distance_ticks import tick_text
+from heatlens.ui.panels.depth_scale import tick_text
 
 _EDGE_EM, _CAMERA_EM, _LEAST_EM = 1.0, 1.0, 8.0
 _DOT_EM, _LINE_EM, _NEEDLE_EM = 0.12, 0.067, 0.17

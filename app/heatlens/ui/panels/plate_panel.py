@@ -8,8 +8,6 @@ from functools import partial
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.errors import InputError
-from heatlens.base.printable import printable
-from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
@@ -119,12 +117,14 @@ def _file(facts: PlateFacts) -> None:
     _row("name", plate.path.name)
     _row("folder", str(plate.path.absolute().parent))
     data, display = plate.data_window, plate.display_window
-    _row("size", f"{display.width} x {display.height}{_aspect(plate.pixel_aspect_ratio)}")
+    ratio = plate.pixel_aspect_ratio
+    pixels = "" if ratio == 1.0 else f", pixels {ratio:g} x as wide as tall"
+    _row("size", f"{display.width} x {display.height}{pixels}")
     if data != display:
-        _row("data window", f"{data.width} x {data.height} at {_corner(data, display)}")
+        at = f"{data.x0 - display.x0}, {data.y0 - display.y0}"
+        _row("data window", f"{data.width} x {data.height} at {at}")
     _row("alpha", "yes" if plate.has_alpha else "none")
-    for name, text in _camera(plate.camera, unit):
-        _row(name, text)
+    _row("header", _camera(plate.camera, unit))
     _row("channels", ", ".join(plate.aovs))
     shown_above = {report.sentence for report in plate.behind}
     for note in plate.notes:
@@ -132,28 +132,24 @@ def _file(facts: PlateFacts) -> None:
             _row("note", note)
 
 
-def _camera(camera: CameraHeader, unit: str) -> list[tuple[str, str]]:
+def _camera(camera: CameraHeader, unit: str) -> str:
+    """Return the lens data of the header, if there are any."""
+    height_mm = camera.sensor_height_mm
+    height = "" if height_mm is None else f" x {height_mm:g}"
     numbers = (
         ("focal length", camera.focal_length_mm, "{:g} mm"),
-        ("sensor", camera.sensor_width_mm, f"{{:g}}{_height(camera)} mm"),
+        ("sensor", camera.sensor_width_mm, f"{{:g}}{height} mm"),
         ("f-stop", camera.f_stop, "f/{:g}"),
         ("T-stop", camera.t_stop, "T{:g}"),
     )
     values = [f"{name} {text.format(value)}" for name, value, text in numbers if value is not None]
     if camera.focus_distance_m is not None:
         values.append(f"focus {format_distance(camera.focus_distance_m, unit)}")
-    return [("header", ", ".join(values) if values else "tells no lens")]
-
-
-def _height(camera: CameraHeader) -> str:
-    return "" if camera.sensor_height_mm is None else f" x {camera.sensor_height_mm:g}"
+    return ", ".join(values) or "tells no lens"
 
 
 def _row(name: str, text: str) -> None:
-    imgui.text_disabled(name)
-    imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
-    imgui.text_wrapped(printable(text))
-    probe.note(f"plate {name}")
+    widgets.fact(name, text, f"plate {name}")
 
 
 def _distance(distance_m: float, unit: str) -> str:
@@ -163,14 +159,6 @@ def _distance(distance_m: float, unit: str) -> str:
 def _pixels(count: int, plate: Plate) -> str:
     part = count / (plate.data_window.width * plate.data_window.height)
     return f"{count} pixels, {100 * part:.3g} %"
-
-
-def _aspect(ratio: float) -> str:
-    return "" if ratio == 1.0 else f", pixels {ratio:g} x as wide as tall"
-
-
-def _corner(data: Box, display: Box) -> str:
-    return f"{data.x0 - display.x0}, {data.y0 - display.y0}"
 
 
 # How to read it

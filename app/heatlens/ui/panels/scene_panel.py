@@ -12,7 +12,6 @@ from heatlens.session.loop.messages import reported
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shot.editing import Editing
 from heatlens.ui import probe, widgets
-from heatlens.ui.status_bar import fitting
 
 _OWN = "moved by hand"
 _CAMERA_TIP = (
@@ -54,10 +53,12 @@ def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], No
             scenes.frame_selected()
         imgui.same_line()
         if widgets.button("Focus on it", "focus on object") and scenes.selected is not None:
-            _try(say, lambda: scenes.focus_on(scenes.selected or ""))
+            with reported(say):
+                scenes.focus_on(scenes.selected)
         imgui.same_line()
         if widgets.button("Mark it", "mark object") and scenes.selected is not None:
-            _try(say, lambda: scenes.mark(scenes.selected or ""))
+            with reported(say):
+                scenes.mark(scenes.selected)
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
 
 
@@ -73,7 +74,7 @@ def _list_height(count: int) -> float:
 def _object(name: str, index: int, is_selected: bool) -> bool:
     """Draw the name of an object, cut to fit; return True if it was clicked."""
     room = imgui.get_content_region_avail().x
-    shown = fitting(name, room, lambda text: float(imgui.calc_text_size(text).x))
+    shown = widgets.fitted(name, room)
     clicked, _ = imgui.selectable(f"{shown}##{index}", is_selected)
     if shown != name and imgui.is_item_hovered():
         imgui.set_tooltip(name)
@@ -127,8 +128,3 @@ def _placing(scenes: SceneCommands) -> None:
     up, now_m = widgets.pick_one("up axis", framing.up_axis, _UP_TIP), framing.meters_per_unit
     words = _UNITS | {now_m: _UNITS.get(now_m, f"{now_m:g} m")}
     scenes.place(up, widgets.pick("unit", now_m, words, _UNIT_TIP))
-
-
-def _try(say: Callable[[str], None], act: Callable[[], None]) -> None:
-    with reported(say):
-        act()

@@ -8,7 +8,7 @@ from heatlens.model.settings import Quality
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
 from heatlens.session.loop.speed import Speed
-from heatlens.ui import probe, widgets
+from heatlens.ui import widgets
 
 _UNMEASURED = "\N{EN DASH}"
 
@@ -45,10 +45,7 @@ def _text(value: float | None, words: str) -> str:
 
 def _rows(rows: list[tuple[str, str]]) -> None:
     for label, value in rows:
-        imgui.text_disabled(label)
-        imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
-        imgui.text_wrapped(value)
-        probe.note(f"speed {label}")
+        widgets.fact(label, value, f"speed {label}")
 
 
 def _resident_mb() -> float:

@@ -7,17 +7,8 @@ from itertools import pairwise
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.defocus.optics import Optics
-from heatlens.gpu.shader_constants import (
-    OVERLAY_COC_FAR,
-    OVERLAY_COC_NEAR,
-    OVERLAY_COC_SHARP,
-    OVERLAY_FAR,
-    OVERLAY_FOCUS,
-    OVERLAY_FOCUS_LINE,
-    OVERLAY_LAYERS,
-    OVERLAY_NEAR,
-    Rgb,
-)
+from heatlens.gpu import shader_constants as colors
+from heatlens.gpu.shader_constants import Rgb
 from heatlens.model.peaking import Peaking, PeakingOn
 from heatlens.model.units import format_distance
 from heatlens.model.view import Overlay
@@ -67,19 +58,19 @@ def _overlay_entries(overlay: Overlay, facts: LegendFacts) -> list[Entry]:
     near_px, far_px = facts.optics.nearest_px, facts.optics.farthest_px
     if overlay is Overlay.ZONES:
         return [
-            Entry(OVERLAY_NEAR, "in front"),
-            Entry(OVERLAY_FOCUS, f"in focus, up to {sharp_px:.1f} px"),
-            Entry(OVERLAY_FAR, "behind"),
+            Entry(colors.OVERLAY_NEAR, "in front"),
+            Entry(colors.OVERLAY_FOCUS, f"in focus, up to {sharp_px:.1f} px"),
+            Entry(colors.OVERLAY_FAR, "behind"),
         ]
     if overlay is Overlay.FOCUS_PLANE:
-        return [Entry(OVERLAY_FOCUS_LINE, "cut by the plane in focus")]
+        return [Entry(colors.OVERLAY_FOCUS_LINE, "cut by the plane in focus")]
     if overlay is Overlay.COC:
-        ends = [Entry(OVERLAY_COC_SHARP, f"in focus, up to {sharp_px:.1f} px")]
+        ends = [Entry(colors.OVERLAY_COC_SHARP, f"in focus, up to {sharp_px:.1f} px")]
         if near_px < -sharp_px:
-            ends.insert(0, Entry(OVERLAY_COC_NEAR, f"nearest {-near_px:.1f} px"))
-        return ends + (
-            [Entry(OVERLAY_COC_FAR, f"farthest {far_px:.1f} px")] if far_px > sharp_px else []
-        )
+            ends.insert(0, Entry(colors.OVERLAY_COC_NEAR, f"nearest {-near_px:.1f} px"))
+        if far_px > sharp_px:
+            ends.append(Entry(colors.OVERLAY_COC_FAR, f"farthest {far_px:.1f} px"))
+        return ends
     if overlay is Overlay.DEPTH:
         near, far = "nearest", "farthest"
         if not depth.convention.facts.is_coc:
@@ -96,12 +87,12 @@ def _overlay_entries(overlay: Overlay, facts: LegendFacts) -> list[Entry]:
 def _layer_entries(limits_px: Sequence[float]) -> list[Entry]:
     """Return an entry for each layer, near to far: the range of its signed CoC in pixels."""
     if not limits_px:
-        return [Entry(OVERLAY_LAYERS[0], "one layer")]
+        return [Entry(colors.OVERLAY_LAYERS[0], "one layer")]
     ends = [f"{limit:+.0f}" for limit in limits_px]
     words = [f"up to {ends[0]} px"]
     words += [f"{a} to {b} px" for a, b in pairwise(ends)]
     words.append(f"from {ends[-1]} px")
-    return [Entry(tint, text) for tint, text in zip(OVERLAY_LAYERS, words, strict=False)]
+    return [Entry(tint, text) for tint, text in zip(colors.OVERLAY_LAYERS, words, strict=False)]
 
 
 def draw_legend(legend: Sequence[Entry], viewport: Viewport, is_right: bool = False) -> None:

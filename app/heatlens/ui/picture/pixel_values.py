@@ -113,7 +113,13 @@ class PixelValues:
         key = (light, version, box)
         if self._texts.key != key:
             values = read_texels(self._ctx, light, box, "f4")
-            self._texts = _Texts(key, [[_words(pixel) for pixel in row] for row in values])
+            self._texts = _Texts(
+                key,
+                [
+                    ["\n".join(map(value_words, pixel[:3].tolist())) for pixel in row]
+                    for row in values
+                ],
+            )
         return self._texts.words
 
 
@@ -173,10 +179,6 @@ def _write(
         for column, text in enumerate(words):
             at = ImVec2(origin[0] + column * per_px[0] + inset[0], y)
             draw.add_text(font, size, at, dark if is_bright[row, column] else light, text)
-
-
-def _words(pixel: NDArray[np.float32]) -> str:
-    return "\n".join(value_words(float(value)) for value in pixel[:3])
 
 
 def value_words(value: float) -> str:

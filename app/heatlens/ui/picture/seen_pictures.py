@@ -30,9 +30,7 @@ class SeenPictures:
     def __init__(
         self, facts: Facts, desk: PictureDesk, screen: ScreenPictures, kept: KeptScreen
     ) -> None:
-        self._facts = facts
-        self._desk = desk
-        self._screen = screen
+        self._facts, self._desk, self._screen = facts, desk, screen
         self._kept = kept
 
     def now(self) -> Pictures | None:

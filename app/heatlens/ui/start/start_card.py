@@ -10,6 +10,7 @@ from heatlens.base.paths import data_dir
 from heatlens.base.printable import printable
 from heatlens.session.files.start_choices import Card
 from heatlens.ui import theme
+from heatlens.ui.widgets import fitted
 
 _ROUNDING_EM, _PAD_EM, _AIR_EM = 0.25, 0.5, 1.0
 _BAR_EM, _PLUS_EM, _DIGIT_EM = 0.2, 0.45, 1.5
@@ -116,16 +117,3 @@ def _text(card: Card, x: float, place: Place, is_coming: bool) -> None:
     if is_coming:
         words, color = "Opening ...", theme.colors.handle
     draw.add_text(ImVec2(x, y + 0.1 * em), color, fitted(printable(words), width, bool(card.kind)))
-
-
-def fitted(text: str, width: float, keeps_end: bool = False) -> str:
-    """Return `text`, shortened so that it fits `width` screen units.
-
-    `keeps_end` cuts off the beginning instead of the end, for folders.
-    """
-    kept = len(text)
-    shown = text
-    while kept > 0 and imgui.calc_text_size(shown).x > width:
-        kept -= 1
-        shown = f"...{text[len(text) - kept :]}" if keeps_end else f"{text[:kept]}..."
-    return shown

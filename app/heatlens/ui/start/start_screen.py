@@ -9,8 +9,9 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.scene.scene_name import DEMO
 from heatlens.session.files.start_choices import Card
 from heatlens.ui import probe, theme
-from heatlens.ui.start.start_card import CardPictures, Place, column_width, draw_card, fitted
+from heatlens.ui.start.start_card import CardPictures, Place, column_width, draw_card
 from heatlens.ui.start.start_layout import StartLayout, lay_out
+from heatlens.ui.widgets import fitted
 
 _K = imgui.Key
 _DIGITS = (
