@@ -31,16 +31,10 @@ layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #define SAME_COC_PX 0.5
 #define SAME_COC_PART 0.05
 #define RIM_OFFSET 0.3    // 1/2 for a straight rim; less suits the corners of small highlights as well
-// From this coc on, the light's position in its pixel moves the disc; fully from TOLD_PX on.
-#define TOLD_FROM_PX 1.0
-#define TOLD_PX 1.5
+// From this coc on, the light's position in its pixel moves the disc, slowly; fully from TOLD_PX on.
+#define TOLD_FROM_PX 0.25
+#define TOLD_PX 2.0
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
-// Discs between these are sized by their second moment, fully from SIZED_PX on up to LARGE_FROM_PX; from
-// LARGE_PX on they are accurate to 1 % without that.
-#define SIZED_FROM_PX 2.0
-#define SIZED_PX 3.0
-#define LARGE_FROM_PX 4.4
-#define LARGE_PX 5.0
 
 ivec2 size, corner;
 float energy[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
@@ -68,8 +62,7 @@ float highlight_coc(ivec2 at) {
 
 // Returns the light's position in a pixel at a highlight's rim, in pixels from the centre: towards the
 // brighter pixels, and the further the less of the pixel is covered. The coverage follows from its
-// brightness relative to the brightest pixel around. Discs that reach no other pixel's centre cannot
-// show it.
+// brightness relative to the brightest pixel around.
 vec2 light_offset(ivec2 at, float coc_px) {
     float own = sum_of(high_at(at).rgb), most = own;
     vec2 towards = vec2(0.0);
@@ -119,43 +112,6 @@ Cover pixels_covered(vec2 centre, float radius, float ramp) {
     return sum;
 }
 
-#ifndef SHAPED
-// The second moment of a rasterised disc about its centre, x and y together.
-float moment_2_of(vec2 centre, float radius, float ramp) {
-    vec2 reach = aperture_reach(radius, ramp);
-    float sum = 0.0, moment_2 = 0.0;
-    ivec2 first = ivec2(floor(centre - reach)), last = ivec2(floor(centre + reach));
-    for (int y = first.y; y <= last.y; ++y)
-        for (int x = first.x; x <= last.x; ++x) {
-            vec2 offset = vec2(x, y) + 0.5 - centre;
-            float cover = pixel_coverage(offset, radius, ramp, centre);
-            sum += cover;
-            moment_2 += cover * dot(offset, offset);
-        }
-    return moment_2 / max(sum, 1e-6);
-}
-#endif
-
-// The signed radius that gives a small rasterised disc the second moment of the lens's disc plus a
-// pixel. Uncorrected, a disc of 3 px is up to 5 % too narrow and one of 4 px too wide, depending on how
-// pixel centres fall on its rim. Discs of other shapes are not corrected.
-float sized_radius(vec2 centre, float radius, float ramp) {
-    float sized = radius;
-#ifndef SHAPED
-    float coc_px = 2.0 * abs(radius);
-    if (coc_px >= LARGE_PX) return radius;
-    float wide = dot(aperture_axes, aperture_axes) / 4.0;
-    float wanted = radius * radius * wide + 2.0 / 3.0 * ramp * ramp;
-    float part = smoothstep(SIZED_FROM_PX, SIZED_PX, coc_px);
-    part *= 1.0 - smoothstep(LARGE_FROM_PX, LARGE_PX, coc_px);
-    for (int k = 0; k < 2; ++k) {
-        float change = part * (wanted - moment_2_of(centre, sized, ramp)) / wide;
-        sized = sign(radius) * sqrt(max(sized * sized + change, 0.5 * radius * radius));
-    }
-#endif
-    return sized;
-}
-
 // All free highlights of the block around `best` that share its coc, as one disc.
 Sprite merged(ivec2 from, int side, int best) {
     float limit = max(SAME_COC_PX, SAME_COC_PART * abs(coc[best]));
@@ -179,9 +135,9 @@ Sprite merged(ivec2 from, int side, int best) {
     float variance = max(0.5 * (moment_2 / weight - dot(centre, centre)), 0.0);
     float ramp = sqrt(3.0 * (1.0 / 12.0 + variance));
     centre += vec2(corner);
-    float radius = sized_radius(centre, 0.5 * coc[best], ramp);
+    float radius = 0.5 * coc[best];
     Cover covered = pixels_covered(centre, radius, ramp);
-    return Sprite(vec4(centre, 2.0 * radius, ramp), vec4(light / max(covered, 1e-6), 0.0));
+    return Sprite(vec4(centre, coc[best], ramp), vec4(light / max(covered, 1e-6), 0.0));
 }
 
 // Number of pixels touched by drawing a sprite.

@@ -11,9 +11,9 @@ uniform vec2 cut_far_px;   // its limit away from the camera, likewise
 // As the focus moves, a surface that crosses a cut is handed over in two smooth steps, each over half of
 // the cut's transition. First the farther layer takes it in, up to a visibility of KNOWN; only then does
 // the nearer one release it, from a membership of COVERS on. In the opposite order, or with both at
-// once, the surface would turn transparent on the way.
+// once, the surface would turn transparent on the way, and dark where a third one hides it.
 #define KNOWN 0.5
-#define COVERS 0.7
+#define COVERS 0.55
 
 // Share of a pixel with this coc that is nearer than the cut: 1 near, 0 far.
 float nearer_than(vec2 cut_px, float coc_px) {

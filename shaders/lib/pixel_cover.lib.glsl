@@ -1,25 +1,21 @@
-// Share of a pixel that the disc of a highlight covers. With FINE_RIMS small discs are sampled at several
-// points of each pixel, because a rim one pixel wide makes a disc of hardly more than a pixel too soft.
-// Include lib/aperture.lib.glsl first.
+// Share of a pixel that the disc of a highlight covers. Small discs are sampled at several points of each
+// pixel: their rim bends within a pixel, and with a straight one they would grow in steps, from one ring of
+// pixels to the next. Include lib/aperture.lib.glsl first.
 
-#ifdef FINE_RIMS
-#define FINE_ACROSS 3          // points across a pixel, each way
-#define FINE_RADIUS_PX 4.0     // largest radius of a small disc
+#define FINE_ACROSS 3           // points across a pixel, each way
+#define FINE_RADIUS_PX 3.0      // up to this radius the points fill the pixel;
+#define COARSE_RADIUS_PX 4.0    // from this one on they are one
 
 Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
-    if (abs(radius) > FINE_RADIUS_PX) return aperture_coverage(offset, radius, ramp, place);
-    // The variance of the pixel's box, plus that of the light itself, gives the ramp.
-    float of_light = max(ramp * ramp / 3.0 - 1.0 / 12.0, 0.0);
-    float narrow = sqrt(3.0 * (of_light + 1.0 / (12.0 * float(FINE_ACROSS * FINE_ACROSS))));
+    float apart = 1.0 - smoothstep(FINE_RADIUS_PX, COARSE_RADIUS_PX, abs(radius));
+    if (apart == 0.0) return aperture_coverage(offset, radius, ramp, place);
+    // The variance of the points and that of their ramp make up that of the pixel's box and of the light.
+    float of_points = apart * apart * (1.0 - 1.0 / float(FINE_ACROSS * FINE_ACROSS)) / 12.0;
+    float narrow = sqrt(max(ramp * ramp - 3.0 * of_points, 1e-3));
     Cover sum = Cover(0.0);
     for (int i = 0; i < FINE_ACROSS * FINE_ACROSS; ++i) {
         vec2 aside = (vec2(i % FINE_ACROSS, i / FINE_ACROSS) + 0.5) / float(FINE_ACROSS) - 0.5;
-        sum += aperture_coverage(offset + aside, radius, narrow, place);
+        sum += aperture_coverage(offset + apart * aside, radius, narrow, place);
     }
     return sum / float(FINE_ACROSS * FINE_ACROSS);
 }
-#else
-Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
-    return aperture_coverage(offset, radius, ramp, place);
-}
-#endif

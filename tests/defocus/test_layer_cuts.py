@@ -45,7 +45,7 @@ def test_one_depth_is_one_layer_however_blurred() -> None:
 @pytest.mark.parametrize("layers_max", range(2, 7))
 def test_few_layers_still_part_the_foreground(layers_max: int) -> None:
     """What is sharp is never in the layer of what is in front of it, and all layers are used."""
-    layers = ladder_of(np.linspace(-100, 1, 400), layers_max)
+    layers = ladder_of(np.linspace(-100, 0.5, 400), layers_max)
     limits = [layer.near.at_px for layer in layers[:-1]]
     assert len(layers) == layers_max and limits[0] == FIRST_CUT_PX
     assert limits == sorted(limits, reverse=True)
@@ -89,7 +89,7 @@ def test_layers_that_begin_at_the_first_near_cut_are_before_the_focus(
 
 
 def test_the_layer_right_before_the_sharp_one_is_before_the_focus() -> None:
-    layers = ladder_of(np.linspace(-100, 1, 400), 6)
+    layers = ladder_of(np.linspace(-100, 0.5, 400), 6)
     assert layers[1].far.at_px == FIRST_CUT_PX
     assert [layer.is_before_focus for layer in layers] == [False] + [True] * 5
 

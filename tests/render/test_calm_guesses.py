@@ -113,3 +113,18 @@ def test_a_pull_behind_a_large_near_vase_is_calm(ctx, renderer):
     frames = [renderer.pixels(shot)[..., :3].copy() for shot in shots]
     assert unrest(frames) < 1.8
     assert flash(frames) < 1.5
+
+
+def test_a_wall_that_comes_into_focus_behind_a_post_is_calm(ctx, renderer):
+    """It leaves the far layer on the way; all that is known of it behind the post goes along.
+
+    Given back by the far layer before the nearer one covered it, it was dark behind the post.
+    """
+    rng = np.random.default_rng(5)
+    color = np.kron(0.3 + 0.3 * rng.random((16, 22, 3)), np.ones((6, 6, 1)))[:HEIGHT, :WIDTH]
+    is_post = np.abs(np.arange(WIDTH) - 60) < 8
+    color[:, is_post] = 0.1
+    depth_m = np.broadcast_to(np.where(is_post, LEAF_M, WALL_M), (HEIGHT, WIDTH))
+    renderer.load(plate_of(color.astype(np.float32), depth_m.astype(np.float32)))
+    distances_m = 1.0 / np.linspace(1 / 5.0, 1 / 5.9, 30)
+    assert unrest([through(renderer, float(distance_m)) for distance_m in distances_m]) < 4.0

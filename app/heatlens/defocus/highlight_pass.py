@@ -198,8 +198,7 @@ class HighlightListPass:
             | self._openings.of(optics.disc.aperture),
             buffers=planned | {"sprite_block": buffers.sprite},
         )
-        switches = optics.disc.switches | {"FINE_RIMS": places is not None}
-        count, write = self._count.with_(**switches), self._write.with_(**switches)
+        count, write = (it.with_(**optics.disc.switches) for it in (self._count, self._write))
         yield from merged(count)
         self._plan.dispatch((1, 1), buffers=planned, uniforms=_planned(size, blocks))
         yield
@@ -253,18 +252,16 @@ class HighlightDrawPass:
         picture: Fragments,
         optics: Optics,
         color: moderngl.Texture,
-        has_places: bool = False,
     ) -> Iterator[None]:
         """Add every disc of the list to `color`, except where `picture` hides it.
 
-        `has_places` is True if the list was filled with the places of the light in its pixels. The
-        picture is drawn in bands without a GPU, so that many large discs do not hold up the window.
+        It is drawn in bands without a GPU, so that many large discs do not hold up the window.
         """
         width, height = color.size
         rows = max(1, _PIXELS_A_BAND // width) if self._is_cut else height
         for first in range(0, height, rows):
             band = (0, first, width, rows)
-            self._draw_band(buffers, picture, optics, color, band, has_places)
+            self._draw_band(buffers, picture, optics, color, band)
             yield
 
     def _draw_band(
@@ -274,12 +271,10 @@ class HighlightDrawPass:
         optics: Optics,
         color: moderngl.Texture,
         band: tuple[int, int, int, int],
-        has_places: bool,
     ) -> None:
         """Draw only into `band` (x, y, width, height); set all state that others change."""
-        listed = {"LISTS": picture.lists is not None, "FINE_RIMS": has_places}
-        switches = listed | optics.disc.switches
-        program = self._programs.with_(**switches)
+        listed = picture.lists is not None
+        program = self._programs.with_(LISTS=listed, **optics.disc.switches)
         quads = self._quads_of(program, buffers.sprite)
         target = self._target.around(color)
         target.use()

@@ -14,10 +14,11 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 FIRST_CUT_PX = -1.0  # between what is sharp and what is in front of it
-FIRST_SOFTNESS_PX = 0.4  # half width of its transition: wide, because every pull passes it
+FIRST_SOFTNESS_PX = 0.5  # half width of its transition: wide, because every pull passes it
 FAR_CUT_PART = 1 / 3  # position of the far cut, as a share of the farthest coc ...
-FAR_CUT_LEAST_PX = 2.0  # ... but at least this
-FAR_SOFTNESS = 0.2  # half width of its transition, as a share of its coc
+FAR_CUT_LEAST_PX = 1.3  # ... but at least this
+FAR_SOFTNESS = 0.2  # half width of its transition, as a share of its coc ...
+FAR_SOFTNESS_LEAST_PX = 0.6  # ... but at least this, because the farthest thing may pass it
 
 _BEYOND_PX = 1.0e30  # larger than any coc
 
@@ -77,7 +78,7 @@ def _scaled(layer: LayerCut, proxy: float) -> LayerCut:
 def _cuts_of_whole(occupied_px: Array, gaps_px: Array, layers_max: int) -> list[LayerCut]:
     farthest_px = float(occupied_px[-1])
     far_px = max(farthest_px * FAR_CUT_PART, FAR_CUT_LEAST_PX)
-    far = Cut(far_px, far_px * FAR_SOFTNESS)
+    far = Cut(far_px, max(far_px * FAR_SOFTNESS, FAR_SOFTNESS_LEAST_PX))
     cuts = [far] if far.at_px - far.half_width_px < farthest_px else []
     cuts = cuts[: layers_max - 1]
     cuts += _near_cuts(occupied_px, gaps_px, layers_max - 1 - len(cuts))

@@ -41,7 +41,7 @@ class Pass:
 # Shapes of the opening: an ellipse, or another one.
 SHAPES: Variants = ({}, *crossed(({"SHAPED": 1},), either("COLORED"), either("IMAGED")))
 _LISTS, _COUNT = either("LISTS"), either("COUNT")
-_MATCHED, _FINE = (({}, *crossed(({"LISTS": 1},), either(n))) for n in ("MATCHED", "FINE_RIMS"))
+_MATCHED: Variants = ({}, *crossed(({"LISTS": 1},), either("MATCHED")))
 _BLUR = "lib/blur_system.lib.glsl"
 
 
@@ -88,7 +88,7 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "highlights listed",
-        _comp("highlight_sprites", variants=crossed(SHAPES, _COUNT, either("FINE_RIMS")))
+        _comp("highlight_sprites", variants=crossed(SHAPES, _COUNT))
         | _comp("highlight_plan")
         | _comp("highlight_restore", variants=_LISTS),
         pass_costs.highlights_listed_bytes,
@@ -163,7 +163,7 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "highlights drawn",
-        _draw("highlight_draw", crossed(SHAPES, _FINE)),
+        _draw("highlight_draw", crossed(SHAPES, _LISTS)),
         pass_costs.highlights_drawn_bytes,
         reads_last=(
             *("alpha plate", "low", "low fragments", "around", "highlight plan"),

@@ -190,8 +190,7 @@ class DefocusPipeline:
                 self._passes.far_parts.over(far, out)
             yield self.scratch.passed("composite")
         if listed is not None:
-            has_places = self._places is not None
-            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out, has_places)
+            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out)
             yield from self._named("highlights drawn", drawn)
         self.scratch.passed("highlights drawn")
         return out
