@@ -174,11 +174,8 @@ def open_with(args: argparse.Namespace, show: Callable[["Start"], None]) -> int:
         raise InputError("The name of the plate is empty: leave it out to choose in the window.")
     plate = DEMO if args.demo else args.plate or ""  # "": chosen in the window
     if is_reel(plate):
-        raise InputError(
-            f"{plate} is a reel or an edit, and the window shows one shot: `heatlens info {plate}` "
-            "lists the shots, `heatlens reel` writes a file for each."
-        )
-    if is_shot_file(plate):
+        _require(plate)
+    elif is_shot_file(plate):
         _require(plate)
         refuse_given(args, ("clip", "first_frame", "fps"), f"{plate} says how its scene is played")
     elif plate:

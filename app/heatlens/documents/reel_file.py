@@ -12,6 +12,7 @@ from heatlens.model.frames import parse_frame_range
 from heatlens.model.reel import Reel, ReelShot
 
 REEL_SUFFIX = ".heatreel.json"
+REEL_SUFFIXES = (REEL_SUFFIX, *EDIT_SUFFIXES)
 REEL_VERSION = 1
 _VERSION = "heatlens_reel"
 _AS_IT_IS = EditOptions()
@@ -21,7 +22,7 @@ _SHOT = ("name", "source", "frames", "notes", "marks", "gap_before")
 
 def is_reel(text: str) -> bool:
     """Return whether a name is that of a reel or of an edit: OpenTimelineIO, EDL, AAF, XML."""
-    return text.lower().endswith((REEL_SUFFIX, *EDIT_SUFFIXES))
+    return text.lower().endswith(REEL_SUFFIXES)
 
 
 def read_reel(path: Path, options: EditOptions = _AS_IT_IS) -> Reel:

@@ -9,6 +9,7 @@ from pathlib import Path
 from heatlens.render import FrameRenderer
 from heatlens.session.exports.export_commands import ExportCommands
 from heatlens.session.files.file_commands import FileCommands
+from heatlens.session.files.open_reel import OpenReel
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.files.start_choices import StartChoices
 from heatlens.session.keys.key_commands import KeyCommands
@@ -148,9 +149,17 @@ class FileDesk:
     def __init__(self, shared: Shared, pictures: PictureDesk, timeline: Timeline) -> None:
         self.documents = documents = ShotDocuments(shared, timeline)
         self.exports = ExportCommands(shared, timeline, pictures.look, lambda: documents.shot_name)
+        self.reel = reel = OpenReel(shared, documents)
         self.commands = FileCommands(
-            shared, documents, pictures.saving, pictures.references, self.exports.write_sheet
+            *(shared, documents, pictures.saving, pictures.references),
+            *(reel, self.exports.write_sheet),
         )
         self.recent = RecentFiles(shared)
         self.start_choices = StartChoices(shared, timeline.playback, self.commands, self.recent)
-        self.workers: tuple[Worker, ...] = (self.recent, self.commands, self.exports, documents)
+        self.workers: tuple[Worker, ...] = (
+            self.recent,
+            self.commands,
+            self.exports,
+            documents,
+            reel,
+        )

@@ -22,6 +22,7 @@ from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.opening_panel import opening_panel
 from heatlens.ui.panels.plan_panel import PlanPanel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
+from heatlens.ui.panels.reel_panel import reel_panel
 from heatlens.ui.panels.ring_panel import ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
@@ -35,6 +36,7 @@ from heatlens.ui.timeline.panel import timeline_panel
 _NEED_A_PICTURE = ("Lens", "Plate", "Scene", "Export", "Marks", "Plan", "Looks")
 _FLAGS = {
     "Scene": imgui.WindowFlags_.no_focus_on_appearing,
+    "Reel": imgui.WindowFlags_.no_focus_on_appearing,
     "Timeline": imgui.WindowFlags_.no_scroll_with_mouse,
 }
 
@@ -65,6 +67,7 @@ class DockedPanels:
             "Marks": partial(marks_panel, self._time, self._facts.unit, self._ui),
             "Plan": self._plan,
             "Looks": partial(looks_panel, self._facts, self._session.pictures, self.stills),
+            "Reel": partial(reel_panel, self._ui.files.reel, self._facts.unit),
             "Guides": self._guides,
             "Export": self._export,
             "Speed": self._speed,
@@ -79,7 +82,8 @@ class DockedPanels:
     def _is_shown(self, name: str) -> bool:
         if name == "Timeline":
             return self._ui.is_timeline_shown
-        return self._ui.panels[name] and (name != "Scene" or self._facts.has_camera)
+        has_any = {"Scene": self._facts.has_camera, "Reel": self._ui.files.reel.reel is not None}
+        return self._ui.panels[name] and has_any.get(name, True)
 
     def _draw_one(self, name: str, draw: Callable[[], None]) -> None:
         """Draw the window of a panel, and what is in it unless it is covered or has no picture."""

@@ -148,7 +148,8 @@ def _arrange(dock: int, size: ImVec2) -> None:
     _, lower, upper = inner.dock_builder_split_node_py(right, imgui.Dir.down, _SPEED_PART)
     _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, below_part)
     inner.dock_builder_dock_window(PICTURE, centre)
-    inner.dock_builder_dock_window("Timeline", below)
+    for name in ("Timeline", "Reel"):
+        inner.dock_builder_dock_window(name, below)
     for name in ("Lens", "Marks", "Plan", "Looks", "Guides"):
         inner.dock_builder_dock_window(name, upper)
     for name in ("Display", "Plate", "Scene", "Export", "Speed"):

@@ -62,6 +62,9 @@ Play
   First frame                           Home
   Last frame                            End
   -
+  Next shot                             Ctrl+Right
+  Previous shot                         Ctrl+Left
+  -
   Next key                              Down
   Previous key                          Up
   -
@@ -155,6 +158,7 @@ Window
   Marks
   Plan
   Looks
+  Reel
   Guides
   Timeline
   Speed                                 T

@@ -22,6 +22,7 @@ PANELS = (
     "Marks",
     "Plan",
     "Looks",
+    "Reel",
     "Guides",
     "Speed",
     "Timeline",

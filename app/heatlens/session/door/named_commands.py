@@ -38,6 +38,9 @@ def _file(session: Session) -> Iterator[Command]:
     yield Command("Start screen...", "File", files.start_choices.show)
     yield Command("Reload", "File", files.commands.reload)
     yield Command("Copy picture", "File", session.pictures.saving.copy)
+    reel = files.reel
+    for name, by in (("Next shot", 1), ("Previous shot", -1)):
+        yield Command(name, "Play", partial(reel.step, by), barred=lambda: reel.why_not)
 
 
 def _edit(session: Session) -> Iterator[Command]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.paths import folder_to_write_in, home_dir
+from heatlens.documents.reel_file import REEL_SUFFIXES
 from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.files.picture_formats import MOVIES_READ, PICTURES_READ
 from heatlens.model.plate_options import PlateOptions
@@ -12,6 +13,7 @@ from heatlens.plate.picture.picture_write import PICTURE_SUFFIXES
 from heatlens.scene.scene_read import SCENE_SUFFIXES
 from heatlens.sequence.depth_files import picture_and_depth
 from heatlens.session.files.folder_walk import Chosen, Purpose
+from heatlens.session.files.open_reel import OpenReel
 from heatlens.session.files.plate_reading import PlateReading
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.lens.lens_imports import camera_import, opening_import
@@ -28,7 +30,7 @@ PURPOSES = {
             "open",
             "Open a plate or a scene",
             "Open",
-            (".exr", *PICTURES_READ, *MOVIES_READ, *SCENE_SUFFIXES),
+            (".exr", *PICTURES_READ, *MOVIES_READ, *SCENE_SUFFIXES, *REEL_SUFFIXES),
             "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
         ),
         Purpose(
@@ -91,11 +93,13 @@ class FileCommands(Commands, Worker):
         documents: ShotDocuments,
         pictures: PictureCommands,
         references: ReferenceLoader,
+        reel: OpenReel,
         write_sheet: Callable[[Path, str], None],
     ) -> None:
         super().__init__(shared)
         self._documents, self._pictures = documents, pictures
         self._references = references
+        self._reel = reel
         self.reading = PlateReading(shared)
         self.openings = opening_import(shared)
         self.cameras = camera_import(shared)
@@ -106,14 +110,14 @@ class FileCommands(Commands, Worker):
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, pattern, folder or shot; the present source stays until it has arrived."""
         self._say("")  # clear the error of an earlier file
-        if not self._documents.opens(text):
+        if not (self._reel.opens(text) or self._documents.opens(text)):
             found = options or self.options_for(text)
             self._source.open(text, found, timing=self._given.timing_of(text))
 
     def open_first(self) -> None:
         """Open the file that the command line named, if any."""
         text, given = self._given.start.source, self._given.start.plate_options
-        if not text or self._documents.opens(text):
+        if not text or self._reel.opens(text) or self._documents.opens(text):
             return
         is_stream = self._source.stream is not None and text == self._source.stream.text
         found = given if is_stream else self._first_options(text, given)

@@ -1,0 +1,66 @@
+"""Draw the Reel panel: the shots of the cut, with the focus on both sides of each cut."""
+
+from imgui_bundle import imgui
+
+from heatlens.base.printable import printable
+from heatlens.model.reel import ReelShot
+from heatlens.model.units import format_distance
+from heatlens.session.files.open_reel import CutFocus, OpenReel
+from heatlens.ui import probe, widgets
+
+_HEADS = {"shot": 12.0, "frames": 7.5, "focus in": 6.0, "focus out": 6.0, "notes": 0.0}
+_FLAGS = imgui.TableFlags_.row_bg | imgui.TableFlags_.scroll_y
+
+
+def reel_panel(reel: OpenReel, unit: str) -> None:
+    """Draw the shots; a click opens one."""
+    if reel.reel is None or reel.path is None:
+        return
+    if widgets.button("< previous", "previous shot"):
+        reel.step(-1)
+    imgui.same_line()
+    if widgets.button("next >", "next shot"):
+        reel.step(1)
+    imgui.same_line()
+    widgets.grey_text(f"{reel.at + 1} of {len(reel.reel.shots)}, {printable(reel.path.name)}")
+    if not imgui.begin_table("shots", len(_HEADS), _FLAGS):
+        return
+    fixed, rest = imgui.TableColumnFlags_.width_fixed, imgui.TableColumnFlags_.width_stretch
+    for head, width_em in _HEADS.items():
+        imgui.table_setup_column(
+            head, fixed if width_em else rest, width_em * imgui.get_font_size()
+        )
+    imgui.table_setup_scroll_freeze(0, 1)
+    imgui.table_headers_row()
+    for number, shot in enumerate(reel.reel.shots):
+        imgui.table_next_row()
+        imgui.table_next_column()
+        if _name(shot, number == reel.at):
+            reel.go(number)
+        notes = printable(". ".join((*shot.marks, *shot.notes)))
+        for text in (_frames(shot), *_focus(reel.focus_of(number), unit), notes):
+            imgui.table_next_column()
+            imgui.text_disabled(text)
+    imgui.end_table()
+
+
+def _name(shot: ReelShot, is_open: bool) -> bool:
+    """Draw the name of a shot over the whole row; return True if it is clicked."""
+    flags = imgui.SelectableFlags_.span_all_columns
+    with widgets.disabled(not shot.source):
+        clicked, _ = imgui.selectable(f"{printable(shot.name)}##shot", is_open, flags)
+    probe.note(f"shot {shot.name}")
+    if shot.notes:
+        widgets.tooltip("\n".join((*shot.marks, *shot.notes)))
+    return bool(clicked)
+
+
+def _frames(shot: ReelShot) -> str:
+    return "all" if shot.frames is None else str(shot.frames)
+
+
+def _focus(focus: CutFocus, unit: str) -> tuple[str, str]:
+    return tuple(  # type: ignore[return-value]
+        "-" if distance_m is None else format_distance(distance_m, unit)
+        for distance_m in (focus.first_m, focus.last_m)
+    )

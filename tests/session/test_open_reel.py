@@ -1,0 +1,102 @@
+"""A reel in a session: one shot is open, the next is a step away, and nothing done is lost."""
+
+import pytest
+
+from heatlens.documents.reel_file import write_reel
+from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.model.frames import FrameRange
+from heatlens.model.lens import Lens
+from heatlens.model.reel import Reel, ReelShot
+from heatlens.model.shot import Shot
+from heatlens.session.door.door import Door
+from heatlens.session.door.requests import Focus
+from support.evening import FIRST, LAST, begun, settled, until, write_plates
+
+CUT = FrameRange(1005, 1010)
+
+
+@pytest.fixture
+def reel(tmp_path):
+    """Write a reel: plates, missing media, and a shot file with a focus of its own."""
+    source = write_plates(tmp_path)
+    own = tmp_path / "s3.heatlens.json"
+    write_shot(own, Shot(Lens(50.0, 2.8, 3.0, 36.0), source=source, frames=FrameRange(FIRST, LAST)))
+    gone = ReelShot("s2", "", None, ("its media are missing: /nowhere",))
+    path = tmp_path / "cut.heatreel.json"
+    write_reel(
+        path, Reel("cut", (ReelShot("s1", source, CUT), gone, ReelShot("s3", str(own), CUT)))
+    )
+    return path
+
+
+@pytest.fixture
+def session(tmp_path, reel):
+    session = begun(tmp_path / "preferences", str(reel))
+    settled(session)
+    yield session
+    session.close()
+
+
+def shown(session, name: str) -> None:
+    """Wait until the shot file of this name is open."""
+
+    def is_open() -> bool:
+        path = session.files.documents.path
+        return path is not None and path.name == name
+
+    until(session, is_open, name)
+    settled(session)
+
+
+def test_a_reel_opens_its_first_shot_with_the_part_of_the_cut(session):
+    opened = session.files.reel
+    assert opened.at == 0 and session.editing.shot.in_out == CUT
+    assert session.editing.frame == CUT.first
+
+
+def test_steps_pass_missing_media_and_end_with_a_sentence(session):
+    opened, door = session.files.reel, Door(session)
+    door.do("Next shot")
+    shown(session, "s3.heatlens.json")
+    assert opened.at == 2
+    door.do("Next shot")
+    assert opened.at == 2 and "last shot" in session.messages.text
+    door.do("Previous shot")
+    settled(session)
+    assert opened.at == 0 and session.editing.shot.in_out == CUT
+    opened.go(1)
+    assert opened.at == 0 and "/nowhere" in session.messages.text
+
+
+def test_going_on_saves_a_shot_that_has_a_file(session, reel):
+    opened, door = session.files.reel, Door(session)
+    opened.go(2)
+    shown(session, "s3.heatlens.json")
+    door.do(Focus(5.0))
+    settled(session)
+    opened.go(0)
+    settled(session)
+    assert read_shot(reel.parent / "s3.heatlens.json").lens.focus_distance_m == 5.0
+    assert opened.focus_of(2).first_m == 5.0
+
+
+def test_the_focus_of_both_sides_of_a_cut_is_known_before_a_shot_is_opened(session):
+    opened = session.files.reel
+    assert opened.focus_of(2).first_m == opened.focus_of(2).last_m == 3.0
+    assert opened.focus_of(0).last_m == session.editing.shot.lens_at(CUT.last).focus_distance_m
+
+
+def test_without_a_reel_there_is_no_other_shot(walls):
+    commands = {command.name: command for command in Door(walls).commands}
+    assert commands["Next shot"].why_not() and not commands["Next shot"].is_on
+
+
+def test_another_file_can_be_opened_beside_the_reel(session, tmp_path):
+    """Then the list stays, and its next shot is opened as before."""
+    (tmp_path / "other").mkdir()
+    other = write_plates(tmp_path / "other")
+    session.files.commands.open(other)
+    until(session, lambda: session.editing.shot.source == other, "the other plates")
+    session.files.reel.go(2)
+    shown(session, "s3.heatlens.json")
+    assert session.files.reel.at == 2
