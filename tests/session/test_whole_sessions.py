@@ -312,7 +312,7 @@ def test_an_end_of_the_chosen_keys_is_dragged():
     assert hand.ends == Ends(10, 11)
     hand.drag(30)
     hand.release()
-    assert "made room" in said[-1] and hand.ends == Ends(10, 30)
+    assert "gave way" in said[-1] and hand.ends == Ends(10, 30)
     editing.undo()
     assert len(all_keys(editing.shot)) == 3
     keys.choose_between(FOCUS, 10, 20)

@@ -38,7 +38,7 @@ def test_a_message_stands_beside_the_readout(gui):
 
 def test_a_message_is_shown_whole_and_the_readout_is_cut(gui, exporting):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    said = "Look B is kept. Ctrl+2 comes back to it."
+    said = "Look B is kept. Ctrl+2 returns to it."
     gui.session.messages.say(said)
     gui.frame(2)
     gui.drawn.clear()

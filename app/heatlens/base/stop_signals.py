@@ -15,7 +15,7 @@ from heatlens.base import stopping
 
 
 class StopSignals:
-    """A context manager that notes stop signals instead of raising in the middle of the work."""
+    """A context manager that records stop signals, so that none interrupts unfinished work."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         """Create it; `wake` is called on a thread after each signal."""

@@ -14,7 +14,7 @@ _HEAD_ROWS = 1.6  # height of a section title, in rows
 _EDGE_EM = 2.0  # free width beside the window, both sides together
 _KEYS_EM = 8.0  # smallest width of the keys
 _TITLE = "Keys"
-_GAP = "   "  # behind a description
+_GAP = "   "  # gap after a description
 _BETWEEN_EM = 1.3  # gap between keys and description
 
 _MOUSE: Rows = (
@@ -100,7 +100,7 @@ def keys_window(actions: Sequence[Action], has_camera: bool) -> bool:
 
 def _with_room(found: Sequence[Section], room: float) -> list[list[Section]]:
     """Return the sections in as many columns as fit into the width `room`, one at least."""
-    room += imgui.calc_text_size(_GAP).x  # nothing stands right of the last column
+    room += imgui.calc_text_size(_GAP).x  # the last column needs no gap
     for count in range(_COLUMNS, 1, -1):
         columns = in_columns(found, count)
         if sum(max(map(_width, column)) for column in columns) <= room:

@@ -69,7 +69,7 @@ def draw_beat(number: int, place: Viewport) -> None:
     probe.note_at(f"beat {text}", (at.x, at.y, at.x + 2 * half, at.y + size))
 
 
-_LINE_EM = 0.15  # height of the line that fills while a picture is rendered
+_LINE_EM = 0.15  # height of the progress line under the picture
 _BEAT_EM = 8.0  # size of a number of the count-in
 _Window = imgui.WindowFlags_
 

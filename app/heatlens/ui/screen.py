@@ -138,7 +138,7 @@ class Screen:
         if view.pointed_at and any(action.name == "Fit" for action in keyed):
             view.frame_all()
             keyed = [action for action in keyed if action.name != "Fit"]
-        view.pointed_at = False  # the curve tells again where it is drawn
+        view.pointed_at = False  # the curve editor sets it again when drawn
         return keyed
 
     def _draw_popups(self) -> None:

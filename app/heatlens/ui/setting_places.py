@@ -78,7 +78,7 @@ def _why_not(facts: Facts, timeline: Timeline, panel: str) -> str:
     if panel == "Scene" and not facts.has_camera:
         return "Only a scene has these settings, and none is open."
     if panel == "Timeline" and not timeline.has_time:
-        return "Only what has several frames has a timeline."
+        return "A timeline needs a source with several frames."
     return ""
 
 

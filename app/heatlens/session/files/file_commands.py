@@ -38,7 +38,7 @@ PURPOSES = {
             "Add a picture of what lies behind",
             "Add",
             (".exr", *PICTURES_READ),
-            "With depth, of the same camera: a clean plate, a background, a character with alpha.",
+            "It needs depth and the same camera: a clean plate, or a character with alpha.",
         ),
         Purpose("reference", "Open a reference", "Open", (".exr", *PICTURES_READ), "Shown as B."),
         Purpose(
@@ -61,7 +61,7 @@ PURPOSES = {
             "Take a picture as the opening of the lens",
             "Take",
             (".exr", *PICTURES_READ),
-            "White lets light through, black none.   Lamps behind the focus show it upright.",
+            "White lets light through, black blocks it.   Lamps behind the focus show it upright.",
         ),
         Purpose(
             "sheet",

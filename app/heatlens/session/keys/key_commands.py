@@ -94,7 +94,7 @@ class KeyCommands(Commands):
         """Report how many keys were removed since `before` because others were moved onto them."""
         gone = key_count(before) - key_count(self._editing.shot)
         if gone > 0:
-            self._say(f"{_count(gone)} made room for what was moved there. Ctrl+Z undoes it.")
+            self._say(f"{_count(gone)} gave way to the moved keys. Ctrl+Z undoes it.")
 
     def interpolate(self, interpolation: Interpolation) -> None:
         """Set the interpolation after each of the keys."""

@@ -114,7 +114,9 @@ def with_pasted(shot: Shot, row: Row, keys: Sequence[Key | PoseKey], at_frame: f
     if row is not CAMERA:
         return shot.with_curve(row, shot.curves.of(row).pasted(curve_keys, at_frame))
     if shot.framing is None:
-        raise InputError("Keys of a camera were copied, and a plate has none: open a scene.")
+        raise InputError(
+            "The copied keys are those of a camera, and a plate has none: open a scene."
+        )
     poses = [key for key in keys if isinstance(key, PoseKey)]
     track = _track(shot) or CameraTrack(tuple(poses)).moved([k.frame for k in poses], at_frame)
     return with_keyed(shot, row, track.pasted(poses, at_frame))

@@ -35,7 +35,7 @@ class RecordingState(Enum):
 
     OFF = auto()
     ARMED = auto()  # the count-in begins when the shot is to play
-    COUNTING = auto()  # the hand takes hold of the focus; the shot plays at the end
+    COUNTING = auto()  # 3, 2, 1: the user takes hold of the focus before playback starts
     RECORDING = auto()
     RECORDED = auto()  # the keys are set, and their tolerance can still be changed
 

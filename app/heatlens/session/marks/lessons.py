@@ -13,7 +13,7 @@ class Lesson(StrEnum):
 
     CLICK = "Click on something: it becomes sharp."
     DRAG = "Drag over the picture, or the focus bar: the focus follows."
-    PULL = "Click, press M for a mark there, focus elsewhere: Shift+M pulls to the mark."
+    PULL = "Click and press M to set a mark. Focus elsewhere: Shift+M pulls to the mark."
 
 
 class Lessons:

@@ -97,7 +97,7 @@ class MarkCommands(Commands, Worker):
         self.pull_from = after.name if self.pull_from == before.name else self.pull_from
 
     def put(self, name: str, distance_m: float) -> None:
-        """Move the mark of a distance, as a part of the gesture that goes on."""
+        """Move a distance mark, as part of the current gesture."""
         shot, named = self._editing.shot, self.named(name)
         if isinstance(named, DistanceMark):
             moved = replace(named, distance_m=distance_m)

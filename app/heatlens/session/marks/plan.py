@@ -12,14 +12,14 @@ from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark, PointMark
 from heatlens.plate.plate import Plate
 
-_COLUMNS, _ROWS = 64, 36  # pixels of the picture that are drawn from above, at most
+_COLUMNS, _ROWS = 64, 36  # largest number of plotted pixels
 _SEEN_PART, _MEDIANS, _MARKS, _ROOM = 0.95, 3.0, 2.5, 1.12  # see `_reach_m`
 _LEAST_M = 0.5  # shortest reach
 
 
 @dataclass(frozen=True)
 class PlanMark:
-    """A mark from above; `side_m` is right of the axis, and 0 for what is only a distance."""
+    """A mark seen from above. `side_m` is measured to the right; 0 for a mark without a point."""
 
     name: str
     side_m: float
@@ -29,12 +29,12 @@ class PlanMark:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is drawn from above.
+    """The plan, seen from above.
 
-    half_tangent  of half the horizontal angle of view
+    half_tangent  tangent of half the horizontal angle of view
     points        (N, 2): metres right of the axis and in front of the camera
-    reach_m       how far the plan goes
-    marks         those with a distance at this frame
+    reach_m       the largest distance on the plan
+    marks         the marks that have a distance at this frame
     """
 
     half_tangent: float
@@ -44,7 +44,7 @@ class Plan:
 
 
 class PlanDrawer:
-    """Makes the plan; the surfaces of a plate are looked at once."""
+    """Makes the plan; the surfaces of each plate are computed once."""
 
     def __init__(self) -> None:
         self._made_of: object = None
@@ -55,7 +55,7 @@ class PlanDrawer:
     ) -> Plan:
         """Return the plan of a plate with distances.
 
-        `marks` come with theirs in m; the picture on which they lie is `width_px` wide.
+        `marks` are paired with their distances in m, in a picture that is `width_px` wide.
         """
         if self._made_of is not plate:
             self._surfaces, self._made_of = _surfaces(plate), plate
@@ -87,9 +87,9 @@ def _placed(mark: Mark, distance_m: float, width: float, half: float) -> PlanMar
 
 
 def _reach_m(points: NDArray[np.float32], marks: Iterable[PlanMark]) -> float:
-    """Return how far the plan goes: to nearly all that is seen, but no end of a long street.
+    """Return the largest distance on the plan: nearly everything is on it, but no far background.
 
-    With marks it goes not much farther than they do.
+    If there are marks, it is limited to a little beyond the farthest one.
     """
     middle, most = np.quantile(points[:, 1], (0.5, _SEEN_PART)) if len(points) else (0.0, 0.0)
     seen = float(min(most, _MEDIANS * middle))

@@ -30,7 +30,7 @@ class GpuPicture:
         self.plate: Plate | None = None
         self.histogram: DepthHistogram | None = None
         self._bins: ValueBins | None = None  # dioptres of the plate; None if it has none
-        self._most_dioptres = 0.0  # of the frames known so far, for an axis that stays
+        self._most_dioptres = 0.0  # largest of all frames so far, so that the axis is stable
         self.upload_s = 0.0
         self.version = 0
         self.is_finer = False

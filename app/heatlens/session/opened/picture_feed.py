@@ -155,7 +155,7 @@ class PlateFeed(PictureFeed):
         self._found = self._finder.poll() or self._found
         if self._found is not None and self._found[0] is plate:
             return self._found[1]
-        # One search at a time: a hand that scrubs passes many plates.
+        # One search at a time: scrubbing passes many plates.
         if plate is not self._looked_at and not self._finder.is_busy:
             self._looked_at = plate
             found = self._opened.again.read.found

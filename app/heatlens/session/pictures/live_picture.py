@@ -194,7 +194,7 @@ class LivePicture:
 
     @property
     def part_done(self) -> float | None:
-        """How much of the whole picture is there, by the time it takes; None once it is."""
+        """The finished share of the whole picture, judged by its time; None once it is complete."""
         if not self.is_working:
             return None
         work = self._work

@@ -40,7 +40,7 @@ class LookCommands(Commands):
         name, frame = next_look_name(shot.looks), self._editing.frame
         look = Look(name, self._editing.lens, frame, self.still_now())
         self._editing.do(replace(shot, looks=(*shot.looks, look)))
-        key = f" Ctrl+{len(self.looks)} comes back to it." if len(self.looks) <= KEYED else ""
+        key = f" Ctrl+{len(self.looks)} returns to it." if len(self.looks) <= KEYED else ""
         self._say(f"Look {look.name} is kept.{key}")
 
     def go(self, index: int) -> None:

@@ -23,8 +23,8 @@ from heatlens.session.scenes.clip_choice import ClipChoice
 from heatlens.session.scenes.point_following import Following
 from heatlens.session.shared import Commands, Shared
 
-_TURN_RAD = math.pi  # orbit angle for a drag over the height of the picture
-_DOLLY_SHARE = 0.12  # dolly of one wheel notch, as a share of the distance to the focus
+_TURN_RAD = math.pi  # orbit angle of a drag as long as the picture is high
+_DOLLY_SHARE = 0.12  # movement for one wheel notch, as a share of the focus distance
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,4 +233,6 @@ def _message(name: str, lens: Lens, told: Collection[str]) -> str:
     }
     came = ", ".join(words for field, words in parts.items() if field in told)
     kept = " and ".join(words for field, words in parts.items() if field not in told)
-    return f"Through {name}: {came}." + f" Its file has no other values: {kept} stay." * bool(kept)
+    return f"Through {name}: {came}." + f" The file has no other values, so {kept} stayed." * bool(
+        kept
+    )

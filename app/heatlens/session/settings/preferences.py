@@ -179,8 +179,8 @@ class Preferences:
         if kept != options:
             self.change(plates={**self.now.plates, folder: kept})
             self.problem = (
-                f"The near and far ends remembered for {folder} are forgotten: its depth is read "
-                f"as {options.depth_convention}, which has none."
+                f"The near and far distances remembered for {folder} are forgotten: its depth is "
+                f"read as {options.depth_convention}, which does not use them."
             )
         return kept
 

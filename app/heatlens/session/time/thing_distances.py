@@ -19,7 +19,7 @@ class ThingDistances(Worker):
     def __init__(self, wake: Callable[[], None]) -> None:
         self._reader: Background[tuple[Plate, _Thing, float | None]] = Background(wake)
         self._known: WeakKeyDictionary[Plate, dict[_Thing, float | None]] = WeakKeyDictionary()
-        self.measured_count = 0  # grows with each answer, so that others see when to ask again
+        self.measured_count = 0  # increases with each measurement, so that others know when to ask
 
     def distance_m(self, plate: Plate, mark: MatteMark) -> float | None:
         """Return the distance in m; None where it is hidden, and until it is measured."""
@@ -40,5 +40,5 @@ class ThingDistances(Worker):
 def _measured(plate: Plate, thing: _Thing) -> float | None:
     try:
         return thing_m(plate, *thing)
-    except HeatlensError:  # told where the mark is used, for example by `MarkCommands.follow`
+    except HeatlensError:  # reported where the mark is used, as in `follow`
         return None

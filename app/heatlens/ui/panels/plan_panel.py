@@ -16,8 +16,8 @@ from heatlens.ui.panels.depth_scale import tick_text
 
 _EDGE_EM, _CAMERA_EM, _LEAST_EM = 1.0, 1.0, 8.0
 _DOT_EM, _LINE_EM, _NEEDLE_EM = 0.12, 0.067, 0.17
-_ZOOM, _ZOOM_LEAST, _ZOOM_MOST = 1.25, 0.1, 50.0  # by a notch of the wheel, and its limits
-_LINES_MOST = 7  # of distances across the plan
+_ZOOM, _ZOOM_LEAST, _ZOOM_MOST = 1.25, 0.1, 50.0  # zoom factor of one wheel notch; its limits
+_LINES_MOST = 7  # largest number of distance lines
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ _FRAME_S = 1 / 60
 
 
 class PictureFade:
-    """Keeps what the screen showed of a preview, and draws it over the whole picture for a moment.
+    """Keeps the preview as it was on the screen, and fades it out over the whole picture.
 
-    length_s  how long that lasts; 0 for not at all
+    length_s  duration of the fade; 0 for none
     """
 
     def __init__(self, ctx: moderngl.Context, clock: Callable[[], float] = time.perf_counter):
@@ -26,12 +26,12 @@ class PictureFade:
         self._clock = clock
         self.length_s = FADE_S
         self._kept: moderngl.Framebuffer | None = None  # the screen with a preview on it
-        self._kept_of: object = None  # what the preview shows, and where; None for nothing
-        self._shows: object = None  # what this frame of the window shows, if it is a preview
+        self._kept_of: object = None  # content and position of the kept preview; None without one
+        self._shows: object = None  # the same for the frame being drawn, if it shows a preview
         self._begun_at: float | None = None
 
     def draw(self, seen: Shown | None, place: Viewport, geometry: ViewGeometry) -> None:
-        """Draw what is left of the preview over the picture, in the current window."""
+        """Draw the fading preview over the picture, in the current window."""
         shown = None if seen is None else (replace(seen.picture_key, settings=seen.shot.defocus))
         where = shown, place, geometry
         is_whole = seen is not None and seen.is_whole
@@ -60,7 +60,7 @@ class PictureFade:
         draw.add_image(texture, ImVec2(x, y), end, first, last, tint)
 
     def keep(self, target: moderngl.Framebuffer, size_px: tuple[int, int]) -> None:
-        """Keep what was painted of a preview; call this before ImGui draws over it."""
+        """Keep a copy of the painted preview; call this before ImGui draws over it."""
         if self._shows is None or not self.length_s:
             return
         if self._kept is None or self._kept.size != size_px:

@@ -51,7 +51,7 @@ def _hide(lessons: Lessons, card: float) -> None:
 
 
 def _with_room(left: Sequence[Lesson], card: float, room: float) -> Sequence[Lesson]:
-    """Return all lessons that are left, or the next one if a card of all would be too high.
+    """Return all remaining lessons, or only the next one if a card with all would be too high.
 
     Return none if even that would cover too much of a small picture.
     """

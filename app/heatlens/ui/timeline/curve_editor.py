@@ -32,7 +32,7 @@ from heatlens.ui.timeline.view import TimelineView
 
 _SAMPLE_PX, _ROOM = 4.0, 0.12
 _GRIP_EM = 1.4  # room at the edges for the grip of the chosen keys
-_ZOOM, _ZOOM_LEAST = 1.25, 0.1  # by one notch; the least range, as a share of the usual one
+_ZOOM, _ZOOM_LEAST = 1.25, 0.1  # zoom factor of one notch; smallest range, as a share of the usual
 _NAME_GAP = 0.5  # em
 _STILL_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
 Line = Sequence[tuple[float, float]]  # (frame, place on the axis)

@@ -12,7 +12,7 @@ from heatlens.ui.timeline.view import TimelineView
 _POPUP = "Rendered frames"
 _TIP = (
     "Frames under the blue bar are rendered and play at full rate. The others are rendered while\n"
-    "nothing else is to do, from the playhead on; until then they are shown as a quick preview.\n"
+    "the window is idle, from the playhead on; until then they are shown as a quick preview.\n"
     "Click to see how much is kept."
 )
 
@@ -75,7 +75,7 @@ def _facts(desk: TimeDesk) -> None:
     lines = [rendered_words(desk) or "no frames to play"]
     if desk.pull.wanted:
         megabytes = desk.pull.picture_bytes / MEGABYTE
-        lines.append(f"each {width} x {height} pixels, {megabytes:.1f} MB: as large as it is seen")
+        lines.append(f"each {width} x {height} pixels, {megabytes:.1f} MB: the size on the screen")
     lines.append(f"{_used(store.memory.bytes_in_use, store.memory.limit_bytes)} of memory")
     if store.disk is not None:
         used = _used(store.disk.bytes_in_use, store.disk.limit_bytes)

@@ -29,12 +29,12 @@ _MISSING: dict[MissingPolicy, str] = {
     "stop": "stop at missing frames",
 }
 _RECORD_TIP = (
-    "Perform a pull (Shift+R): play, and move the focus by bar, wheel or picture.\n"
-    "In real time it keeps the time of the shot; every frame waits for slow ones."
+    "Record a pull (Shift+R): play, and move the focus with the bar, the wheel or the picture.\n"
+    "'real time' keeps the timing of the shot; 'every frame' waits for slow frames."
 )
 _TIMECODE_TIP = (
     "Timecode of this frame. Type one to set where the shot starts;\n"
-    "empty it to take what the headers of the plates tell."
+    "clear it to use the timecode in the headers of the plates."
 )
 # Shapes of the buttons: triangles as (left x, right x), bars as x, over a square from -1 to 1.
 _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = {
