@@ -22,16 +22,18 @@ from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
 from heatlens.sequence.names import frames_text
 
-PATIENCE_S = 10  # for the scheduler to answer
+PATIENCE_S = 10  # time limit for an answer of the scheduler
 _ADDRESS = re.compile(r"(tcp|tls|wss?)://(\[[\da-f:.]+\]|[^\s/:]+):\d{1,5}")
-NO_ANSWER = (OSError, ValueError, TimeoutError)  # what Dask raises then
-_LOOK_S = 2.0  # between two looks for lost workers
+NO_ANSWER = (OSError, ValueError, TimeoutError)  # raised if there is no answer
+_LOOK_S = 2.0  # interval between checks for lost workers
 _TASKS_OF_A_WORKER, _FRAMES_MOST = 4, 8  # tasks are short, so that all workers end at one time
 
 
 def library(module: str = "distributed") -> Any:
     """Import Dask. Raises InputError that says what to install."""
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it tells of every lost connection
+    logging.getLogger("distributed").setLevel(
+        logging.CRITICAL
+    )  # it would log every lost connection
     return import_extra(module, "A cluster", "cluster")
 
 
@@ -82,7 +84,7 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def check_address(address: str) -> None:
-    """Raise InputError for what is no address."""
+    """Raise InputError if this is not an address."""
     if not _ADDRESS.fullmatch(address):
         raise no_answer(repr(address))
 
@@ -101,7 +103,7 @@ class ClusterMaker:
     def __init__(
         self, client: Any, work: Work, task: PartTask, chunk: int | None, say: Callable[[str], None]
     ) -> None:
-        """Keep what to do; `task` is that of all frames."""
+        """Create it; `task` describes all frames, which are sent in parts of `chunk` frames."""
         self._client = client
         self._work = work
         self._task = task
@@ -127,7 +129,7 @@ class ClusterMaker:
                     yield _stored(done, waiting.pop(done.frame))
 
     def _sent(self, frames: Sequence[int]) -> set[Any]:
-        """Send the tasks; return their futures, which report themselves when they are done."""
+        """Send the tasks; return their futures, which announce themselves when they are done."""
         share = -(-len(frames) // (_TASKS_OF_A_WORKER * len(self._client.nthreads())))
         size = self._chunk or min(_FRAMES_MOST, max(1, share))
         texts = [frames_text(frames[at : at + size]) for at in range(0, len(frames), size)]
@@ -157,7 +159,7 @@ class ClusterMaker:
 
 
 def _result(future: Any) -> list[PartDone]:
-    """Return what a task has made. Raises InputError in words for what Dask reports."""
+    """Return the frames of a task. Raises InputError with a sentence for an error of Dask."""
     name = "frames " + str(future.key).rpartition("-")[2]
     try:
         found: list[PartDone] = future.result()
@@ -185,5 +187,5 @@ def _stored(done: PartDone, path: Path) -> FrameDone:
 
 
 def new_topic() -> str:
-    """Return a name that no other export has."""
+    """Return a topic that no other export uses."""
     return f"heatlens-{uuid.uuid4().hex}"

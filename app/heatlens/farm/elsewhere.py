@@ -1,4 +1,4 @@
-"""Export with the help of other processes or machines, which make the frames."""
+"""Export frames that other processes or machines render."""
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing

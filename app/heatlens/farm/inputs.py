@@ -20,7 +20,7 @@ def files_beside(plan: ExportPlan) -> tuple[Path, ...]:
 
 
 def folder_of_source(plan: ExportPlan) -> Path | None:
-    """Return the folder of the plates, or one with all files of a scene, which name each other."""
+    """Return the folder of the plates, or one that holds all files of a scene."""
     source = plan.source
     if source.files is None:
         return None

@@ -12,7 +12,7 @@ from heatlens.base.stopping import temporary_folder
 from heatlens.farm.job import FarmJob, Measured, typed
 from heatlens.sequence.names import frames_text
 
-_UNIT_BYTES = 1 if sys.platform == "darwin" else 1024  # of ru_maxrss
+_UNIT_BYTES = 1 if sys.platform == "darwin" else 1024  # the unit of ru_maxrss
 
 
 def measured(job: FarmJob, name: str, frames: Sequence[int]) -> Measured:

@@ -115,7 +115,7 @@ def _printable(text: str) -> str:
 
 
 def relative_to(place: Place, folder: Path) -> str | None:
-    """Return the path relative to `folder` if it is below; else None."""
+    """Return the path relative to `folder`; None if it is outside."""
     relative = os.path.relpath(place.path, folder)
     return None if relative.startswith(os.pardir) else Path(relative).as_posix()
 

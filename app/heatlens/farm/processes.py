@@ -16,10 +16,10 @@ from heatlens.sequence.names import frames_text
 
 
 class ProcessMaker:
-    """Makes frames in `count` processes; `say` passes on what they tell of their frames."""
+    """Makes frames in `count` processes; `say` shows the messages about their frames."""
 
     def __init__(self, words: Sequence[str], count: int, say: Callable[[str], None]) -> None:
-        """Keep the words of `heatlens` that make all frames."""
+        """Create it; `words` are the command line of `heatlens` that makes all frames."""
         self._words = words
         self._count = count
         self._say = say
@@ -28,7 +28,7 @@ class ProcessMaker:
     def __call__(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
         """Yield the frames as they are finished. Raises InputError where a process fails."""
         paths = {frame.frame: frame.path for frame in frames}
-        # Every process takes frames from all of the shot, so that they end at about one time.
+        # Each process gets frames from the whole shot, so that all end at about the same time.
         shares = [frames[at :: self._count] for at in range(min(self._count, len(frames)))]
         with ExitStack() as undone:
             for share in shares:
@@ -48,7 +48,7 @@ class ProcessMaker:
         Thread(target=self._read, args=(process,), daemon=True).start()
 
     def _read(self, process: "subprocess.Popen[str]") -> None:
-        """Pass on the events of a process, and its end; on a thread."""
+        """Pass on the events of a process, and its end; runs on a thread."""
         assert process.stdout is not None
         assert process.stderr is not None
         for line in process.stdout:
@@ -58,7 +58,7 @@ class ProcessMaker:
             self._news.put({"event": "exit", "why": why or f"exit code {process.returncode}"})
 
     def _has_ended(self, news: dict[str, Any]) -> bool:
-        """Return True if a process has ended well. Raises InputError if it has not."""
+        """Return True if a process has succeeded. Raises InputError if it has failed."""
         if news["event"] == "end" and "told" in news:
             self._say(news["told"])
         if news["event"] == "failed":

@@ -33,7 +33,7 @@ shift "$SLURM_ARRAY_TASK_ID"
 
 
 def slurm_script(job: FarmJob) -> str:
-    """Return the script; places are variables at its beginning, which every task is given."""
+    """Return the script. It begins with a variable for each place, which all tasks receive."""
     head = _HEAD.format(
         name=quote(job.name).replace("\n", " "),
         tasks=len(job.parts) + job.joins,
@@ -57,7 +57,7 @@ def _options(name: str, needs: Needs) -> list[str]:
 
 
 def _submitted(script: str, option: str) -> str:
-    """Return the command that submits a script; no line of the script ends it."""
+    """Return the command that submits a script, as a here-document with an unused end mark."""
     end = "END"
     while end in script:
         end += "_"

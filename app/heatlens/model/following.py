@@ -1,4 +1,4 @@
-"""Turn the distances of a thing over the frames into a focus that follows it, as few keys.
+"""Turn the distances of an object over the frames into a focus with few keys that follows it.
 
 The steps are those of an assistant's hand: it bridges what is hidden, ignores small moves, is late
 or early, moves gently, and is no faster than the ring turns.
@@ -17,13 +17,13 @@ from heatlens.model.option import option_field, options_of
 from heatlens.model.pull import performed
 from heatlens.model.shot import Shot
 
-_REDUCED = 0.125  # the keys may miss the curve by this part of the sharp range
+_REDUCED = 0.125  # largest error of the keys, as a share of the sharp range
 Distances = Mapping[int, float | None]  # metres by frame; None where the thing is hidden
 
 
 @dataclass(frozen=True, slots=True)
 class Follow:
-    """How the focus follows a thing. Raises InputError for a number outside its range."""
+    """How the focus follows an object. Raises InputError for a number outside its range."""
 
     ignored_part: float = option_field(
         0.125,
@@ -98,7 +98,7 @@ def bridged(distances_m: Sequence[float | None]) -> list[float]:
 
 
 def _settled(track: list[float], slack: list[float]) -> list[float]:
-    """Return the track of a hand that moves only when it must, by the slack at each frame."""
+    """Return the track with moves ignored that are smaller than the slack at each frame."""
     at, settled = track[0], []
     for place, reach in zip(track, slack, strict=True):
         at = min(max(at, place - reach), place + reach)

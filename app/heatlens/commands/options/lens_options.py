@@ -23,7 +23,7 @@ from heatlens.plate.header.header_lens import MissingLensError, plate_lens
 from heatlens.plate.opening_picture import opening_notes, read_opening_image
 from heatlens.plate.plate import Plate
 
-# Without these no lens can be made; what the plate's header tells need not be given.
+# The values that a lens needs; those in the plate's header need not be given.
 _NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
 _MEASURED = ("measured_from", "pupil_offset_mm")
 _OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "model", "breathing", *_MEASURED)

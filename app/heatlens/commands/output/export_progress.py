@@ -23,7 +23,9 @@ class Tally:
         self.written: list[int] = []
         self.kept = 0
         self.surfaces_lost = ""  # a sentence, of the first frame that has one
-        self._remarks: dict[str, tuple[str, list[int]]] = {}  # sentence and frames by key
+        self._remarks: dict[
+            str, tuple[str, list[int]]
+        ] = {}  # a sentence with its frames, by its key
         self._clock = clock
         self._start_s = clock()
 

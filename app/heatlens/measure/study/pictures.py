@@ -64,9 +64,9 @@ def _written(folder: Path, name: str, picture: FloatImage, as_it_is: bool = Fals
 
 
 def crop_boxes(pictures: list[FloatImage], reference: FloatImage) -> list[Box]:
-    """Return up to CROPS squares that do not touch, the most telling first.
+    """Return up to CROPS squares that do not touch, the most informative first.
 
-    `pictures` and `reference` are scene-linear (H, W, 3). The most telling place is where the
+    `pictures` and `reference` are scene-linear (H, W, 3). The most informative place is where the
     errors of the best and the worst picture differ most; with one picture, where its error is
     largest.
     """

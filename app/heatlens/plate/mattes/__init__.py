@@ -1,1 +1,1 @@
-"""Mattes of things in a plate: Cryptomatte, channels of ids, and plain mattes."""
+"""Mattes of objects in a plate: Cryptomatte, channels of ids, and plain mattes."""

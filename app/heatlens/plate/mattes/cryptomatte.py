@@ -1,4 +1,4 @@
-"""Read Cryptomatte: which share of each pixel belongs to which object, material or asset.
+"""Read Cryptomatte: how much of each pixel an object, material or asset covers.
 
 A Cryptomatte of a file is a list of ranks, each a pair of channels: the id of a thing, and the
 share of the pixel that it covers. The header lists the names of the things (Friedman and Jones,
@@ -19,7 +19,7 @@ from heatlens.base.errors import InputError
 from heatlens.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
 from heatlens.plate.plate import FloatImage
 
-METADATA = "cryptomatte/"  # begins the attributes
+METADATA = "cryptomatte/"  # prefix of the attributes
 _EXPONENT, _EXPONENT_ONE = 0x7F800000, 1 << 23
 _LEAVES = {"r": 0, "red": 0, "g": 1, "green": 1, "b": 2, "blue": 2, "a": 3, "alpha": 3}
 _HEX = 16
@@ -74,7 +74,7 @@ class Cryptomatte:
         return next(names, f"#{thing:08x}")
 
     def matte(self, parts: Sequence[Part], thing: int) -> FloatImage:
-        """Return which share of each pixel (H, W) belongs to an id."""
+        """Return the coverage (H, W) of each pixel by the object with this id."""
         shape = pixels_of(parts, self.ranks[0][0]).shape
         matte: FloatImage = np.zeros(shape, np.float32)
         for ids, coverage in self.ranks:
@@ -84,7 +84,7 @@ class Cryptomatte:
 
 
 def hashed(name: str) -> int:
-    """Return the id of a name: its MurmurHash3, changed where it would be no ordinary float."""
+    """Return the id of a name: its MurmurHash3, adjusted so that the float is a normal number."""
     bits = mmh3.hash(name.encode(), signed=False)
     if bits & _EXPONENT in (0, _EXPONENT):
         bits ^= _EXPONENT_ONE
@@ -92,14 +92,14 @@ def hashed(name: str) -> int:
 
 
 def bits_of(ids: NDArray[np.generic]) -> NDArray[np.uint32]:
-    """Return the bits of ids, which a file stores as float32."""
+    """Return the ids as integers; a file stores their bits as float32."""
     return np.ascontiguousarray(ids).view(np.uint32)
 
 
 def cryptomattes(path: Path, parts: Sequence[Part]) -> tuple[Cryptomatte, ...]:
     """Return the Cryptomattes of a file, in the order of their attributes."""
     headers = [header for header, _ in parts]
-    # Ids of a half float have lost their bits.
+    # Half floats cannot hold the 32 bits of an id.
     refs = [ref for ref in flat_channels(headers) if pixels_of(parts, ref).dtype == np.float32]
     found = []
     for name, attributes in _attributes(headers).items():

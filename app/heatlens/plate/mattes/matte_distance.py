@@ -1,4 +1,4 @@
-"""Measure how far a thing is, from its matte and the depth of the plate."""
+"""Measure the distance of an object by its matte and the depth of the plate."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from heatlens.plate.focus_pick import no_distances
 from heatlens.plate.mattes.mattes import matte_of
 from heatlens.plate.plate import FloatImage, Plate
 
-_LEAST_PX = 4.0  # coverage below which a thing counts as hidden
-_SURE = 0.5  # coverage from which the depth of a pixel is that of the thing
-_NEAREST = 0.98  # share of the coverage that lies behind the nearest part: a stray pixel does not
+_LEAST_PX = 4.0  # coverage below which an object counts as hidden
+_SURE = 0.5  # coverage from which the depth of a pixel is the object's
+_NEAREST = 0.98  # share of the coverage behind the nearest part: ignores stray pixels
 
 
 def thing_m(plate: Plate, text: str, part: MattePart) -> float | None:
-    """Return the distance of a thing in metres; None where it is hidden or out of the frame.
+    """Return the distance of an object in metres; None where it is hidden or out of the frame.
 
     Its middle is the median of what is seen of it, in dioptres, and its nearest part is that
     behind which 98 % of it lies; both are weighted by coverage. Raises InputError for a plate
@@ -31,7 +31,8 @@ def distance_m(matte: FloatImage, depth_m: FloatImage, part: MattePart) -> float
     is_there = matte > 0
     if float(matte.sum()) < _LEAST_PX:
         return None
-    if (matte >= _SURE).sum() >= _LEAST_PX:  # the depth of an edge may be that of something else
+    # Pixels at an edge may have the depth of something else.
+    if (matte >= _SURE).sum() >= _LEAST_PX:
         is_there = matte >= _SURE
     dioptres, weights = 1.0 / depth_m[is_there].astype(np.float64), matte[is_there]
     order = np.argsort(dioptres)

@@ -1,4 +1,4 @@
-"""Find the matte of a thing in a plate: by Cryptomatte, by a channel of ids, or a plain matte.
+"""Find the matte of an object in a plate: Cryptomatte, a channel of ids, or a plain matte.
 
 A matte is named by where it is found and what it shows, with a colon between:
 `cryptomatte:hero`, `CryptoAsset:car`, `objectId:7`, `matte:mask.R`.
@@ -26,11 +26,11 @@ _ID_LEAVES = ("objectid", "instanceid", "materialid", "id")
 
 
 class UnknownThingError(InputError):
-    """A plate whose file does not know a thing; other frames of its sequence may."""
+    """The object is not in the plate's file; it may be in other frames of the sequence."""
 
 
 def matte_of(plate: Plate, text: str) -> FloatImage:
-    """Return which share of each pixel (H, W) of the plate's data window shows a thing.
+    """Return the coverage (H, W) of each pixel of the plate's data window by an object.
 
     All zero where the thing is hidden or out of the frame. Reads the file of the plate again.
     Raises UnknownThingError where the file does not know such a thing, InputError where it has no
@@ -102,7 +102,7 @@ def _by_id(plate: Plate, parts: Sequence[Part], where: str, what: str) -> FloatI
     except ValueError:
         raise _unknown(plate.path, parts, where, what) from None
     ref = _channel(plate.path, parts, where)
-    # Renderers store whole numbers as floats; edges that were filtered belong to nothing.
+    # Renderers store ids as floats; fractions come from filtered edges and belong to no object.
     matte = (pixels_of(parts, ref) == number).astype(np.float32)
     return _placed(plate, parts, ref, matte)
 
@@ -143,7 +143,7 @@ def _value_at(
 
 
 def _unknown(path: Path, parts: Sequence[Part], where: str, what: str) -> UnknownThingError:
-    """Return the error for a thing that the file does not name, with those that it does."""
+    """Return the error for an object that is not in the file; it lists those that are."""
     found = cryptomattes(path, parts)
     if not found:
         return UnknownThingError(

@@ -1,4 +1,4 @@
-"""On which light the frames agree at points that this one does not show."""
+"""Find the colour of hidden points that the neighbouring frames agree on."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from heatlens.plate.neighbours.moving import Moving
 from heatlens.plate.neighbours.view import View, motion
 from heatlens.plate.plate import FloatImage
 
-_FULL = 0.25  # the weight of frames from which on a point is opaque; with less it fades
+_FULL = 0.25  # total weight of the frames from which a point is opaque; below it fades
 
 
 def agreed(
@@ -20,11 +20,11 @@ def agreed(
     pixel: Numbers,
     z: FloatImage,
 ) -> FloatImage:
-    """Return the colour (N, 4) at each point; alpha 0 where nothing can be said.
+    """Return the colour (N, 4) at each point; alpha is 0 where it is unknown.
 
-    A frame that sees through a point shows that nothing is there. What one frame alone shows is
-    taken unless it lies beside something that moved. Frames count the less the farther they are
-    in time, down to nothing, so that nothing pops where one enters or leaves.
+    A frame that sees through a point shows that nothing is there. A point seen by one frame only is
+    used unless it is close to something that moved. The weight of a frame falls to zero with its
+    distance in time, so that nothing pops when a frame enters or leaves the set.
     """
     x, y = canvas.middles(pixel)
     reach = max(abs(look.view.frame - here.frame) for look, _ in looks) + 1
@@ -46,10 +46,10 @@ def agreed(
 
 
 def middle_half(colors: FloatImage, weights: FloatImage) -> FloatImage:
-    """Return the mean of the middle half of colours (K, N, C), in the order of their light.
+    """Return the mean of the middle half of colours (K, N, C), sorted by brightness.
 
-    Their weights (K, N) decide what is the middle. Unlike a median it follows them smoothly, and
-    as a median it leaves outliers out.
+    Their weights (K, N) decide where the middle is. Unlike a median, the mean changes smoothly with
+    the weights; like a median, it ignores outliers.
     """
     light = np.ascontiguousarray(colors[..., :3].sum(-1).T)
     order = np.argsort(light, axis=1)

@@ -1,4 +1,4 @@
-"""What neighbouring frames show outside the frame: the border from which blur comes in."""
+"""Extend a plate beyond its frame with pixels of neighbouring frames, for the blur to use."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -44,7 +44,7 @@ def _ends(box: Box) -> tuple[int, int, int, int]:
 def _add(
     arrived: Arrived, canvas: Canvas, color: FloatImage, is_known: Flags, border_px: int
 ) -> None:
-    """Add the pixels outside that are not known yet: the nearest surface of each."""
+    """Add the pixels outside the frame that are still unknown: the nearest surface of each."""
     pixels, is_over = arrived.over(canvas)
     some = np.flatnonzero(is_over & ~is_known.ravel()[pixels])
     pixel = pixels.ravel()[some]
@@ -91,9 +91,9 @@ def _close_lines(c: FloatImage, z: FloatImage, n: Flags, k: Flags) -> None:
 def _continued(
     color: FloatImage, depth_m: FloatImage, is_known: Flags, inside: tuple[slice, slice]
 ) -> None:
-    """Fill what is not known outside with what lies inwards of it, in rows and then in columns.
+    """Fill unknown pixels outside the frame from the pixels inwards, in rows, then in columns.
 
-    What is near was seen farther out than what is far, so that the far surface goes on.
+    Near surfaces are known farther out than far ones, so the far surface is continued.
     """
     for z, n, c, span in (
         (depth_m.T, is_known.T, color.swapaxes(0, 1), inside[1]),

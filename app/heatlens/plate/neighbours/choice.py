@@ -1,4 +1,4 @@
-"""Which neighbouring frames are worth reading: those from which a lens's width more is seen."""
+"""Choose the neighbouring frames to read: those that show enough of what is hidden here."""
 
 from collections.abc import Collection, Mapping
 from itertools import pairwise
@@ -11,19 +11,19 @@ from heatlens.plate.neighbours.trust import size_reason, stands_still
 from heatlens.plate.neighbours.view import FloatMatrix, View
 from heatlens.plate.plate import Plate
 
-_UNCOVERED = 1 / 16  # of the width: the frames on one side should uncover about this much
-_BORDER = 1 / 48  # of the width; three times as much made pictures no better
+_UNCOVERED = 1 / 16  # share of the width that the frames on one side should uncover
+_BORDER = 1 / 48  # share of the width; a border three times as wide was no better
 _STEP_MOST = 24  # frames
-_STANDING_REACH = 16  # frames: whoever walks before a camera that stands has then gone on
+_STANDING_REACH = 16  # for a static camera: enough time for a person to walk on
 
 
 def chosen_frames(
     frame: int, available: Collection[int], count: int, step: int = 1
 ) -> tuple[int, ...]:
-    """Return `count` frames on either side of `frame`, as many in all where a side has fewer.
+    """Return `count` frames on either side of `frame`, or the same total if one side has fewer.
 
-    All frames of a shot choose among the same ones, the first of each `step`, so that the set
-    changes by one from frame to frame, and each file serves many.
+    All frames of a shot choose from the same frames, one in every `step`, so that the set
+    changes by one from frame to frame, and each file is used by many frames.
     """
     first_of = {other // step: other for other in sorted(available, reverse=True)}
     others = [other for other in first_of.values() if other != frame]
@@ -32,11 +32,11 @@ def chosen_frames(
 
 
 def step_of(cameras: Mapping[int, FloatMatrix], plate: Plate, focal_px: float, count: int) -> int:
-    """Return how many frames of a shot lie between those that are chosen.
+    """Return the interval, in frames, between the chosen frames of a shot.
 
-    `cameras` are world to camera by frame, empty for a camera that stands; `plate` is any plate
-    of the shot, always the same. The slower the camera, the farther apart are frames that know
-    more than each other.
+    `cameras` are world-to-camera matrices by frame, empty for a static camera; `plate` is any plate
+    of the shot, always the same. The slower the camera, the larger the interval at which frames
+    show something new.
     """
     frames = sorted(cameras)
     if len(frames) < 2:
@@ -44,7 +44,7 @@ def step_of(cameras: Mapping[int, FloatMatrix], plate: Plate, focal_px: float, c
     span = frames[-1] - frames[0]
     moves = [cameras[b][:3] @ np.linalg.inv(cameras[a])[:, 3] for a, b in pairwise(frames)]
     width = plate.display_window.width
-    reach_px = np.array([focal_px, focal_px, width / 4])  # forwards, near things grow
+    reach_px = np.array([focal_px, focal_px, width / 4])  # a forward movement enlarges near objects
     path_px = np.abs(np.array(moves) @ np.diag(reach_px)).sum() * _between_dioptres(plate)
     if not path_px > 0:
         return max(1, _STANDING_REACH // count)
@@ -53,12 +53,12 @@ def step_of(cameras: Mapping[int, FloatMatrix], plate: Plate, focal_px: float, c
 
 
 def border_px(plate: Plate) -> int:
-    """Return how much is found around the frame: the blur repeats what lies farther out."""
+    """Return the width of the border to find; beyond it, the blur repeats the last pixels."""
     return max(1, round(_BORDER * plate.display_window.width))
 
 
 def _between_dioptres(plate: Plate) -> float:
-    """Return how far near and far surfaces lie apart, in dioptres."""
+    """Return the distance between near and far surfaces in dioptres."""
     bins = plate.seen_bins
     share = np.cumsum(bins.counts) / max(1, bins.counts.sum())
     far, near = np.interp((0.1, 0.9), share, bins.middles)
@@ -66,7 +66,7 @@ def _between_dioptres(plate: Plate) -> float:
 
 
 def standing(a: Plate, b: Plate) -> bool:
-    """Return True if the camera stood still between two plates: nothing far has moved.
+    """Return True if the camera did not move between two plates: distant pixels are the same.
 
     Compare plates that lie far apart: a slow camera hardly moves from one frame to the next.
     """

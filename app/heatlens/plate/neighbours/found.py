@@ -1,4 +1,4 @@
-"""What the neighbouring frames of a sequence know of a frame: hidden surfaces and the border."""
+"""Find the hidden surfaces and the border of a frame in the neighbouring frames."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,12 +20,12 @@ from heatlens.plate.neighbours.view import FAR_M, View
 from heatlens.plate.plate import FloatImage, Plate, ReadPixels
 
 _NAMES = ("What neighbouring frames show", "What they show behind that")
-_TRIED = 4  # some of them are refuted
+_TRIED = 4  # candidates; some are rejected later
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A plate with what its neighbours know.
+    """A plate with the surfaces found in its neighbours.
 
     plate        with the found surfaces behind the picture, and the border in `Plate.beyond`
     hidden_part  share that was found of the pixels that near silhouettes could hide, 0..1
@@ -64,7 +64,7 @@ def with_neighbours(view: View, others: Sequence[View], border_px: int = 0) -> F
 def _usable(
     view: View, others: Sequence[View]
 ) -> tuple[list[Arrived], tuple[tuple[int, str], ...]]:
-    """Return the frames that belong to this view, moved into it, and why the others do not."""
+    """Return the usable frames, moved into this view, and a reason for each of the others."""
     usable, left_out, canvas = [], [], None
     for other in sorted(others, key=lambda it: it.frame):
         reason = size_reason(view, other)
@@ -114,7 +114,7 @@ def _layers(view: View, moved: Sequence[Arrived], canvas: Canvas) -> list[Plate]
 
 
 def _is_hidden_twice(canvas: Canvas, goes_on_m: FloatImage, pixel: Numbers, z: FloatImage) -> Flags:
-    """Return where something that moved by itself may lie between the picture and a point."""
+    """Return where a moving object may lie between the visible surface and a point."""
     row, column = np.divmod(pixel, canvas.width)
     between_m = goes_on_m[row // BLOCK, column // BLOCK]
     is_behind_front = between_m > canvas.front_m.ravel()[pixel] * (1 + APART)
@@ -123,7 +123,7 @@ def _is_hidden_twice(canvas: Canvas, goes_on_m: FloatImage, pixel: Numbers, z: F
 
 
 def _found_part(canvas: Canvas, layers: Sequence[Plate], framed: Box) -> float:
-    """Return the share that was found, behind the plate without its new border."""
+    """Return the share of hidden pixels that was found, without the new border."""
     if not layers:
         return 0.0
     window = layers[0].data_window
@@ -135,7 +135,7 @@ def _found_part(canvas: Canvas, layers: Sequence[Plate], framed: Box) -> float:
 
 
 def _framed(plate: Plate, wide: Plate) -> Plate:
-    """Return the plate with what was found behind it; what was found around it is kept beside."""
+    """Return the plate with the surfaces found behind it; the border stays in `Plate.beyond`."""
     window = plate.data_window
     if wide.data_window == window:
         return wide

@@ -1,4 +1,4 @@
-"""Points of neighbouring frames that lie behind what this frame shows, sorted into surfaces."""
+"""Collect points of neighbouring frames behind the visible surface, and sort them by surface."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,16 +8,16 @@ from heatlens.plate.neighbours.moved import Arrived, Canvas, Numbers
 from heatlens.plate.neighbours.nearby import BLOCK, around, blocks, of_nine
 from heatlens.plate.plate import FloatImage
 
-APART = 0.03  # of the depth: one surface lies behind another
-_BAND = 1 / 40  # of the width, inside near silhouettes: about what wide discs uncover
-_LEAST_SHARE = 0.04  # of a pixel that a moved pixel covers
-Points = NDArray[np.uint64]  # the pixel of the canvas and, in the lower half, the depth
+APART = 0.03  # relative depth difference between two separate surfaces
+_BAND = 1 / 40  # share of the width, inside near silhouettes: about what wide discs uncover
+_LEAST_SHARE = 0.04  # share of a pixel that a moved pixel covers
+Points = NDArray[np.uint64]  # pixel of the canvas in the upper half, depth in the lower half
 
 
 def hidden_points(canvas: Canvas, arrived: Arrived, pixel: Numbers, is_over: Flags) -> Points:
-    """Return the points of a frame behind the canvas, in the four pixels around each.
+    """Return the points of a frame behind the canvas, each in the four pixels around it.
 
-    `pixel` and `is_over` tell where its pixels are, as `Arrived.over` does.
+    `pixel` and `is_over` are the results of `Arrived.over`.
     """
     least_m = canvas.nearest_m * np.float32(1 + APART)
     some = np.flatnonzero(is_over & arrived.look.is_clean & (arrived.z > least_m.ravel()[pixel]))
@@ -32,7 +32,7 @@ def hidden_points(canvas: Canvas, arrived: Arrived, pixel: Numbers, is_over: Fla
 def _beside(
     canvas: Canvas, x: FloatImage, y: FloatImage, z: FloatImage, right: int, down: int
 ) -> Points:
-    """Return the points in one of the pixels around each, where they lie behind the front."""
+    """Return the points that lie behind the visible surface, in one of the four pixels."""
     column, row = np.floor(x) + right, np.floor(y) + down
     is_inside = (column >= 0) & (column < canvas.width) & (row >= 0)
     is_inside &= row < canvas.front_m.shape[0]
@@ -44,7 +44,7 @@ def _beside(
 
 
 def packed(pixel: NDArray[np.integer], z: FloatImage) -> Points:
-    """Return pixel and depth in one number, which sorts by pixel and then by depth."""
+    """Combine pixel and depth in one number that sorts by pixel, then by depth."""
     bits = np.ascontiguousarray(z, np.float32).view(np.uint32).astype(np.uint64)
     return (pixel.astype(np.uint64) << np.uint64(32)) | bits
 

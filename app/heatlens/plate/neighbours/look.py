@@ -1,4 +1,4 @@
-"""What one frame shows at points in space: which of them it sees, sees through, or has hidden."""
+"""Ask one frame about points in space: whether it sees them, sees through them, or neither."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,15 @@ from heatlens.plate.neighbours.view import NEAR_M, View, depth_of
 from heatlens.plate.plate import FloatImage
 
 Flags = NDArray[np.bool_]
-MIXED = 1.1  # a pixel beside one this many times as far may be a mixture of both
-SAME = 0.01  # of the depth: two frames see the same surface
-THROUGH = 1.02  # times as far: a frame sees what lies behind a point, which cannot be there
-_LEAST_WEIGHT = 0.1  # of the four pixels around a point, those that show its surface
+MIXED = 1.1  # depth ratio of neighbouring pixels from which one may be a mixture
+SAME = 0.01  # relative depth difference within which two frames see the same surface
+THROUGH = 1.02  # depth ratio from which a frame sees through a point
+_LEAST_WEIGHT = 0.1  # least share of the four pixels around a point that must show its surface
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """A frame made ready to be asked.
+    """A frame, prepared for questions about points.
 
     depth_m   (H, W) over the data window
     near_m    (H, W) the nearest depth within a pixel
@@ -35,7 +35,7 @@ class Look:
     def answers(
         self, x: FloatImage, y: FloatImage, z: FloatImage
     ) -> tuple[FloatImage, Flags, Flags]:
-        """Return what is seen at points of this view: colours (N, 4), where, where through them.
+        """Return colours (N, 4), which points are seen, and which are seen through.
 
         Where a point is neither seen nor seen through, it is hidden or outside the picture.
         """
@@ -77,7 +77,7 @@ class Look:
 
 
 def look_of(view: View) -> Look:
-    """Make a frame ready to be asked."""
+    """Prepare a frame for questions about points."""
     depth_m = depth_of(view.plate)
     near_m, far_m = of_nine(depth_m, np.minimum), of_nine(depth_m, np.maximum)
     is_clean = far_m <= near_m * np.float32(MIXED)

@@ -1,4 +1,4 @@
-"""The pixels of a neighbouring frame, moved into the view of this one."""
+"""Move the pixels of a neighbouring frame into the view of this one."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,7 +16,7 @@ Numbers = NDArray[np.int32]
 
 @dataclass(frozen=True, eq=False)
 class Canvas:
-    """The visible surface behind which is searched.
+    """The visible surface; hidden points are searched for behind it.
 
     corner   left and top of its pixels, from the corner of the display window
     front_m  (H, W) depth of the visible surface
@@ -48,7 +48,7 @@ def canvas_of(view: View) -> Canvas:
 
 @dataclass(frozen=True, eq=False)
 class Arrived:
-    """The pixels (H, W) of a frame in another view: where they are, in pixels, and their depth."""
+    """The pixels (H, W) of a frame moved into another view: their positions and depths."""
 
     look: Look
     x: FloatImage

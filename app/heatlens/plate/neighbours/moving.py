@@ -1,4 +1,4 @@
-"""What moved by itself between two frames, and may not be taken from one of them alone."""
+"""Find moving objects, whose pixels must not be taken from one frame alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,21 +11,21 @@ from heatlens.plate.neighbours.nearby import BLOCK, around, blocks
 from heatlens.plate.neighbours.view import View, motion
 from heatlens.plate.plate import FloatImage
 
-_REACH = 1 / 24  # of the width: so near something that moved, a like depth moved as well
-_BESIDE = 1 / 80  # of the width: so far it may go on
-_LIKE = 0.1  # of the depth
+_REACH = 1 / 24  # share of the width: pixels of similar depth this close moved too
+_BESIDE = 1 / 80  # share of the width: how far a moving object may extend
+_LIKE = 0.1  # relative difference
 
 
 @dataclass(frozen=True, eq=False)
 class Moving:
-    """The depths of what moved, around each block of pixels: (H, W) nearest and farthest."""
+    """The depths of moving objects around each block of pixels: (H, W) nearest and farthest."""
 
     corner: tuple[int, int]
     near_m: FloatImage
     far_m: FloatImage
 
     def holds(self, x: FloatImage, y: FloatImage, z: FloatImage) -> Flags:
-        """Return which points of the frame may belong to what moved."""
+        """Return which points may belong to a moving object."""
         rows, columns = self.near_m.shape
         column = np.clip((x - np.float32(self.corner[0])) / BLOCK, 0, columns - 1).astype(np.int32)
         row = np.clip((y - np.float32(self.corner[1])) / BLOCK, 0, rows - 1).astype(np.int32)
@@ -36,9 +36,9 @@ class Moving:
 
 
 def moved_here(here: View, looks: Sequence[Look], canvas: Canvas) -> FloatImage:
-    """Return the farthest depth of what this frame shows and another sees through, 0 for nothing.
+    """Return the farthest depth that this frame shows and another sees through; 0 if none.
 
-    Such a thing moved by itself, so that no other frame shows how it goes on behind what hides it
+    Such an object moved, so no other frame shows how it continues behind whatever hides it
     here. The depth is that around each block of pixels.
     """
     rows, columns = (np.arange(0, side, BLOCK) for side in canvas.front_m.shape)
@@ -53,9 +53,9 @@ def moved_here(here: View, looks: Sequence[Look], canvas: Canvas) -> FloatImage:
 
 
 def moving(canvas: Canvas, arrived: Arrived, pixel: Numbers, is_over: Flags) -> Moving:
-    """Return what moved: what a frame shows, where this one sees through it.
+    """Return the moving objects of a frame: its pixels that this frame sees through.
 
-    `pixel` and `is_over` tell where its pixels are, as `Arrived.over` does.
+    `pixel` and `is_over` are the results of `Arrived.over`.
     """
     look = arrived.look
     is_moved = is_over & look.is_clean

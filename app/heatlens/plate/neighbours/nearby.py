@@ -1,14 +1,14 @@
-"""The least and the greatest of the pixels around each."""
+"""Minimum and maximum filters over neighbouring pixels and blocks."""
 
 import numpy as np
 
 from heatlens.plate.plate import FloatImage
 
-BLOCK = 4  # sides of the blocks in which wide surroundings are told
+BLOCK = 4  # side of the blocks that wide filters work on
 
 
 def of_nine(values: FloatImage, least: np.ufunc) -> FloatImage:
-    """Return the least, or the greatest, of each pixel (H, W) and those around it."""
+    """Return the minimum, or the maximum, over each pixel (H, W) and the eight around it."""
     rows = values.copy()
     least(rows[1:], values[:-1], out=rows[1:])
     least(rows[:-1], values[1:], out=rows[:-1])
@@ -19,7 +19,7 @@ def of_nine(values: FloatImage, least: np.ufunc) -> FloatImage:
 
 
 def blocks(values: FloatImage, least: np.ufunc) -> FloatImage:
-    """Return the least, or the greatest, of each block of pixels."""
+    """Return the minimum, or the maximum, of each block of pixels."""
     for _ in range(2):
         lines = values[::BLOCK].copy()
         for step in range(1, BLOCK):
@@ -30,11 +30,11 @@ def blocks(values: FloatImage, least: np.ufunc) -> FloatImage:
 
 
 def around(values: FloatImage, reach: int, least: np.ufunc) -> FloatImage:
-    """Return the least, or the greatest, of the square of `reach` around each value (H, W)."""
+    """Return the minimum, or the maximum, within `reach` of each value (H, W)."""
     for _ in range(2):
         done = 0
         while done < reach:
-            step = min(done + 1, reach - done)  # each pass doubles what is reached
+            step = min(done + 1, reach - done)  # each pass doubles the reach
             other = values.copy()
             least(other[step:], values[:-step], out=other[step:])
             least(other[:-step], values[step:], out=other[:-step])

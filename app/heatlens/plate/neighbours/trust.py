@@ -1,4 +1,4 @@
-"""Whether another frame and its camera belong to this view: told by depth and by light."""
+"""Check by depth and brightness whether another frame and its camera belong to this view."""
 
 from dataclasses import dataclass
 
@@ -10,18 +10,18 @@ from heatlens.plate.neighbours.view import View
 from heatlens.plate.plate import FloatImage
 
 _SAME_DEPTH = 0.02
-_LEAST_SHARED = 0.3  # of the pixels that both frames see, those with the same depth
-_BETTER = 0.85  # times the difference of light without the camera's move, or beside it
-_ALIKE = 0.0003  # stops: where light differs less, it says nothing of the camera
+_LEAST_SHARED = 0.3  # least share of common pixels with the same depth
+_BETTER = 0.85  # ratio to the difference without the camera's movement, or with a shift
+_ALIKE = 0.0003  # stops; smaller differences say nothing about the camera
 _ASIDE_PX = 2
-_NO_MOVE = 0.001  # of the depth
-_LEAST_STILL = 0.8  # of what is far, by a camera that stands
-_TELLING = 400  # pixels from which light can be judged
-_ASKED = 20_000  # pixels, evenly over the picture
+_NO_MOVE = 0.001  # relative change of depth that counts as none
+_LEAST_STILL = 0.8  # least unchanged share of the far half, if the camera stands still
+_TELLING = 400  # least number of pixels to compare
+_ASKED = 20_000  # evenly spaced pixels that are compared
 
 
 def size_reason(here: View, other: View) -> str:
-    """Return why the two pictures cannot be compared; empty if they can."""
+    """Return why the two pictures cannot be compared; "" if they can."""
     if not (here.plate.has_distances and other.plate.has_distances):
         return "it holds circles of confusion and no distances."
     mine, its = here.plate.display_window, other.plate.display_window
@@ -31,7 +31,7 @@ def size_reason(here: View, other: View) -> str:
 
 
 def doubt(here: View, arrived: Arrived, canvas: Canvas) -> str:
-    """Return why the frame cannot be of the same shot, or its camera wrong; empty if neither."""
+    """Return why the frame is from another shot, or its camera is wrong; "" if neither."""
     asked = _asked(here, arrived, canvas)
     is_seen = asked.z < asked.front_m * np.float32(1 + _SAME_DEPTH)
     is_same = is_seen & (asked.z > asked.front_m * np.float32(1 - _SAME_DEPTH))
@@ -46,9 +46,9 @@ def doubt(here: View, arrived: Arrived, canvas: Canvas) -> str:
 
 
 def stands_still(here: View, arrived: Arrived, canvas: Canvas) -> bool:
-    """Return True if the far half is the same in depth and light: seen by a camera that stands.
+    """Return True if the camera did not move: the far half has the same depth and brightness.
 
-    What came nearer, as someone who walks in, does not count.
+    Pixels where something came nearer, such as a person walking in, are ignored.
     """
     asked = _asked(here, arrived, canvas)
     is_far = (asked.front_m >= np.median(canvas.front_m)) & (asked.z >= asked.front_m * 0.9)
@@ -60,7 +60,7 @@ def stands_still(here: View, arrived: Arrived, canvas: Canvas) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """Some pixels (N,) of a frame over this view's picture.
+    """Pixels (N,) of a frame that are compared with this view's picture.
 
     light            in stops
     detail           how much that differs from the pixels beside
@@ -81,7 +81,7 @@ class _Asked:
     mine: FloatImage
 
     def difference(self, told: Flags, x: FloatImage, y: FloatImage) -> float:
-        """Return the usual difference of light, in stops, if `told` pixels were at x and y."""
+        """Return the median difference of brightness, in stops, if `told` pixels were at x and y."""
         told = told & (self.detail >= np.median(self.detail[told]))
         there = _light(_sampled(self.mine, x[told], y[told]))
         return float(np.median(np.abs(there - self.light[told])))
@@ -116,7 +116,7 @@ def _asked(here: View, arrived: Arrived, canvas: Canvas) -> _Asked:
 
 
 def _is_light_explained(asked: _Asked, is_same: Flags, aside_px: int) -> bool:
-    """Return False if light differs less without the camera's move, or a little beside it."""
+    """Return False if brightness fits better without the camera's movement, or with a shift."""
     x, y = asked.x, asked.y
     has_moved = is_same & (np.hypot(x - asked.still_x, y - asked.still_y) > 1)
     if has_moved.sum() > _TELLING:
@@ -129,13 +129,13 @@ def _is_light_explained(asked: _Asked, is_same: Flags, aside_px: int) -> bool:
 
 
 def _light(color: FloatImage) -> FloatImage:
-    """Return light in stops, so that dark and bright count alike."""
+    """Return brightness in stops, so that dark and bright pixels count alike."""
     light: FloatImage = np.log2(np.maximum(color[..., :3].sum(-1), 0) + np.float32(0.02))
     return light
 
 
 def _sampled(color: FloatImage, x: FloatImage, y: FloatImage) -> FloatImage:
-    """Return colours (N, C) between the pixels of a picture, linearly."""
+    """Return linearly interpolated colours (N, C) of a picture."""
     height, width = color.shape[:2]
     column = np.clip(x - np.float32(0.5), 0, width - np.float32(1.001))
     row = np.clip(y - np.float32(0.5), 0, height - np.float32(1.001))

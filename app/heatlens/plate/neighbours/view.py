@@ -1,4 +1,4 @@
-"""A frame of a sequence with its camera, and how its points move into another frame's picture."""
+"""A frame of a sequence with its camera, and the motion of its points to another frame."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from heatlens.plate.plate import FloatImage, Plate
 
 FloatMatrix = NDArray[np.float64]
-FAR_M = 1e6  # metres; what lies farther, as the sky does, moves as if it were there
-NEAR_M = 0.01  # what lies nearer to a camera, or behind it, is not seen
+FAR_M = 1e6  # metres; farther points, such as the sky, move as if they were here
+NEAR_M = 0.01  # metres; nearer points, and those behind the camera, are invisible
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,9 @@ class Motion:
             z * (row[0] * x + (row[1] * y + row[2])) + by
             for row, by in zip(turn, shift, strict=True)
         ]
-        depth = np.maximum(moved[2], np.float32(1e-6))  # behind the camera: nobody asks for x and y
+        depth = np.maximum(
+            moved[2], np.float32(1e-6)
+        )  # x and y of points behind the camera are never used
         return moved[0] / depth, moved[1] / depth, moved[2]
 
 
