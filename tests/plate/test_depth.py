@@ -204,7 +204,7 @@ def test_the_doubt_about_zeros_is_told_once():
     values[:3] = np.linspace(1.2, 3, 60, dtype=np.float32).reshape(3, 20)
     result = read_depth(values, "plate.exr: depth channel 'Z'", "Z", PlateOptions())
     assert result.report.question
-    assert "taken as nothing hit" in result.notes[0]
+    assert "taken as infinitely far" in result.notes[0]
     assert sum("--depth-convention inverse" in note for note in result.notes) == 1
 
 

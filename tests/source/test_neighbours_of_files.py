@@ -127,7 +127,7 @@ def test_a_damaged_neighbour_is_named_and_the_others_serve(tmp_path):
     plates = NeighbourReader(PlateOptions(), find_sequence(pattern))
     found = plates.found(plates.alone(path_of(pattern, 4)))
     assert found.frames and 5 not in found.frames
-    (note,) = (note for note in found.plate.notes if "Frame 5 tells nothing" in note)
+    (note,) = (note for note in found.plate.notes if "Frame 5 is not used" in note)
     assert "dolly.0005.exr" in note
 
 

@@ -152,7 +152,7 @@ def _send(args: argparse.Namespace, camera: CameraSamples, address: RingAddress)
     encoding = Encoding[(args.encoding or "json").upper()]
     samples = ring_samples(camera, _timecodes_of(args, camera))
     with LensSender(address, encoding) as sender:
-        times = "again and again, until Ctrl-C" if args.repeat else f"{len(samples) / rate:.1f} s"
+        times = "repeatedly, until Ctrl-C" if args.repeat else f"{len(samples) / rate:.1f} s"
         say(f"sending {len(samples)} frames at {rate:g}/s to {sender.address}: {times}")
         send_in_time(sender, cycle(samples) if args.repeat else samples, rate)
 

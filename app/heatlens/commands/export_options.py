@@ -60,7 +60,9 @@ def add_export_options(parser: argparse.ArgumentParser) -> None:
 def _add_frame_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("frames")
     add_fields(group, ExportOptions, of_group(FRAMES))
-    group.add_argument("--plate", metavar="FILES", help="use instead of the plate in the shot")
+    group.add_argument(
+        "--plate", metavar="FILES", help="plate to use instead of the one in the shot"
+    )
     group.add_argument(
         "--progress",
         choices=("terminal", "json", "openjd"),
@@ -88,28 +90,28 @@ def _add_job_options(group: "argparse._ArgumentGroup") -> None:
     group.add_argument(
         "--submit",
         choices=("openjd", "slurm"),
-        help="make no files, but print the export as a job: openjd, a template of Open Job "
+        help="print the export as a job instead of rendering: openjd, a template of Open Job "
         "Description (YAML); slurm, a shell script that submits it to Slurm",
     )
     group.add_argument(
         "--bundle",
         type=Path,
         metavar="FOLDER",
-        help="with openjd: write a job bundle with the values of its parameters and all files that "
-        "it reads, as AWS Deadline Cloud takes it",
+        help="with openjd: write a job bundle that lists the parameter values and all files to "
+        "read, for AWS Deadline Cloud",
     )
     group.add_argument(
         "--chunk",
         type=whole,
         metavar="N",
-        help="frames of each task (default: as many as take about a minute, as two frames that are "
-        "rendered here and deleted tell)",
+        help="frames of each task (default: about a minute of work, measured by rendering two "
+        "frames here)",
     )
     group.add_argument(
         "--memory",
         type=whole,
         metavar="GIB",
-        help="memory of each task (default: what these frames took, rounded up)",
+        help="memory of each task (default: measured in the same way, rounded up)",
     )
     group.add_argument("--cpus", type=whole, metavar="N", help="processors of a task (default 2)")
     group.add_argument("--gpus", type=whole, metavar="N", help="GPUs of each task (default 0)")
@@ -121,24 +123,24 @@ def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
         "--processes",
         type=whole,
         metavar="N",
-        help="let N processes on this machine make the frames, which uses many processors better",
+        help="render with N processes on this machine, which uses many processors better",
     )
     group.add_argument(
         "--cluster",
         metavar="tcp://HOST:8786",
-        help="let the workers of this Dask scheduler make the frames; `heatlens worker` starts one",
+        help="render with the workers of this Dask scheduler; `heatlens worker` starts one",
     )
     group.add_argument(
         "--fetch",
         action="store_true",
-        help="with --cluster: workers do not see the folder of the output, so frames come back "
-        "over the network (default: they write them there)",
+        help="with --cluster: send frames back over the network, if the workers cannot reach the "
+        "output folder (default: they write there)",
     )
     group.add_argument(
         "--part",
         metavar="RANGE",
-        help="make only these of the frames, as the tasks of a farm do; those of a movie are kept "
-        "in a folder beside it, until an export without --part joins them",
+        help="render only these frames of the export, as the tasks of a farm do; frames of a movie "
+        "are kept in a folder beside it until an export without --part joins them",
     )
     group.add_argument(
         "--moved",
@@ -146,8 +148,8 @@ def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
         action="append",
         default=[],
         metavar=("OLD", "NEW"),
-        help="the shot's files below the folder OLD, as seen from the shot, are below NEW on this "
-        "machine; may be given several times",
+        help="look in the folder NEW for files that the shot names in the folder OLD; may be given "
+        "several times",
     )
 
 

@@ -83,8 +83,8 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--behind-out",
         type=Path,
         metavar="FILE",
-        help="with --neighbours: also write what they show behind the plate, RGBA and Z, as "
-        "clean.exr or clean.####.exr: the clean plate that --behind reads",
+        help="with --neighbours: also write the hidden surfaces that were found (RGBA and Z) to "
+        "clean.exr or clean.####.exr, a clean plate for --behind",
     )
     add_pinhole_options(parser)
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")

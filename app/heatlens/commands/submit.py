@@ -66,7 +66,7 @@ def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
     for place in job.places if args.submit == "openjd" else ():
         if relative_to(place, Path.cwd()) is None:
             told = f"-p {place.name}={place.path}"
-            say(f"it cannot hold this path, so give that on submission: {told}")
+            say(f"the template cannot hold this path; give it on submission: {told}")
 
 
 def _check(args: argparse.Namespace, plan: ExportPlan) -> None:
@@ -79,8 +79,8 @@ def check_elsewhere(args: argparse.Namespace, plan: ExportPlan) -> None:
     """Raise InputError for what only this process could make."""
     if args.lens_kit is not None and args.lens_kit.partition(":")[0] in kit_shelf().own:
         raise InputError(
-            f"--lens-kit {args.lens_kit} is a kit of this machine alone. Put it into a shot, which "
-            "holds its kit: heatlens shot new --lens-kit."
+            f"--lens-kit {args.lens_kit}: other machines may lack this kit. Put it into a shot, "
+            "which stores its kit: heatlens shot new --lens-kit."
         )
     if plan.job.output.is_movie:
         check_display(plan.job)
@@ -95,7 +95,7 @@ def _measured_job(args: argparse.Namespace, plan: ExportPlan) -> FarmJob:
     """Return the job. The first frames are rendered to find a --chunk or --memory not given."""
     job, cost = farm_job(args, plan), None
     if args.chunk is None or args.memory is None:
-        say("the first frames are rendered to see what a task needs; --chunk and --memory tell it")
+        say("rendering two frames to measure what a task needs; --chunk with --memory skips this")
         cost = measured(job, plan.job.output.form.text, plan.job.frames)
         say(f"a frame takes {cost.frame_s:.2g} s here, and a task {cost.memory_bytes / 1e9:.1f} GB")
     memory = cost.memory_gib if cost is not None and args.memory is None else args.memory

@@ -44,12 +44,11 @@ if TYPE_CHECKING:
 HELP = "open the window (also: heatlens plate.exr, or heatlens alone)"
 DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Without a plate
-it begins on a start screen: the demo, the still life, any file, those opened last. Values of the
-lens not given here are taken from the plate's header, and can all be changed in the window. `?`
-there shows the keys. The window remembers recent files, how the plates of a folder are read,
-colours and panels where the system keeps settings, or in the folder that HEATLENS_CONFIG_DIR names;
-options given here win over that. Frames of a shot that it has rendered are kept where the system
-keeps what can be made again, or in the folder that HEATLENS_CACHE_DIR names.
+it shows a start screen with the demo, the still life and recent files. Lens values that are not
+given here are taken from the plate's header, and can all be changed in the window. `?` there shows
+the keys. The window remembers recent files, the plate options of each folder, colours and panels in
+the settings folder of the system, or in HEATLENS_CONFIG_DIR; options given here take precedence.
+Rendered frames are kept in the cache folder of the system, or in HEATLENS_CACHE_DIR.
 """
 
 
@@ -60,7 +59,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="EXR with colour and depth, a sequence as shot.####.exr, a folder of one, "
         "a 3D scene (.glb, .gltf, .obj, .ply, .stl, .usd), "
         "a shot that was saved as name.heatlens.json, or - for a plate on standard input; "
-        "default: a start screen, to choose from what comes with heatlens and recent files",
+        "default: a start screen with examples and recent files",
     )
     parser.add_argument(
         "--new-window",
@@ -81,7 +80,7 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const=str(DEFAULT_PORT),
         metavar="[HOST:]PORT",
-        help="show what a renderer sends in the protocol of the viewer tev, while it renders "
+        help="show the picture of a running renderer, sent in the protocol of the viewer tev "
         f"(default: port {DEFAULT_PORT} of this machine)",
     )
     parser.add_argument(

@@ -25,9 +25,9 @@ from heatlens.version import __version__
 HELP = "make frames for exports on other machines"
 DESCRIPTION = """\
 Makes frames for `heatlens export --cluster` on other machines, until you stop it or the scheduler
-ends. Start the scheduler with `dask scheduler` on one machine, and this on each that shall work,
-several times on one with many processors. Whoever reaches the port of a scheduler or a worker can
-run programs there: use them in a network that you trust, or with the certificates of Dask.
+ends. Start the scheduler with `dask scheduler` on one machine, and a worker on each machine that
+is to render, or several on a machine with many processors. Anyone who can reach the port of a
+scheduler or a worker can run programs there: use a network that you trust, or Dask's certificates.
 """
 
 

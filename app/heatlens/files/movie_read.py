@@ -125,7 +125,7 @@ class Movie:
         if found is None:
             raise InputError(f"{self._path} has no moving picture, but only sound or data.")
         if found.codec_context is None:
-            raise InputError(f"{self._path} is damaged, or of a codec that FFmpeg does not know.")
+            raise InputError(f"{self._path} is damaged, or its codec is unknown to FFmpeg.")
         found.thread_type = "AUTO"
         return found
 

@@ -90,7 +90,7 @@ class NeighbourReader:
         others = [it for it in views if it is not None]
         found = with_neighbours(view, others, border_px(plate))
         left_out = tuple(sorted((*found.left_out, *unread)))
-        notes = tuple(f"Frame {frame} tells nothing of {path}: {why}" for frame, why in left_out)
+        notes = tuple(f"Frame {frame} is not used for {path}: {why}" for frame, why in left_out)
         with_notes = replace(found.plate, notes=(*found.plate.notes, *notes))
         return replace(found, plate=with_notes.counted(), left_out=left_out)
 
@@ -124,8 +124,8 @@ class NeighbourReader:
         focal = _focal_px(plate, self._options) or (1.0, 1.0)
         step = step_of(cameras, plate, focal[0], count)
         every = "" if step == 1 else f", every {step} frames"
-        how = "whose place the headers tell" if cameras else "which stands still"
-        words = f"Uses {count} frames on either side{every}, of a camera {how}."
+        how = "the headers have the camera" if cameras else "the camera stands still"
+        words = f"Uses {count} frames on either side{every}: {how}."
         return Neighbourhood(count, step, cameras, words)
 
     def _why_not(self, plate: Plate, cameras: dict[int, FloatMatrix]) -> str:
@@ -181,7 +181,7 @@ class NeighbourReader:
 
 _NO_FOCAL = "The focal length of the camera is unknown: give --focal-length and a film back."
 _NO_CAMERA = (
-    "The camera moves, and the headers do not tell where it is: render the plates with an entry "
+    "The camera moves, and the headers do not have its position: render the plates with the entry "
     "worldToCamera."
 )
 

@@ -28,8 +28,8 @@ class Follow:
     ignored_part: float = option_field(
         0.125,
         "follow ignores",
-        "ignore moves below this part of the sharp range, 0 to 0.5 (default 0.125); as much again "
-        "may be lost where the curve is reduced to few keys",
+        "ignore movements smaller than this share of the sharp range, 0 to 0.5 (default 0.125); "
+        "reducing the curve to few keys may add as much error again",
         metavar="PART",
         least=0,
         most=0.5,
@@ -37,7 +37,7 @@ class Follow:
     late_frames: int = option_field(
         0,
         "follow late",
-        "focus this many frames late, as a hand does; below 0 early (default 0)",
+        "frames by which the focus is late, like that of a person; negative: early (default 0)",
         metavar="FRAMES",
         least=-1000,
         most=1000,
@@ -45,7 +45,7 @@ class Follow:
     ease_frames: int = option_field(
         0,
         "follow ease",
-        "frames before and after each that are averaged, so that the focus starts and stops gently "
+        "frames averaged before and after each frame, so that the focus starts and stops gently "
         "(default 0)",
         metavar="FRAMES",
         least=0,
@@ -54,7 +54,7 @@ class Follow:
     most_dioptres_per_s: float = option_field(
         0.0,
         "follow speed",
-        "the fastest move of the focus, in dioptres a second (default: no limit)",
+        "highest speed of the focus, in dioptres per second (default: no limit)",
         metavar="DIOPTRES",
         least=0,
         most=1000,

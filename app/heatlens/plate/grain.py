@@ -98,8 +98,8 @@ def despike(color: FloatImage, depth: FloatImage) -> int:
 def despike_note(color: FloatImage, depth: FloatImage, what: str) -> tuple[str, ...]:
     """Despike the picture, and return a sentence with the number of changed pixels."""
     count = despike(color, depth)
-    words = f"{count} of {depth.size} pixels were far brighter than all around them"
-    return (f"{what}: {words} and took the median of these (--despike).",)
+    words = f"{count} of {depth.size} pixels were far brighter than their neighbours"
+    return (f"{what}: {words} and were replaced by their median (--despike).",)
 
 
 def _neighbours(values: FloatImage) -> Iterator[FloatImage]:

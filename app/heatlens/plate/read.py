@@ -149,8 +149,8 @@ def read_color(
     if not count:
         return color, bounded
     return color, (
-        f"{path}: {count} of {red.size} pixels held NaN or infinity in their colour and took the "
-        "median of their neighbours.",
+        f"{path}: {count} of {red.size} pixels had NaN or infinity in their colour and were "
+        "replaced by the median of their neighbours.",
         *bounded,
     )
 

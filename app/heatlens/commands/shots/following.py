@@ -59,7 +59,7 @@ def shot_that_follows(args: argparse.Namespace, shot: Shot, name: str) -> Shot:
     if hidden:
         say(
             f"{name} is hidden, or out of the picture, at frames {frames_text(hidden)}: there the "
-            "focus goes on to where it is seen again."
+            "focus moves on to where it is seen again."
         )
     keys = after.curves.of(LensParameter.FOCUS_DISTANCE).keys
     say(f"the focus follows {name} over {len(distances_m)} frames with {len(keys)} keys.")

@@ -122,7 +122,7 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--start-timecode",
         metavar="HH:MM:SS:FF",
-        help="timecode of the first frame (default: what the headers of the plates tell)",
+        help="timecode of the first frame (default: from the plates' headers)",
     )
     group.add_argument(
         "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, for warnings"

@@ -51,7 +51,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--start-timecode",
         metavar="HH:MM:SS:FF",
-        help="of the first frame (default: the shot's, else from the plates' headers)",
+        help="timecode of the first frame (default: the shot's, else from the plates' headers)",
     )
     parser.add_argument(
         "--progress",

@@ -153,7 +153,7 @@ def _camera_lines(cameras: list[Facts]) -> list[Line]:
         )
         for camera in cameras
     ]
-    return lines or [("camera", "none: all of the scene is seen")]
+    return lines or [("camera", "none: the view shows the whole scene")]
 
 
 def _how(camera: Facts) -> str:

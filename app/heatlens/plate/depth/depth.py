@@ -154,13 +154,12 @@ def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
         return raw.infinite, ()
     if raw.zero_count:
         return raw.values == 0, (
-            f"{raw.what} is 0 in {raw.zero_count} pixels: taken as nothing hit, infinitely far. "
-            f"{_IF_INVERSE}",
+            f"{raw.what} is 0 in {raw.zero_count} pixels: taken as infinitely far. {_IF_INVERSE}",
         )
     if raw.nan_count > NAN_SKY_FRACTION * raw.values.size:
         return np.isnan(raw.values), (
-            f"{raw.what} is NaN in {raw.nan_count} of {raw.values.size} pixels: taken as nothing "
-            "hit, infinitely far.",
+            f"{raw.what} is NaN in {raw.nan_count} of {raw.values.size} pixels: taken as "
+            "infinitely far.",
         )
     return raw.infinite, ()
 
@@ -182,7 +181,9 @@ def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _C
     infinite = (fraction >= 1) | raw.infinite
     below = int(np.count_nonzero(fraction < 0)) if (raw.low < 0 or raw.high > 1) else 0
     depth = np.float32(near) + np.maximum(fraction, 0) * np.float32(far - near)
-    notes = (f"{raw.what} is nearer than --near in {below} pixels: set to it.",) if below else ()
+    notes = (
+        (f"{raw.what} is nearer than --near in {below} pixels: set to --near.",) if below else ()
+    )
     return _Converted(depth, infinite, ~(depth > 0) & ~infinite, notes)
 
 
@@ -224,7 +225,7 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
             "the circle of confusion in pixels, say --depth-convention coc."
         )
     if raw.negative_count > positive:
-        return -1.0, (f"{raw.what} is negative, as along -z: its sign was turned.",)
+        return -1.0, (f"{raw.what} is negative, like coordinates along -z: its sign was reversed.",)
     return 1.0, ()
 
 

@@ -250,8 +250,8 @@ def _normalized_direction(raw: RawDepth) -> Guess:
     far = "0, black" if zeros > ones else "1, white"
     return Guess(
         convention,
-        f"--near and --far are given and its values lie in 0 to 1; {zeros} pixels stand at 0 and "
-        f"{ones} at 1, so {far}, is taken as far: a guess, which --depth-convention overrules.",
+        f"--near and --far are given and its values lie in 0 to 1; {zeros} pixels are 0 and {ones} "
+        f"are 1, so {far}, is taken as far: a guess, which --depth-convention overrules.",
         certain=False,
     )
 
@@ -262,7 +262,7 @@ def _guess_within_one(raw: RawDepth) -> Guess:
     if raw.infinite_count:
         return Guess(
             DepthConvention.DISTANCE,
-            f"It holds marks of infinity beside values of {span}, as distances do.",
+            f"It holds values that mean infinity besides {span}, as distances do.",
         )
     if raw.low == raw.high:
         return Guess(
@@ -307,11 +307,11 @@ def guess_of_picture(raw: RawDepth, facts: PictureFacts, options: PlateOptions) 
         )
     if votes.says_inverse:
         why = (
-            f"Its flat surfaces run evenly over 1/z, in {votes.inverse} places, which is so with "
-            "either end near; phones and networks write white near."
+            f"Its flat surfaces run evenly over 1/z in {votes.inverse} places, which does not tell "
+            "whether white or black is near; phones and networks write white near."
         )
         return Guess(DepthConvention.DISPARITY, why, False, _question_of_direction(raw))
-    why = "Phones and networks that estimate depth write disparity, white near."
+    why = "Phones and networks that estimate depth write disparity, with white near."
     return Guess(DepthConvention.DISPARITY, why, False, _question_of_picture(raw, span))
 
 

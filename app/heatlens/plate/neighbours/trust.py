@@ -40,8 +40,8 @@ def doubt(here: View, arrived: Arrived, canvas: Canvas) -> str:
     if _is_light_explained(asked, is_same, _ASIDE_PX):
         return ""
     return (
-        "its camera explains the picture no better than a camera that stands still, so that it is "
-        "wrong: check its unit, its axes and the frame it belongs to."
+        "its camera fits the picture no better than a static camera, so it must be wrong: check "
+        "its unit, its axes and the frame it belongs to."
     )
 
 
@@ -81,7 +81,7 @@ class _Asked:
     mine: FloatImage
 
     def difference(self, told: Flags, x: FloatImage, y: FloatImage) -> float:
-        """Return the median difference of brightness, in stops, if `told` pixels were at x and y."""
+        """Return the median difference of brightness, in stops, with `told` pixels at x and y."""
         told = told & (self.detail >= np.median(self.detail[told]))
         there = _light(_sampled(self.mine, x[told], y[told]))
         return float(np.median(np.abs(there - self.light[told])))

@@ -27,7 +27,7 @@ _FIRST_FRAME = 1
 # More than an hour; a camera gets a key for each frame.
 _FRAMES_MOST = 100_000
 _A_HAIR = 1e-3  # tolerance in frames for times that are rounded to float32
-_TWICE = "Animations move the same node at once; the first is played, or the one that --clip names"
+_TWICE = "Several animations move the same node; the first is played, or the one that --clip names"
 
 
 @dataclass(frozen=True, eq=False)
