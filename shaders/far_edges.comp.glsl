@@ -14,7 +14,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 layout(rg32f) uniform writeonly image2D out_zone_img;
 
 #define LEAST_STEP_PX 2.0    // surfaces whose blur differs less are right in one layer
-#define LEAST_STEP_PART 0.1  // or by less than this share of it
+#define LEAST_STEP_PART 0.1  // the same as a share of the coc; the larger limit counts
 #define MARGIN_PX 4.0
 #define WIDE_PX 5
 #define THIN_COC_PX 6.0      // a surface that is blurred more is not thin

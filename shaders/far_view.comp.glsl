@@ -60,7 +60,7 @@ void hold_cell(ivec2 cell, bvec2 is_before) {
 
 struct View {
     vec4 seen;    // rgb and the known share
-    float coc;    // of the surface that is most visible
+    float coc;    // coc of the most visible surface
     float most;
 };
 

@@ -22,8 +22,8 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 uniform sampler2D layer_tx;
 layout(rgba32f) uniform writeonly image2D out_cost_img;
 
-#define TAPS 2            // compare the ends and one pixel behind each,
-#define TAP_WEIGHT 0.5    // which counts half
+#define TAPS 2            // compare the ends and one pixel behind each
+#define TAP_WEIGHT 0.5    // weight of the pixels behind
 
 ivec2 size;
 

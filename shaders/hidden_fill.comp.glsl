@@ -31,9 +31,9 @@ layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
 #define LISTED_FROM 0.5        // share of the visible depth: up to here lists are fully trusted,
-#define LISTED_TO 1.0          // and from here on, plus one pixel, not at all
+#define LISTED_TO 1.0          // distance, plus one pixel, from which they are not used
 #define REACH 1                // costs are averaged over 3 x 3 blocks
-#define ALIKE_VARIANCE 0.04    // in compressed colour: ends that differ by 0.2 count much less
+#define ALIKE_VARIANCE 0.04    // variance in compressed colour: ends that differ by 0.2 count much less
 #define LEAST_LIKENESS 1e-4    // if no direction has similar ends the nearest decide
 #define DISTANCE_POWER 2.0
 #define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure

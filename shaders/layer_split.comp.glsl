@@ -90,7 +90,7 @@ struct Sum {
 
 #ifdef LISTS
 #define SEAM_FROM 0.5  // share of the cut's coc: nearer to a seam than this, surfaces behind it are not used,
-#define SEAM_TO 1.5    // and from here on it is
+#define SEAM_TO 1.5    // share from which they are used
 
 // Steepest step of the coc from a pixel to a neighbour on the same surface, pixels.
 float slope_at(ivec2 at, float coc) {

@@ -20,7 +20,7 @@ layout(rgba32f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
 
 #define AROUND_TAPS 3  // the surroundings of a highlight: samples to each side,
-#define AROUND_STEP 2  // and their spacing in pixels of the smaller picture
+#define AROUND_STEP 2  // spacing of the samples in pixels of the smaller picture
 
 vec4 footprint_mean(Footprint footprint, out ivec2 brightest) {
     vec4 sum = vec4(0.0);

@@ -44,7 +44,7 @@ ivec2 whole_size;
 Footprint footprint;
 bool has_fronts_seen;  // the list includes the visible surfaces, not just those behind
 ivec2 stride;          // step from one pixel read to the next
-float sampled_part;    // of the footprint: pixels that count
+float sampled_part;    // share of the footprint that was sampled
 float farthest_front;  // dioptres: pixels that show something farther do not count
 float farthest_group;  // dioptres: range of a list that would be too long; equal if it needs no cuts
 float nearest_group;

@@ -15,9 +15,9 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-#define TAPS 4               // to each side
+#define TAPS 4               // taps on each side
 #define TAP_SPREAD 2.0       // standard deviation of the taps, in taps
-#define TAPS_VARIANCE 3.4283 // of nine taps weighed so, in taps^2
+#define TAPS_VARIANCE 3.4283 // variance of nine taps with these weights, in taps^2
 
 uniform sampler2D color_tx;
 uniform sampler2D pyramid_tx;

@@ -37,8 +37,8 @@ uniform Num kappa[POLES];
 #define RIM_CONDUCTANCE (1.0 / 32.0)  // times diameter^2: diffused over the disc's own width
 #define RIM_GAIN_FAR 2.5    // diffusion reaches the mean of both sides; twice the change reaches the nearer
 #define RIM_GAIN_NEAR 2.0
-#define RIM_SLACK_NEAR 0.03 // of the diameter: a smaller change is the slope of a round surface
-#define RIM_LEAST 0.6       // of the diameter, and its inverse: limits of the change, to spare texture
+#define RIM_SLACK_NEAR 0.03 // share of the diameter: smaller changes are the slope of a round surface
+#define RIM_LEAST 0.6       // limit of the change relative to the diameter, and its inverse; spares texture
 
 // Diameter and weight: of the content for rows, of their output for columns.
 struct Input {

@@ -8,9 +8,9 @@
 // A surface is bright if its luminance is above 1, the value at which surroundings are clipped. Anything
 // many times brighter is a lamp, however large: its ripple would show on the wall around it.
 #define LAMP_FROM 10.0  // up to this luminance a surface is diffused,
-#define LAMP_TO 40.0    // and from this one on it is drawn as discs
+#define LAMP_TO 40.0    // luminance from which it is drawn as discs
 #define SURFACE_FROM 0.3  // with this share of bright surroundings a highlight may be a surface,
-#define SURFACE_TO 0.6    // and from this share on it is one
+#define SURFACE_TO 0.6    // share from which it is one
 #define NO_HIGHLIGHT 60000.0  // brighter than any picture, but within the range of half floats
 
 float limit_of(float around) { return TIMES_BRIGHTER * around + LEAST_LUMINANCE; }

@@ -1,7 +1,7 @@
 // Layers are ranges of signed circle of confusion; membership is smooth and sums to 1 over the layers.
 
 uniform vec2 cut_near_px;  // this layer's limit towards the camera: position, half width of the transition
-uniform vec2 cut_far_px;   // its limit away from the camera, likewise
+uniform vec2 cut_far_px;   // its limit away from the camera: position, half width
 
 // A membership or coverage below THIN counts as nothing, one above SOLID counts in full. In between it
 // counts gradually, because a rack focus would pop otherwise.

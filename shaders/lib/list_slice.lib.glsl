@@ -1,6 +1,6 @@
 // A slice of a list: a pass runs slice by slice, so that the window stays responsive.
 
-uniform ivec2 list_slice;  // which part, of how many; 0 of 0: all of the list
+uniform ivec2 list_slice;  // number of the part, and of all parts; 0, 0 for the whole list
 
 uint slice_at(uint count, int part) {
     uint parts = uint(max(list_slice.y, 1));  // a product of count and part may be too large for 32 bits

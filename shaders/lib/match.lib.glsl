@@ -10,12 +10,12 @@ layout(rgba32f) uniform writeonly image2D out_match_img;
 
 #define MATCH_TAPS 8            // pixels from the end on: enough that texture does not decide
 #define SAME_DIAMETER_PX 0.5    // the diameter of one surface may change by this much,
-#define SAME_DIAMETER_PART 0.1  // or by this share of itself
+#define SAME_DIAMETER_PART 0.1  // as a share of the diameter
 #define LEAST_LIGHT 0.01        // darker pixels are not compared
 #define INDEPENDENT 4.0         // largest number of independent pixels: neighbours are alike
 #define SURE_VARIANCE 0.03      // standard deviation of the logarithm: stronger texture weakens the match
 #define ALIKE_LOG 0.7           // a factor of two or more may mean another surface,
-#define UNLIKE_LOG 1.2          // and more than three always does
+#define UNLIKE_LOG 1.2          // logarithm from which they always are
 
 struct Stretch {
     vec4 sum;          // rgb times coverage, coverage

@@ -1,6 +1,6 @@
 // A scene in storage buffers, as scene_gpu/scene_buffers.py writes them. All std430.
 //
-//   instances_block  144 bytes each; those of one mesh lie after each other
+//   instances_block  144 bytes each; those of one mesh are consecutive
 //   materials_block  80 bytes each
 //   places_block     with PLACES, the placement of the five maps of each material: two vec4 for each map,
 //                    a matrix by rows, then the offset, the set, and how it is wrapped

@@ -15,8 +15,8 @@ uniform float aperture_turn;           // angle of the first corner, radians
 uniform float aperture_curvature;      // 0 straight blades, 1 round
 uniform float aperture_rim;            // behind the focus: 1 bright, -1 soft; the other way round in front
 uniform vec2 aperture_lights;          // integral over the opening in front of the focus, and behind it
-uniform float aperture_barrel;         // its radius; 0 for none
-uniform vec2 aperture_middle_px;       // of the picture
+uniform float aperture_barrel;         // radius of the barrel's circles; 0 for none
+uniform vec2 aperture_middle_px;       // middle of the picture
 uniform vec2 aperture_shift_per_px;    // shift of the barrel's circles per unit of distance from there
 uniform float aperture_shift_most;
 uniform float aperture_axial_px;       // diameter in blue less that in green, in green less that in red
@@ -26,7 +26,7 @@ uniform float aperture_axial_px;       // diameter in blue less that in green, i
 #endif
 
 #define TINY 1e-12
-#define ANGLES 64          // of the quadrature
+#define ANGLES 64          // angles of the quadrature
 #define LEAST_RADIUS 1e-3  // a smaller disc is drawn round
 
 // Shift of the circles at the two ends of the barrel, one to each side, as seen from a position.

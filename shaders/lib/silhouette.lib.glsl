@@ -9,7 +9,7 @@ uniform float at_infinity_px;  // signed coc of a point infinitely far away
 #define JUMP_PX 3.0        // a smaller step in coc may be a slanted surface
 #define DEPTH_RATIO 0.95   // depths within this ratio are the same surface
 #define PRIOR_WEIGHT 0.01  // colour contrast^2 below which coverage comes from the depth's outline,
-#define PRIOR_GAIN 32.0    // plus this for each variance of the far colours: one of them is a guess then
+#define PRIOR_GAIN 32.0    // added per variance of the far colours: if they vary, one of them is a guess
 
 // Weights of a box-filtered edge as seen from 3 x 3 depth samples; they sum to 1.
 const float OUTLINE_WEIGHT[9] =

@@ -14,7 +14,7 @@ uniform sampler2D first_tx;
 uniform sampler2D behind_tx;
 uniform sampler2D last_tx;
 
-#define SAME_GROUP 1.03    // of the distance
+#define SAME_GROUP 1.03    // ratio of distances within which surfaces are one
 #define GROUPS_MOST 6      // the last one takes all that are left
 #define LEAST_COVER 0.004  // less than the smallest share that samples can resolve
 #define BEHIND_COUNT (behind_side * behind_side)

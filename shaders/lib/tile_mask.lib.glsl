@@ -2,7 +2,7 @@
 // there is nothing to do. Other tiles are neither read nor written.
 
 layout(std430) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
-uniform int tiles_across;  // of the whole picture
+uniform int tiles_across;  // tiles across the whole picture
 
 bool is_tile_active(ivec2 tile) { return tile_mask_buf[tile.y * tiles_across + tile.x] != 0u; }
 bool is_active(ivec2 at) { return is_tile_active(at / TILE); }

@@ -7,7 +7,7 @@
 uniform ivec4 layer_tiles[LAYERS_MAX];  // tiles across and down; tiles beyond which content has no effect;
                                         // size of a pixel of the layer, in pixels of the picture
 uniform int tile_words;
-uniform int list_words;  // of the list of a layer's tiles (lib/tile_list.lib.glsl)
+uniform int list_words;  // words of the list of a layer's tiles (lib/tile_list.lib.glsl)
 layout(std430) buffer tile_list_block { uint tile_list_buf[]; };
 
 struct LayerTile {

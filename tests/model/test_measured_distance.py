@@ -39,6 +39,7 @@ def test_a_kit_tells_its_close_focus_from_where_the_lens_is_measured():
     assert mounted.close_focus_m == pytest.approx(0.33)
     asked = replace(mounted, focus_distance_m=0.3)
     assert KIT.followed(mounted, asked).focus_distance_m == pytest.approx(0.33)
-    assert KIT.refusal(asked) == "The 50 mm of the kit primes focuses from 0.45 m, not from 0.42 m."
+    said = KIT.refusal(asked)
+    assert all(word in said for word in ("50 mm", KIT.name, " 0.45 m", " 0.42 m"))
     nearest = KIT.mounted(replace(FILM, pupil_offset_mm=440.0), KIT.lenses[0])
     assert nearest.close_focus_m == pytest.approx(0.055)  # no lens focuses within its length

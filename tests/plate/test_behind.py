@@ -48,7 +48,7 @@ def test_files_behind_are_sorted_by_depth(tmp_path, plate):
     flat = read_plate(plate)
     assert np.array_equal(made.color, flat.color) and np.array_equal(made.depth_m, flat.depth_m)
     said = " ".join(made.notes)
-    assert f"{wall} lies behind 100 % of the picture." in said
+    assert f"{wall} lies behind 100 %" in said
 
 
 def test_parts_called_behind_are_taken_by_themselves(tmp_path):

@@ -116,14 +116,13 @@ def test_repairs_are_warned_of(tmp_path):
     broken["R"][3, 3] = np.nan
     path = write_file(tmp_path / "nan.exr", broken, **CAMERA)
     (said,) = warned(heatlens.open(path).render)
-    assert "1 of 160 pixels held NaN" in said
+    assert "1 of 160 pixels had NaN" in said
 
 
 def test_lens_values_without_effect_are_named():
     source = heatlens.open(np.ones((4, 4, 3)), coc_px=np.ones((4, 4)))
-    assert warned(lambda: source.render(f_stop=2, blades=5)) == [
-        "The plate holds circles of confusion: f_stop is not used."
-    ]
+    (said,) = warned(lambda: source.render(f_stop=2, blades=5))
+    assert "f_stop" in said and "blades" not in said
 
 
 @pytest.mark.parametrize(

@@ -146,7 +146,4 @@ def test_an_export_that_cannot_begin_says_so_and_the_next_one_can(monkeypatch, t
 
 def test_what_stays_of_a_stopped_export_is_told_of_frames_and_of_movies():
     frames, movie = (ExportState("t", output=name) for name in ("o.####.exr", "o.MOV"))
-    assert (
-        frames.when_stopped == "Finished frames are kept; exporting again continues with the rest."
-    )
-    assert movie.when_stopped == "An unfinished movie is deleted; exporting again starts over."
+    assert "kept" in frames.when_stopped and "deleted" in movie.when_stopped

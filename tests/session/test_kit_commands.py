@@ -40,7 +40,7 @@ def test_what_the_hand_asks_beyond_is_bounded_and_said(kits, editing, said):
     kits.choose("modern-primes")
     editing.edit_lens(replace(editing.lens, f_stop=1.0))
     assert editing.lens.f_stop == 1.7
-    assert said[-1] == "The 50 mm of the kit modern-primes opens to f/1.7, not to f/1."
+    assert all(word in said[-1] for word in ("50 mm", "modern-primes", "f/1.7", "f/1."))
     editing.edit_lens(replace(editing.lens, focus_distance_m=0.2))
     assert editing.lens.focus_distance_m == 0.45
     editing.edit_lens(replace(editing.lens, focal_length_mm=70.0))

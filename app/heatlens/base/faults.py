@@ -28,7 +28,7 @@ _WORDS_MOST = 200  # letters of an exception's message that the sentence repeats
 _lock = threading.Lock()
 _written: dict[
     str, Path | None
-] = {}  # by the place of the fault, so that a repeated one is written once
+] = {}  # reports by the place of the fault, so that a repeated one is written once
 
 
 @contextmanager

@@ -48,7 +48,9 @@ def runtime_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
 
     def usual() -> str:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a login that only gets a folder in /tmp
+            warnings.simplefilter(
+                "ignore"
+            )  # platformdirs warns if a login has no runtime folder and uses /tmp
             return dirs.user_runtime_dir
 
     return _chosen("HEATLENS_RUNTIME_DIR", usual)

@@ -140,7 +140,9 @@ def _bokeh(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
         yield f"focalPlane {_focus(camera, meters_per_unit)}"
     yield "realWorldLens true"
     yield from _told(camera, _BOKEH_LENS)
-    f_stops = tracks.get("nominal_f_stop", tracks.get("f_stop"))  # it expects that of a real lens
+    f_stops = tracks.get(
+        "nominal_f_stop", tracks.get("f_stop")
+    )  # the Bokeh node expects the f-stop of a real lens
     if f_stops is not None:
         yield f"fStop {knob_value(camera, f_stops)}"
     yield "worldScale m"

@@ -47,7 +47,7 @@ _ATTRIBUTES = (
 )
 _STILL_FRAME = 1
 _LISTED = 5
-_FAR = 0.999  # of INFINITE_M, after a conversion to float32 and another unit
+_FAR = 0.999  # share of INFINITE_M, for rounding to float32 and another unit
 
 
 @dataclass(frozen=True)

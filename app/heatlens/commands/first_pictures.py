@@ -23,7 +23,7 @@ from heatlens.scene.scene_name import DEMO
 
 _STILL, _PULL = "heatlens_still_life.png", "heatlens_pull.webp"
 _FRUIT = (290, 190)  # the pixel of the still life to focus on
-_FRAMES, _SIZE = 4, (320, 180)  # of the focus pull, which takes a few seconds on a processor
+_FRAMES, _SIZE = 4, (320, 180)  # frames of the focus pull: a few seconds on a CPU
 _F_STOP = 1.2  # wider than in the demo, so that the pull is visible in a small picture
 _MILLISECONDS = 480  # duration of each frame
 

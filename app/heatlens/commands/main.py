@@ -47,7 +47,7 @@ examples:
 `heatlens COMMAND --help` explains each command.
 """
 
-_OPTIONS_LISTED = 16  # in a usage; a longer list is shortened to [options]
+_OPTIONS_LISTED = 16  # options in a usage line; a longer list becomes [options]
 _COMMANDS = (
     *("view", "render", "export", "shot", "reel", "camera", "info", "compare", "study", "bench"),
     *("serve", "kits", "doctor", "worker"),

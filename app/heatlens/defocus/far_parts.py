@@ -45,7 +45,7 @@ def part_centres(parts: int) -> NDArray[np.float64]:
 
 
 def _ring(count: int, middle: float) -> NDArray[np.float64]:
-    """Return a ring of parts around a point with as many parts inside the radius `middle`."""
+    """Return the centres of a ring of `count` parts; `middle` parts of area lie inside the ring."""
     angle = np.arange(max(count, 1)) * 2 * math.pi / max(count, 1) + 0.2 * count
     return math.sqrt(middle + 0.5 * bool(count)) * np.stack([np.cos(angle), np.sin(angle)], -1)
 

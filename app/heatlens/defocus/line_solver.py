@@ -218,7 +218,7 @@ class PartitionSolver(LineSolver):
     """Eliminates runs in registers, and solves run ends by cyclic reduction in shared memory."""
 
     name = SolverName.PARTITION
-    _SLOTS = 512  # of 56 bytes: fits the 32 KiB of shared memory that GL 4.3 guarantees
+    _SLOTS = 512  # slots of 56 bytes fit the 32 KiB of shared memory that GL 4.3 guarantees
     _RUN_LEAST = 4  # pixels per invocation, which fit the registers of a GPU
     _RUNS_STEP = 64  # rounding of run counts, so that pictures of many sizes share few programs
     _LINES_MOST = 4

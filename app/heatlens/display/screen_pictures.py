@@ -42,7 +42,7 @@ class _Target:
             if self.texture is not None:
                 self.texture.release()
             self.texture = self._ctx.texture(size, 4)
-            self.texture.build_mipmaps()  # with missing levels the texture would be black
+            self.texture.build_mipmaps()  # a texture with missing levels would be black
             self.texture.repeat_x = self.texture.repeat_y = False
             self.texture.label = self._label
             self._key = None
@@ -133,7 +133,7 @@ class ScreenPictures:
     def detail(self, shown: Shown, plate: Pinhole, view: ViewState) -> Detail | None:
         """Return the detail in focus that a preview lacks; None for a whole picture."""
         if not _is_hurried(shown) or shown.shot.lens.breathing != 1.0:
-            return None  # with breathing, the picture has another scale than the plate
+            return None  # breathing scales the picture relative to the plate
         if self._detail_of is not plate:  # in playback, each plate is shown only once
             self._detail_of = plate
             return None

@@ -44,15 +44,15 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 KERNELS = ("heat", "disc_2", "disc_4")
-TOLERANCE = 2e-5  # of colours in 0..1, solved in float32
+TOLERANCE = 2e-5  # for colours in 0..1, solved in float32
 _SIZE = (96, 64)
 _COC_MAX_PX = 40.0
-_COMPACT_FULL_PX = 4.0  # from this diameter on the Laplacian is compact in full
+_COMPACT_FULL_PX = 4.0  # diameter from which the Laplacian is fully compact
 Build = tuple[str, dict[str, object]]
 
 _OVERLAY = "overlay.comp.glsl"
 _AXES: tuple[Axis, ...] = ("rows", "columns")
-_LENGTHS_PX = (720, 1920)  # of lines; longer ones are cut into longer runs of the same shape
+_LENGTHS_PX = (720, 1920)  # line lengths; longer lines are cut into longer runs of the same shape
 _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
@@ -207,7 +207,7 @@ def _solved(coc: Array, kernel: Kernel, kappa: complex, x: Array | Complex) -> C
     for end in (0, -1):
         beyond = coc[:, end] ** 2
         flow = kappa * beyond - _compact(beyond, kernel)
-        heat = (np.sqrt(1.0 + 4.0 * flow + 0j) - 1.0) / 2.0  # of pixels without end
+        heat = (np.sqrt(1.0 + 4.0 * flow + 0j) - 1.0) / 2.0  # for infinitely many pixels
         system[:, end, end] += heat
         given[:, end] = given[:, end] + heat[:, None] * x[:, end]
     return np.asarray(np.linalg.solve(system, given), np.complex128)

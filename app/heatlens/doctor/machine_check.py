@@ -44,7 +44,10 @@ _OPTIONAL = {
     "matplotlib": ("matplotlib", "no `bench --plot`"),
 }
 MOST_NEW = 0.05  # bytes that a second start may add to the cache, as a share of those of the first
-_CACHES = ("MESA_SHADER_CACHE_DIR", "__GL_SHADER_DISK_CACHE_PATH")  # of Mesa and of NVIDIA
+_CACHES = (
+    "MESA_SHADER_CACHE_DIR",
+    "__GL_SHADER_DISK_CACHE_PATH",
+)  # the variables of Mesa and NVIDIA
 _PATIENCE_S = 60.0
 _INSTALL = "pip install 'heatlens[gui]', on Debian or Ubuntu also: apt-get install libgl1 libegl1"
 

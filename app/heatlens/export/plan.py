@@ -170,7 +170,7 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
     )
 
 
-_plain_of_all = lru_cache(maxsize=8)(plain)  # of what is the same for all frames
+_plain_of_all = lru_cache(maxsize=8)(plain)  # for values that are the same for all frames
 
 
 @lru_cache(maxsize=8)

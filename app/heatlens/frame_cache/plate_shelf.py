@@ -49,7 +49,7 @@ class PlayOrder:
         return bisect_left(self.frames, frame)
 
 
-Stamps = tuple[Stamp | None, ...]  # of the files that one plate is read from
+Stamps = tuple[Stamp | None, ...]  # stamps of the files of one plate
 
 
 @dataclass(frozen=True)

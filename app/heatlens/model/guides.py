@@ -15,7 +15,7 @@ MATTES = {"2.39": 2.39, "1.85": 1.85, "16:9": 16 / 9, "4:3": 4 / 3, "1:1": 1.0, 
 SQUEEZES = {"1.25": 1.25, "1.33": 4 / 3, "1.5": 1.5, "1.65": 1.65, "1.8": 1.8, "2": 2.0}
 # Parts of the picture that every screen shows. Source: EBU R 95.
 ACTION_SAFE, TITLE_SAFE = 0.93, 0.90
-LINE_OPACITY = 0.55  # of lines, which are white
+LINE_OPACITY = 0.55  # opacity of the white lines
 _ASPECT_LEAST, _ASPECT_MOST = 0.1, 10.0
 _PIXEL_LEAST, _PIXEL_MOST = 0.25, 4.0
 _CROSS = 0.05  # length of an arm of the cross, as a part of the height

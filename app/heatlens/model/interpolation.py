@@ -29,7 +29,7 @@ class Interpolation(StrEnum):
     HOLD = "hold"  # stays, then jumps
     LINEAR = "linear"
     SMOOTH = "smooth"  # through the keys without a corner, never beyond them
-    BEZIER = "bezier"  # as the handles of the two keys say
+    BEZIER = "bezier"  # shaped by the handles of the two keys
 
 
 class Scale(StrEnum):

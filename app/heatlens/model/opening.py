@@ -30,7 +30,7 @@ Pair = tuple[float, float]
 # The power of the profile of a bright or soft rim; see `profile`.
 RIM_POWER = 2
 RIM_MOST = 0.98  # some light is left at every point, so that every pixel gets some
-FIELD_STEPS = 9  # from the middle of a picture to its corner, at which variances are tabulated
+FIELD_STEPS = 9  # steps from the middle of a picture to its corner for tabulated variances
 _TINY = 1e-12
 _TABLE = 257  # angles of a blade in a table
 _ANGLES = 720  # angles of the quadrature; corners make its error second order

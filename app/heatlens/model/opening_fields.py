@@ -62,8 +62,8 @@ class OpeningFields:
     cat_eye: float = option_field(
         0.0,
         "cat eye",
-        "discs towards the corners are cut by the lens barrel, 0 (default) to 1; they close "
-        "up again as the lens is stopped down from --widest-f-stop",
+        "discs towards the corners are cut by the lens barrel, 0 (default) to 1; the cut "
+        "decreases as the lens is stopped down from --widest-f-stop",
         metavar="C",
         least=0.0,
         most=1.0,

@@ -11,8 +11,8 @@ from heatlens.base.errors import InputError
 from heatlens.model.option import option_field, options_of
 from heatlens.model.units import parse_distance_m, parse_scene_unit_m
 
-SPIKE_FROM = 2.0  # times as bright as the brightest neighbour: a spike begins,
-SPIKE_WHOLE = 4.0  # and from here on it is removed entirely
+SPIKE_FROM = 2.0  # ratio to the brightest neighbour from which a pixel is a spike
+SPIKE_WHOLE = 4.0  # ratio from which it is removed entirely
 
 
 @dataclass(frozen=True)

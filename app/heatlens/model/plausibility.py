@@ -37,7 +37,7 @@ _SENSOR_LEAST_MM, _SENSOR_MOST_MM = 2.0, 620.0
 _FOCAL_MOST_MM = 6000.0
 _VIEW_LEAST_DEGREES, _VIEW_MOST_DEGREES = 0.3, 160.0
 _INCH_MM = 25.4
-_F_STOP_LEAST = 0.5  # of a lens without spherical aberration and coma in air (Abbe)
+_F_STOP_LEAST = 0.5  # the limit for a lens in air without spherical aberration and coma (Abbe)
 
 About = Literal["focus", "aperture", "lens", "depth"]
 

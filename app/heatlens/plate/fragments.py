@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 FloatImage = NDArray[np.float32]
 OPAQUE = 0.9995  # a surface of this coverage or more hides everything behind it
 LEAST_COVERAGE = 1e-4  # a fragment with less coverage is left out
-SAME_DEPTH = 1e-3  # of the distance: anything so close behind an opaque surface is part of it
+SAME_DEPTH = 1e-3  # relative distance within which anything behind an opaque surface is part of it
 _HALF_MAX = 65504.0
 
 

@@ -18,7 +18,7 @@ _BLOCKS_LEAST = 50
 _EVENEST = 5  # per cent of the blocks that count as the evenest
 _DARK = 0.1  # share of the mean light, clipped at 1: darker blocks are left out
 _MAD_TO_SIGMA = 1.4826
-_APART = 0.01  # of the distance: a pixel so far from all its neighbours is an object of its own
+_APART = 0.01  # relative distance to all neighbours from which a pixel is an object of its own
 _AROUND = [(y, x) for y in range(3) for x in range(3) if (y, x) != (1, 1)]
 
 

@@ -19,7 +19,7 @@ from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import pixels_of
 
 _RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722  # weights of the luminance of Rec. 709
-_COLORED = 0.02  # of the brightest value: JPEG leaves grey a little coloured
+_COLORED = 0.02  # share of the brightest value: JPEG leaves grey slightly coloured
 _NEAR_AXIS = 0.03  # in radii; a smaller distance from the axis is invisible
 _DIGEST_BYTES = 16
 

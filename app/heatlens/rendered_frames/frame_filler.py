@@ -73,7 +73,7 @@ class FrameFiller:
         self._clock = clock
         self._wake = wake
         self._job: FrameJob | None = None
-        self._loaded: Plate | None = None  # in the renderer
+        self._loaded: Plate | None = None  # the plate in the renderer
         self._steps: Steps[RenderedPicture] | None = None
         self._reader = Threads("frames-plate")
         self._reads: dict[PlateFile, Future[Plate]] = {}

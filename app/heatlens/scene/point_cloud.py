@@ -70,7 +70,7 @@ def drawn_points(
 def _ball() -> tuple[Array, NDArray[np.int64]]:
     """Return corners (V, 3) and triangles of an octahedron whose sides are divided into four."""
     signs = np.array(np.meshgrid((1, -1), (1, -1), (1, -1), indexing="ij")).reshape(3, 8).T
-    corners = signs[:, :, None] * np.eye(3)  # of each of the eight sides
+    corners = signs[:, :, None] * np.eye(3)  # the corners of the eight sides
     flips = signs.prod(axis=1) < 0
     corners[flips] = corners[flips][:, ::-1]
     a, b, c = (corners[:, i] for i in range(3))

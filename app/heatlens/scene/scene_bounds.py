@@ -60,7 +60,7 @@ def box_corners_m(scene: Scene, frame: float) -> Array:
 
 
 def box_around(points_m: Array) -> Array:
-    """Return (2, 3), the least and the greatest corner of points (..., 3)."""
+    """Return (2, 3), the minimum and the maximum corner of points (..., 3)."""
     points = points_m.reshape(-1, 3)
     return np.stack([points.min(axis=0), points.max(axis=0)])
 

@@ -97,7 +97,7 @@ class Facts:
         return self._source.frame_px(self.lens, pixel)
 
     def plate_px(self, pixel: Pixel) -> Pixel:
-        """Return the pixel of the plate for one of the frame; a preview's plate is smaller."""
+        """Return the pixel of the loaded plate for one of the frame; previews load smaller ones."""
         return self._source.feed.plate_px(self.shot, pixel)
 
     def picture_point(self, point: tuple[float, float]) -> tuple[float, float]:

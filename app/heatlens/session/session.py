@@ -29,7 +29,7 @@ from heatlens.session.shot.start import GivenOptions, Start
 from heatlens.session.shot.start_shot import first_lens, with_given_camera
 from heatlens.source.opened import Opened
 
-_SETTLING_S = 0.1  # between checks whether a gesture has ended or an autosave is due
+_SETTLING_S = 0.1  # interval of checks whether a gesture has ended or an autosave is due
 
 
 class Session:

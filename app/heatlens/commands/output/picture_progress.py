@@ -37,7 +37,7 @@ class LayerCount:
 
     rounds: int = 1
     layers: int = 0  # 0: none has begun
-    done: int = 0  # of the layers of this round
+    done: int = 0  # finished layers of this round
     _round: int = 0
 
     def begin_layer(self, done: int, layers: int) -> None:

@@ -29,7 +29,7 @@ from heatlens.scene.scene_bounds import bounds_m, object_depth_m, object_names, 
 
 if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
-_NAMES_MOST = 8  # of objects, in a line
+_NAMES_MOST = 8  # object names in one line
 
 
 class SceneCommands(SourceCommands):

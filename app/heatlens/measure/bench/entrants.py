@@ -29,6 +29,6 @@ def most_views(settings: DefocusSettings) -> int:
 
 
 def _views(settings: DefocusSettings) -> list[int]:
-    """Return the numbers of views to measure: known ones too for accumulation."""
+    """Return the numbers of views to measure; for accumulation, those of the literature too."""
     known = KNOWN_VIEWS if settings.method is Method.ACCUMULATION else ()
     return sorted({*known, settings.views})

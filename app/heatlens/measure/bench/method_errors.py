@@ -51,10 +51,10 @@ _BOARDS = (
 )
 _LAMPS = ((0.13, 0.30), (0.265, 0.34), (0.515, 0.20), (0.59, 0.30), (0.72, 0.22), (0.86, 0.30))
 _LAMP_M = 12.0
-_LAMP_SIDE = 0.01  # of the width
+_LAMP_SIDE = 0.01  # share of the width
 _LAMP_LIGHT = (50.0, 32.0, 12.0)  # scene-linear, hundreds of times the ground
 _GROUND_LIGHT = (0.30, 0.26, 0.18)
-_GROUND_M = (1.2, 40.0)  # from there to there, _EYE_M below the camera
+_GROUND_M = (1.2, 40.0)  # nearest and farthest point of the ground, _EYE_M below the camera
 _EYE_M = 0.5
 
 

@@ -16,7 +16,7 @@ from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, R
 # Wide open and focused between the objects: blur on both sides, in several layers in front.
 LENS = Lens(focal_length_mm=50.0, f_stop=1.4, focus_distance_m=3.0, sensor_width_mm=36.0)
 
-_HORIZON = 1 / 3  # from the top, of the height
+_HORIZON = 1 / 3  # share of the height, from the top
 _CAMERA_HEIGHT_M = 0.5
 _LAMP_LIGHT = (60.0, 40.0, 15.0)  # scene-linear, hundreds of times the ground
 

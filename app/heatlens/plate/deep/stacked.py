@@ -124,7 +124,7 @@ class ListBuilder:
         counts: NDArray[np.int64],
         starts: NDArray[np.int64],
     ) -> None:
-        """Keep the fragments behind an opaque one, or all of them if the nearest is not opaque."""
+        """List the fragments of each pixel, except an opaque nearest one, which is visible."""
         has_any = counts > 0
         has_front = has_any.copy()
         has_front[has_any] = fragments.alpha[starts[has_any]] < OPAQUE

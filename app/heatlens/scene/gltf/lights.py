@@ -64,7 +64,7 @@ class GltfLights:
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
     _suns: int = 0
     _sun_node: int | None = None
-    _nodes: list[int] = field(default_factory=list)  # of the lamps
+    _nodes: list[int] = field(default_factory=list)  # nodes of the lamps
 
     def __post_init__(self) -> None:
         tree = self.animation.tree

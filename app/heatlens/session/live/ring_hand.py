@@ -21,7 +21,7 @@ from heatlens.session.loop.worker import Worker
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.editing import Editing
 
-_RESTING_S = 0.25  # between window frames while no value changes
+_RESTING_S = 0.25  # interval between window frames while no value changes
 
 
 class RingNews:

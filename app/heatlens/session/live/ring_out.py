@@ -12,7 +12,7 @@ from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker
 from heatlens.session.shot.editing import Editing
 
-_RESTING_S = 0.5  # between samples of a resting lens; after one second it would count as silent
+_RESTING_S = 0.5  # interval between samples of a resting lens; after one second it counts as silent
 _SOON_S = 0.001  # not 0, with which the loop would neither sleep nor draw
 
 

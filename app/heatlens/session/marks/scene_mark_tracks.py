@@ -15,7 +15,7 @@ from heatlens.session.time.focus_track import MarkTrack
 from heatlens.session.time.timeline import Timeline
 
 _SLICE_S = 0.02
-_PAUSE_S = 0.005  # between slices, in which the window handles input
+_PAUSE_S = 0.005  # pause between slices, in which the window handles input
 _FRAMES_MOST = 240  # largest number of measured frames per mark
 _Moving = PointMark | ObjectMark
 _Known = dict[int, float | None]  # dioptres by frame; None without a distance

@@ -72,7 +72,7 @@ class _Drawing:
         width = 2.0 * plan.half_tangent * plan.reach_m
         self._per_m = max(min(room[0] / width, room[1] / plan.reach_m), 1e-6)
         self._x0 = corner.x + size.x / 2
-        self._y0 = corner.y + size.y - 2 * _CAMERA_EM * self._em  # of the camera
+        self._y0 = corner.y + size.y - 2 * _CAMERA_EM * self._em  # the y of the camera
         self._flags: list[tuple[PlanMark, tuple[float, float, float, float]]] = []
 
     def _at(self, side_m: float, distance_m: float) -> ImVec2:

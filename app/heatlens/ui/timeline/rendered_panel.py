@@ -93,7 +93,7 @@ def _used(used: int, limit: int) -> str:
 
 def _limits(desk: TimeDesk) -> None:
     before = desk.pull.kept
-    widgets.label("memory", "Megabytes for rendered frames; empty is a quarter of what is free")
+    widgets.label("memory", "Megabytes for rendered frames; empty: a quarter of the free memory")
     memory = _megabytes("memory for frames", before.memory_mb, "a quarter of what is free", desk)
     disk = before.disk_mb
     if desk.pull.store.disk is not None:
