@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-FIRST_CUT_PX = -1.0  # between what is sharp and what is in front of it
+FIRST_CUT_PX = -1.0  # limit between the sharp range and anything in front of it
 FIRST_SOFTNESS_PX = 0.5  # half width of its transition: wide, because every pull passes it
 FAR_CUT_PART = 1 / 3  # position of the far cut, as a share of the farthest coc ...
 FAR_CUT_LEAST_PX = 1.3  # ... but at least this

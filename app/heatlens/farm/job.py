@@ -16,8 +16,8 @@ from heatlens.sequence.names import frames_text
 
 _GIB = 1 << 30
 _HEADROOM = 1.25  # other frames may need more memory than the measured one
-_TASK_S = 60.0  # long enough that the start does not count, short enough to lose little
-_GUESSED_FRAMES = 10  # in a task, if no frame was measured
+_TASK_S = 60.0  # long compared with the start of a process, short enough to repeat
+_GUESSED_FRAMES = 10  # frames of a task if no frame was measured
 
 
 class _Frames(Enum):
@@ -43,7 +43,7 @@ Text = Callable[[str], str]
 
 @dataclass(frozen=True)
 class Needs:
-    """What a task asks of a machine."""
+    """The resources that a task needs."""
 
     memory_gib: int | None = None  # None if unknown
     processors: int = 2
@@ -72,7 +72,7 @@ class FarmJob:
 
     @property
     def join_words(self) -> tuple[Word, ...]:
-        """Return the words of the last task, which are about all frames."""
+        """Return the words of the last task, which names all frames."""
         return (*(word for word in self.words if FRAMES not in word), *self.last)
 
 
@@ -110,7 +110,7 @@ def parts_of(
 
 
 def located(places: Iterable[Place], text: str, path: Path) -> Word:
-    """Return a word that begins with `text` and goes on with `path`, by its place if it has one."""
+    """Return a word that joins `text` and `path`; the path is relative to its place, if any."""
     for place in sorted(places, key=lambda place: -len(place.path.parts)):
         lead = (text, place) if text else (place,)
         if place.path == path:
@@ -121,7 +121,7 @@ def located(places: Iterable[Place], text: str, path: Path) -> Word:
 
 
 def word_text(word: Word, place: Callable[[Place], str], frames: str, text: Text = str) -> str:
-    """Return a word in the terms of an engine: its places, the frames of a task, and plain text."""
+    """Return a word as one text, with an engine's own forms of places, frames and plain text."""
     told = (
         text(it) if isinstance(it, str) else place(it) if isinstance(it, Place) else frames
         for it in word
@@ -130,11 +130,11 @@ def word_text(word: Word, place: Callable[[Place], str], frames: str, text: Text
 
 
 def typed(words: Iterable[Word], frames: str = "") -> list[str]:
-    """Return words as one types them on this machine."""
+    """Return words as they are typed on this machine."""
     return [word_text(word, lambda place: str(place.path), frames) for word in words]
 
 
 def topmost(folders: Iterable[Path]) -> tuple[Path, ...]:
-    """Return those of the folders that lie in none of the others."""
+    """Return the folders that are inside none of the others."""
     found = dict.fromkeys(folders)
     return tuple(folder for folder in found if not found.keys() & set(folder.parents))

@@ -147,7 +147,7 @@ def mouse_words(has_camera: bool) -> str:
     """Return what the mouse does in the picture; `has_camera` adds the gestures of a scene."""
     if not has_camera:
         return "Click in the picture to focus"
-    return "Click to focus.  Right drag orbits, with Ctrl it moves aside; Ctrl+wheel goes nearer"
+    return "Click to focus.  Right drag orbits, Ctrl+right drag moves sideways, Ctrl+wheel dollies"
 
 
 def sides_words(

@@ -42,7 +42,9 @@ class ShotDocuments(Commands, Worker):
         self._saved: Shot | None = None
         self._kept: Shot | None = None  # the shot that is autosaved, or needs no autosave
         self._reading: Future[Found] | None = None
-        self._writing: list[tuple[Future[None], str]] = []  # and the message when it is done
+        self._writing: list[
+            tuple[Future[None], str]
+        ] = []  # writes, each with the message when it is done
         self._begun = self._editing.shot  # the shot without a file, as it was opened
         self._coming: Document | None = None  # waits for its plate
         self._complained = ""  # the reported reason why autosaving fails

@@ -62,7 +62,9 @@ class PictureCommands(Commands, Worker):
         request, now = self._request, (self._editing.seen_shot.source, self._editing.frame)
         if request is not None and (request.source, request.frame) != now:
             self._request = None
-            self._say(f"The frame was left before its picture was complete: not {request.words}.")
+            self._say(
+                f"The frame changed before its picture was complete: {request.words} was cancelled."
+            )
         elif request is not None and (shown := self._whole()) is not None:
             self._request = None
             self._say(f"{request.words.capitalize()} ...")

@@ -140,7 +140,7 @@ class Preferences:
                 with suppress(InputError):  # missing or damaged: write everything again
                     now = merged(_remembered(read_json(path))[0], before, now)
                 text = json.dumps(record_to_json(now), indent=2) + "\n"
-                write_whole(path, text.encode(), FOR_THE_USER)  # it names opened files
+                write_whole(path, text.encode(), FOR_THE_USER)  # private: it names opened files
         except (OSError, InputError) as error:
             self.path = None
             raise InputError(f"Preferences cannot be saved: {error}") from error

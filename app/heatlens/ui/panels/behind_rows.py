@@ -10,8 +10,8 @@ from heatlens.plate.plate import BehindReport
 from heatlens.ui import probe, theme, widgets
 
 _TIP = (
-    "Pictures with depth of the same camera: what the lens uncovers behind a silhouette is then "
-    "known instead of guessed."
+    "Pictures with depth from the same camera. They show what the lens sees behind silhouettes, "
+    "which is guessed otherwise."
 )
 
 
@@ -39,7 +39,7 @@ def behind_rows(
 
 def _row(text: str, report: BehindReport | None) -> bool:
     """Draw one file with what it adds; return True if the user removes it."""
-    is_removed = widgets.small_button(f"x##{text}", f"remove {text}", f"Take {text} away")
+    is_removed = widgets.small_button(f"x##{text}", f"remove {text}", f"Remove {text}")
     imgui.same_line()
     imgui.text_wrapped(printable(Path(text).name))
     if report is not None:

@@ -22,7 +22,7 @@ _ROUNDS = (1.0, 2.0, 5.0), (1.5, 3.0, 7.0), (4.0, 6.0, 8.0), (2.5, 9.0)
 _ENGRAVED = tuple(1.0 + 0.1 * i for i in range(90))  # ticks without labels
 _ENGRAVED_MOST = 200  # fine ticks on a scale, at most
 _DECADES = 4  # powers of ten from the near end on; farther distances look like infinity
-_INCHES_UNDER = 9.5  # no ten inches, which would leave no room for one foot
+_INCHES_UNDER = 9.5  # 10 inches would leave no room for 1 foot
 INFINITY = "inf"
 _LEAST_LABEL_M = 0.01  # smallest label, if the entrance pupil lies behind the film plane
 

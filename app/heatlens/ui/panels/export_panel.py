@@ -94,7 +94,7 @@ def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSetti
     if settings.is_linear:
         return settings
     with_guides = widgets.check("guides and desqueeze of the window", settings.with_guides)
-    widgets.tip_above("Draws what the Guides tab draws over the picture into the files.")
+    widgets.tip_above("Draws the guides of the Guides tab into the files too.")
     return replace(settings, with_guides=with_guides)
 
 

@@ -21,9 +21,9 @@ from heatlens.ui.probe import Rect
 _HEIGHT_EM, _PART_MOST = 5.4, 0.25  # height, and its largest share of the room under the menus
 _FIGURES_EM, _SCALE_EM, _EDGE_EM = 1.55, 1.45, 0.9  # heights of the lines, room at the ends
 _MINOR_EM = 0.2  # length of the fine ticks
-_REACH_EM = 0.4  # how near the pointer must be to what it points at
-_FOCUS_PART = 1.15  # size of the figure of the focus, as a share of the others
-_GAP_EM = 0.45  # between figures
+_REACH_EM = 0.4  # largest distance between the pointer and its target
+_FOCUS_PART = 1.15  # size of the focus figure relative to the others
+_GAP_EM = 0.45  # gap between figures
 _NEEDLE_EM, _GHOST_EM, _LINE_EM = 0.17, 0.1, 0.067  # widths of lines
 
 
@@ -66,7 +66,7 @@ class _Bar:
         self._draw = imgui.get_window_draw_list()
         self._left = corner.x + _EDGE_EM * self._em
         self._width = max(size.x - 2 * _EDGE_EM * self._em, 1.0)
-        self._top = corner.y + _FIGURES_EM * self._em  # of the groove
+        self._top = corner.y + _FIGURES_EM * self._em  # top of the groove
         self._bottom = max(corner.y + size.y - _SCALE_EM * self._em, self._top + 1.0)
         self._flags = self._placed_flags()
         right = self._left + self._width
@@ -90,10 +90,14 @@ class _Bar:
     def _placed_flags(self) -> list[tuple[str, float, Rect]]:
         """Return names, distances and rectangles of the marks' flags that touch no other."""
         flags, end, em = [], self._left + self._width, self._em
-        free_x = [self._left] * max(int((self._bottom - self._top) / em), 1)  # in each row
+        free_x = [self._left] * max(
+            int((self._bottom - self._top) / em), 1
+        )  # the first free x in each row
         for name, distance_m in sorted(self._marks, key=lambda mark: mark[1]):
             x, width = self._x_at(distance_m), widgets.text_width(printable(name)) + 0.6 * em
-            x = x - width if x + width > end else x  # at the far end it flies to the left
+            x = (
+                x - width if x + width > end else x
+            )  # the flag of a mark near the right end points left
             row = next((row for row, free in enumerate(free_x) if x >= free), None)
             if row is not None:
                 y = self._top + row * em
@@ -198,7 +202,7 @@ class _Bar:
         x, em = imgui.get_mouse_pos().x, self._em
         words = self._pointed_words(x)
         if words == self._words(self.lens.focus_distance_m):
-            return  # it stands there already
+            return  # the needle already shows it
         width = widgets.text_width(words)
         self._line(x, theme.colors.text_dim)
         x0, gap = x - width / 2, _GAP_EM * em

@@ -70,7 +70,7 @@ def _desqueeze(guides: Guides, squeeze: float, say: Callable[[str], None]) -> Gu
 def _peaking(view: ViewState) -> ViewState:
     peaking = view.peaking
     view = replace(view, is_peaking=widgets.check("colour what is in focus", view.is_peaking))
-    tip = "The edges of what is in focus as the picture shows them, or all of it by its distance."
+    tip = "Colour the visible edges of objects in focus, or everything whose distance is in focus."
     on = widgets.pick_one("colours", peaking.on, tip)
     color = widgets.choice("in", peaking.color, list(PEAKING_COLORS))
     stops = peaking.stops

@@ -125,7 +125,7 @@ def _limits(lens: Lens, unit: str) -> None:
             imgui.text(words)
         imgui.end_table()
     limit_um = 1e3 * lens.coc_limit_mm
-    widgets.tooltip(f"What blurs to less than {limit_um:.0f} µm on the sensor is sharp.")
+    widgets.tooltip(f"A blur of less than {limit_um:.0f} µm on the sensor counts as sharp.")
 
 
 def _aperture(lens: Lens, facts: LensFacts, say: Say) -> Lens:
@@ -195,7 +195,7 @@ def film_back_panel(lens: Lens, say: Say) -> Lens:
 
 def _film_back(lens: Lens, say: Say) -> Lens:
     lens = _measured(_model(_sensor(lens, say)), say)
-    tip = "Anamorphic: how many times as tall as wide discs are."
+    tip = "Anamorphic squeeze: the height of the discs divided by their width."
     lens = replace(lens, squeeze=widgets.slider("squeeze", lens.squeeze, 1.0, 2.0, "%.2f x", tip))
     tip = "Acceptable circle of confusion on the sensor; 1/1500 of its width unless set."
     ends = 1.0, 500.0
@@ -242,15 +242,15 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
     """Draw the settings of the blur; return them as the user left them."""
     imgui.separator_text("Blur")
     tip = (
-        "diffusion is heatlens's own; the others are for comparison, and use no bokeh or layers. "
+        "diffusion is heatlens's own; the others are for comparison, and ignore bokeh and layers. "
         "accumulation and raytraced render a 3D scene through the whole lens."
     )
     method = widgets.pick_one("method", settings.method, tip, barred_methods(has_many_views))
     if settings.method.needs_scene:
         settings = _views(settings)
-    quality_tip = "How finely the blur is computed, never how much there is."
+    quality_tip = "How accurately the blur is computed; its size stays the same."
     layers = {None: "as quality says"} | {n: str(n) for n in _whole_numbers("layers")}
-    tip = "Of the lens: surfaces behind the focus overlap rightly where those behind are known."
+    tip = "Parts of the lens. More make surfaces behind the focus overlap correctly where known."
     return replace(
         settings,
         method=method,

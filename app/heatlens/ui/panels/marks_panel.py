@@ -21,10 +21,10 @@ _NAME_EM, _NAME_LEAST_EM, _DISTANCE_EM = 5.0, 3.2, 4.4
 _ROW_EM = 14.0  # width of a row without its name
 _PULL = "pull focus"
 _HERE = "here"
-_RADIUS_EM = 0.33  # of the ring around a point
+_RADIUS_EM = 0.33  # radius of the ring around a point
 _PULL_MOST = 100_000  # frames
 _FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
-_PART_TIP = "Which part of the thing is measured: its middle, or its nearest part."
+_PART_TIP = "The part of the object that is measured: its middle, or its nearest part."
 
 
 def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
@@ -74,9 +74,9 @@ def _meaning(mark: Mark) -> str:
     if isinstance(mark, ObjectMark):
         return f"The middle of {mark.object_name}, at this frame"
     if isinstance(mark, MatteMark):
-        return f"The {mark.part} of what is seen of {mark.matte}, at this frame"
+        return f"{str(mark.part).capitalize()} of the visible {mark.matte}, at this frame"
     is_point = isinstance(mark, PointMark)
-    return "What is seen at its point, at this frame" if is_point else "At every frame"
+    return "The surface at its point, at this frame" if is_point else "At every frame"
 
 
 def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
@@ -156,7 +156,7 @@ def _pull_fields(desk: TimeDesk) -> None:
     commands.pull_shape = widgets.pick_one("as", commands.pull_shape)
     if commands.pull_shape is not PullShape.LINEAR:
         ease = commands.pull_ease_percent
-        tip = "0 starts and stops at once, 100 lingers longest"
+        tip = "0 starts and stops abruptly, 100 most gently"
         commands.pull_ease_percent = widgets.slider("ease", ease, 0.0, 100.0, "%.0f %%", tip)
     if commands.pull_past_end:
         imgui.text_wrapped(commands.pull_past_end)

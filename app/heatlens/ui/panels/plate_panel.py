@@ -26,8 +26,8 @@ _CONVENTIONS = {convention: convention.facts.label for convention in DepthConven
 _KINDS = {kind: kind.label for kind in DepthKind}
 _NEIGHBOURS = {None: "automatic", 0: "none"} | {it: f"{it} on either side" for it in (1, 2, 4, 8)}
 _NEIGHBOURS_TIP = (
-    "Frames of the sequence that show what is hidden here. Automatic: 2 on either side, where the "
-    "headers tell the camera."
+    "Other frames of the sequence, used to see what is hidden here. Automatic: 2 on either side if "
+    "the headers have the camera."
 )
 _UNITS = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e3: "km", FOOT_M: "ft", INCH_M: "in"}
 Say = Callable[[str], None]
@@ -118,7 +118,7 @@ def _file(facts: PlateFacts) -> None:
     _row("folder", str(plate.path.absolute().parent))
     data, display = plate.data_window, plate.display_window
     ratio = plate.pixel_aspect_ratio
-    pixels = "" if ratio == 1.0 else f", pixels {ratio:g} x as wide as tall"
+    pixels = "" if ratio == 1.0 else f", pixel aspect {ratio:g}"
     _row("size", f"{display.width} x {display.height}{pixels}")
     if data != display:
         at = f"{data.x0 - display.x0}, {data.y0 - display.y0}"
@@ -153,7 +153,7 @@ def _row(name: str, text: str) -> None:
 
 
 def _distance(distance_m: float, unit: str) -> str:
-    return "nothing hit" if math.isinf(distance_m) else format_distance(distance_m, unit)
+    return "no surface" if math.isinf(distance_m) else format_distance(distance_m, unit)
 
 
 def _pixels(count: int, plate: Plate) -> str:
@@ -183,7 +183,7 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
             probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
     options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))
-    tip = "Single pixels far brighter than their neighbours, as path tracers leave."
+    tip = "Removes single pixels far brighter than their neighbours, a fault of path tracers."
     despike = widgets.check("take out bright grains", options.despike, tip=tip)
     options = replace(options, despike=despike)
     if not plate.views:
@@ -202,7 +202,7 @@ def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
 
 
 def _distance_field(name: str, value: float | None, unit: str, say: Say) -> float | None:
-    tip = "Distance of this end of a depth of 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
+    tip = "The distance at this end of the range 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
     widgets.label(name, tip)
     shown = "" if value is None else format_distance(value, unit)
     return widgets.text_field(name, shown, value, widgets.optional(_parse_end_m), say)

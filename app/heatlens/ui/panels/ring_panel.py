@@ -19,13 +19,13 @@ from heatlens.session.loop.messages import Problem
 from heatlens.ui import probe, theme, widgets
 
 Say = Callable[[str], None]
-_LETTERS = 8  # of the number of a sender
+_LETTERS = 8  # shown characters of a sender's number
 _FIRST_HEARD = "first one heard"
 _NONE = "nothing"
 _FROM_CAMERA = "as sent by the camera"  # sent in metres, stops or mm, so no channel is needed
 _LEARN_EM = 4.0
 _BEND_TIP = "Above 1 the ring turns slowly at its first end, below 1 slowly at its last."
-_ENDS_TIP = "The lens value at both ends of the control, with what the control sends there."
+_ENDS_TIP = "The lens value at each end of the control, and the value that the control sends there."
 
 
 def ring_panel(hand: RingHand, unit: str, say: Say) -> None:

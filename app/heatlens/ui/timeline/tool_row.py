@@ -68,7 +68,7 @@ def _draw(tools: Sequence[Tool]) -> None:
 def _more(name: str, tools: Sequence[Tool]) -> None:
     """Draw the button and, while it is open, the popup: a line each, buttons in one line."""
     popup = f"more of the {name}"
-    tip = "More controls, which have no room here"
+    tip = "More controls that do not fit here"
     if widgets.button(f"{_MORE}##{name}", f"more {name}", tip):
         imgui.open_popup(popup)
     if imgui.begin_popup(popup):
@@ -81,11 +81,11 @@ def _more(name: str, tools: Sequence[Tool]) -> None:
 
 
 def button_width(words: str) -> float:
-    """Return how wide a button with these words is."""
+    """Return the width of a button with this label."""
     return float(imgui.calc_text_size(words).x + 2 * imgui.get_style().frame_padding.x)
 
 
 def checkbox_width(words: str) -> float:
-    """Return how wide a box to tick is with the words behind it."""
+    """Return the width of a checkbox with its label."""
     gap = imgui.get_style().item_inner_spacing.x
     return float(imgui.get_frame_height() + gap + imgui.calc_text_size(words).x)
