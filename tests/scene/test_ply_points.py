@@ -112,3 +112,16 @@ def test_a_file_with_polygons_that_is_cut_short_is_told(tmp_path):
     (tmp_path / "a.ply").write_bytes(header("binary_little_endian", 5, (), more) + data)
     with pytest.raises(InputError, match=r"a\.ply is damaged"):
         read_scene(tmp_path / "a.ply")
+
+
+def test_splats_are_said_to_be_splats_and_have_their_colours(tmp_path):
+    """Programs write normals of 0 beside them, by which no disc can be turned."""
+    names = ("nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "rot_0")
+    more = [f"property float {name}" for name in names]
+    rows, data = cloud(4, more, (0, 0, 0, 1.7724539, -1.7724539, 0.0, 1, 0, 1))
+    (tmp_path / "a.ply").write_bytes(data)
+    scene = read_scene(tmp_path / "a.ply")
+    (mesh,) = scene.meshes
+    assert any("Gaussian splats" in note for note in scene.notes)
+    assert scene.triangle_count == 32 * len(rows)
+    np.testing.assert_allclose(mesh.colors[0], (1.0, 0.0, 0.214041), atol=1e-4)

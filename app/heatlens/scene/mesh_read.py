@@ -24,11 +24,15 @@ from heatlens.base.printable import one_line
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.obj_files import FilesBeside
 from heatlens.scene.picture_read import read_picture
-from heatlens.scene.ply_strips import point_normals, strip_triangles, triangulated
+from heatlens.scene.ply_strips import point_normals, splat_colors, strip_triangles, triangulated
 from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
 from heatlens.scene.scene import Instance, Material, Mesh, Scene
 
 _CUTOFF = 0.5
+_SPLATS = (
+    "These are Gaussian splats, which heatlens cannot draw: each is a small solid of its colour, "
+    "without its size, direction and transparency. Render them as plates with depth instead."
+)
 _FAR_MOST = 1e9  # nothing can be drawn beyond this distance
 
 
@@ -100,6 +104,10 @@ class _Reading:
         if not is_seen.any():
             return
         normals, colors = point_normals(geometry), _point_colors(geometry)
+        splats = splat_colors(geometry)
+        if splats is not None:
+            normals, colors = None, _linear(splats)  # their normals are all 0
+            self.notes[_SPLATS] = None
         facing = None if normals is None else normals[is_seen]
         drawn = drawn_points(positions[is_seen], None, facing)
         if np.count_nonzero(is_seen) > POINTS_MOST:

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 _NORMAL = ("nx", "ny", "nz")
+_SPLAT = ("f_dc_0", "f_dc_1", "f_dc_2")
+_HARMONIC = 0.28209479  # of degree 0: 1 / (2 sqrt(pi))
 _END = b"end_header\n"
 _TYPES = {
     "char": "i1",
@@ -55,8 +57,23 @@ def strip_triangles(cloud: object) -> NDArray[np.int64] | None:
 
 def point_normals(cloud: Any) -> NDArray[np.float64] | None:
     """Return the normals (V, 3) of the points in a PLY, or None."""
+    return _columns(cloud, _NORMAL)
+
+
+def splat_colors(cloud: Any) -> NDArray[np.float64] | None:
+    """Return the colours (V, 3), sRGB values of 0 to 1, of Gaussian splats; None for other points.
+
+    The constant term of their spherical harmonics, as the program of Kerbl et al. writes it ("3D
+    Gaussian Splatting for Real-Time Radiance Field Rendering", 2023).
+    """
+    told = _columns(cloud, _SPLAT)
+    return None if told is None else np.clip(0.5 + _HARMONIC * told, 0.0, 1.0)
+
+
+def _columns(cloud: Any, names: tuple[str, ...]) -> NDArray[np.float64] | None:
+    """Return these properties (V, N) of the points in a PLY; None if one is missing."""
     told, count = _element(cloud, "vertex"), len(cloud.vertices)
-    columns = [_numbers(_column(told, name)) for name in _NORMAL]
+    columns = [_numbers(_column(told, name)) for name in names]
     if any(len(column) != count for column in columns):
         return None
     return np.stack(columns, axis=1)
