@@ -4,7 +4,6 @@ import argparse
 import sys
 from threading import Event
 
-from heatlens.base.errors import InputError
 from heatlens.base.folders import preferences_dir, rendered_frames_dir
 from heatlens.base.stop_signals import StopSignals
 from heatlens.commands.options.share_options import add_share_options, share_options_of
@@ -15,6 +14,9 @@ from heatlens.render import headless_renderer
 from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.start import Start
+from heatlens.share.headless import HeadlessLoop
+from heatlens.share.links import Role
+from heatlens.share.sharing import Sharing, code_for_terminal
 
 HELP = "share a picture with tablets and browsers, without a window"
 DESCRIPTION = """\
@@ -61,24 +63,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _serve(args: argparse.Namespace, start: Start) -> None:
-    options = share_options_of(args, args.address)
+    sharing, news = Sharing(share_options_of(args, args.address)), Event()
+    sharing.shared.wake = news.set
+    sharing.begin(say)
     try:
-        from heatlens.share.headless import HeadlessLoop
-        from heatlens.share.shared import Shared
-        from heatlens.share.sharing import code_for_terminal, opened_server, words_of
-    except ImportError as error:
-        raise InputError(
-            f"Nothing can be shared ({error}): pip install 'heatlens[share]' has what it needs."
-        ) from error
-    news = Event()
-    shared = Shared(wake=news.set)
-    server = opened_server(options, shared, say)
-    try:
-        tell("\n".join(words_of(server)), keep="\n")
-        if sys.stdout.isatty():
-            from heatlens.share.links import Role
-
-            tell(code_for_terminal(server.link(Role.HAND)), keep="\n\x1b")
+        _tell_links(sharing)
         renderer = headless_renderer()
         preferences = Preferences.load(preferences_dir())
         session = Session(
@@ -87,8 +76,16 @@ def _serve(args: argparse.Namespace, start: Start) -> None:
         )
         session.begin()
         with StopSignals(news.set) as stops:
-            HeadlessLoop(session, shared, news).run(lambda: bool(stops.number))
+            HeadlessLoop(session, sharing.shared, news).run(lambda: bool(stops.number))
         session.close()
         stops.raise_if_stopped()
     finally:
-        server.close()
+        sharing.end()
+
+
+def _tell_links(sharing: Sharing) -> None:
+    """Print both links, and on a terminal a code to scan."""
+    tell(f"Turn the lens at   {sharing.link(Role.HAND)}")
+    tell(f"Only look at it at {sharing.link(Role.LOOK)}")
+    if sys.stdout.isatty():
+        tell(code_for_terminal(sharing.link(Role.HAND)), keep="\n\x1b")

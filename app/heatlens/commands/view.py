@@ -24,6 +24,7 @@ from heatlens.commands.options.scene_options import (
     placing_of,
     timing_of,
 )
+from heatlens.commands.options.share_options import add_share_options, share_options_of
 from heatlens.commands.options.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.output.pipes import DASH, file_of_input
 from heatlens.commands.output.say import say
@@ -36,6 +37,7 @@ from heatlens.live.ring.sender import LensSender
 from heatlens.live.stream.address import DEFAULT_PORT, parse_address
 from heatlens.scene.scene_name import DEMO, is_demo
 from heatlens.session.files.window_door import hand_over
+from heatlens.share.sharing import Sharing
 from heatlens.source.named import source_named
 
 if TYPE_CHECKING:
@@ -67,6 +69,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="open another window; otherwise, if one is running and no options are given, that "
         "one opens the file",
     )
+    parser.add_argument(
+        "--share",
+        nargs="?",
+        const="",
+        metavar="HOST[:PORT]",
+        help="let tablets and browsers turn the lens too, on this address of this machine "
+        "(default: for this machine alone, port 8870); see `heatlens serve --help`",
+    )
+    add_share_options(parser)
     add_view_options(parser)
 
 
@@ -131,7 +142,7 @@ def _is_handed_over(args: argparse.Namespace) -> bool:
 
     Raises InputError for files that cannot be opened, as a new window would.
     """
-    if not args.plate or args.new_window or given(args, add_view_options):
+    if not args.plate or args.new_window or args.share is not None or given(args, add_view_options):
         return False
     _require(args.plate)
     name = args.plate if is_demo(args.plate) else os.path.abspath(os.path.expanduser(args.plate))
@@ -158,7 +169,14 @@ def _open(args: argparse.Namespace) -> int:
             "pip install 'heatlens[gui]', and on Debian or Ubuntu: apt-get install libgl1 libegl1. "
             "`heatlens render` works without."
         ) from error
-    return open_with(args, run_window)
+    if args.share is None:
+        return open_with(args, run_window)
+    sharing = Sharing(share_options_of(args, args.share))
+    sharing.begin(say)  # before the window opens, so that a wrong address is told at once
+    try:
+        return open_with(args, lambda start: run_window(start, sharing))
+    finally:
+        sharing.end()
 
 
 def open_with(args: argparse.Namespace, show: Callable[["Start"], None]) -> int:

@@ -72,18 +72,11 @@ class HeadlessLoop:
         session.time.scheduler.update()
         session.editing.rest(is_held=bool(self._shared.hands.holder))
         session.pictures.color.apply(session.facts.view, self._screen)
-        self._tap.publish(self._key(), self._seen)
+        self._tap.publish(self._tap.key(self._screen.transform_version), self._seen)
         session.drawn()
         picture_s = session.pictures.live.request_s - picture_s
         is_held = bool(self._shared.hands.holder)
         session.time.speed.frame(time.perf_counter() - started, picture_s, is_held)
-
-    def _key(self) -> object:
-        """Return a key that changes with the picture on the pages."""
-        facts, scheduler = self._session.facts, self._session.time.scheduler
-        view = facts.view.exposed_through(facts.lens)
-        look = view, self._screen.transform_version
-        return scheduler.picture_key, facts.seen, facts.frame, look
 
     def _seen(self) -> Seen | None:
         """Return the picture as the window would show it; None while there is none."""

@@ -63,7 +63,6 @@ class ShareServer:
         self._clients: set[Client] = set()
         self._counted = 0
         self._silent: set[web.RequestHandler] = set()  # connections that have asked for nothing
-        self._loop = asyncio.new_event_loop()
         self._end = asyncio.Event()
         self._thread = Thread(target=self._run, name="share", daemon=True)
         self._is_up = Event()
@@ -81,6 +80,7 @@ class ShareServer:
         self._origins = {f"{self.address.scheme}://{host}" for host in self._hosts}
         web_socket = self.address.url(self.port).replace("http", "ws", 1).rstrip("/")
         self._headers = {name: value.format(socket=web_socket) for name, value in _HEADERS.items()}
+        self._loop = asyncio.new_event_loop()
         self._shared.announce = self._announce
         self._thread.start()
         self._is_up.wait(_START_S)
@@ -212,9 +212,11 @@ class ShareServer:
     def _count(self) -> None:
         """Tell the loop how many clients there are, and how many can take a picture."""
         here = [client for client in self._clients if client.greeted]
+        is_other = len(here) != self._shared.clients
         self._shared.clients = len(here)
         self._shared.waiting = sum(client.is_ready for client in here)
-        self._shared.wake()
+        if is_other or self._shared.is_behind:
+            self._shared.wake()
 
     def _tell_clients(self) -> None:
         for client in self._clients:

@@ -40,6 +40,7 @@ class Shared:
     picture   the newest picture; None before the first
     waiting   the number of clients that could take a newer picture now
     clients   the number of clients
+    is_behind there is a newer picture, which no client could take when it was new
     """
 
     wake: Callable[[], None] = _nothing
@@ -49,6 +50,7 @@ class Shared:
     picture: Picture | None = None
     waiting: int = 0
     clients: int = 0
+    is_behind: bool = False
     _asked: deque[_Asked] = field(default_factory=deque)
 
     # For the server

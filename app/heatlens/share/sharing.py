@@ -1,43 +1,80 @@
-"""Begin and end the sharing of a session, and tell its links."""
+"""Begin and end the sharing of a session, and tell its links.
+
+The libraries that it needs are imported on use, so that a window without them still opens.
+"""
 
 import io
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-import segno
-
+from heatlens.base.errors import InputError
 from heatlens.base.folders import preferences_dir
 from heatlens.share.address import ShareOptions
 from heatlens.share.links import Role, kept_links
-from heatlens.share.server import ShareServer
 from heatlens.share.shared import Shared
+
+if TYPE_CHECKING:
+    from heatlens.share.server import ShareServer
 
 _LINKS_FILE = "share.json"
 
 
-def opened_server(options: ShareOptions, shared: Shared, log: Callable[[str], None]) -> ShareServer:
-    """Return a server that listens. Raises InputError with what would help."""
-    links = kept_links(preferences_dir() / _LINKS_FILE, options.has_new_links)
-    server = ShareServer(options.address, links, shared, log)
-    server.start()
-    return server
+class Sharing:
+    """The server of a session, which is open from `begin` to `end`."""
+
+    def __init__(self, options: ShareOptions | None = None) -> None:
+        """Share with `options` once it begins; None for the usual ones."""
+        self._options = options or ShareOptions()
+        self.shared = Shared()
+        self._server: ShareServer | None = None
+
+    def begin(self, log: Callable[[str], None]) -> None:
+        """Listen; `log` gets a line for each client. Raises InputError with what would help."""
+        try:
+            from heatlens.share.server import ShareServer
+        except ImportError as error:
+            raise InputError(
+                f"Nothing can be shared ({error}): pip install 'heatlens[share]' has what it needs."
+            ) from error
+        links = kept_links(preferences_dir() / _LINKS_FILE, self._options.has_new_links)
+        server = ShareServer(self._options.address, links, self.shared, log)
+        server.start()
+        self._server = server
+
+    def end(self) -> None:
+        """End all connections; does nothing if nothing is shared."""
+        if self._server is not None:
+            self._server.close()
+        self._server = None
+
+    @property
+    def is_on(self) -> bool:
+        """True while a server listens."""
+        return self._server is not None
+
+    def link(self, role: Role) -> str:
+        """Return the link of a role; "" while nothing is shared."""
+        return "" if self._server is None else self._server.link(role)
+
+    def who(self) -> str:
+        """Return in words who is here, and which page has the lens."""
+        hands, lookers = (0, 0) if self._server is None else self._server.who()
+        holder = self.shared.hands.holder
+        return f"Shared: {hands} + {lookers} looking{f', {holder}' if holder else ''}"
 
 
 def squares_of(link: str) -> tuple[tuple[bool, ...], ...]:
     """Return the rows of a QR code for a link; True is dark. A quiet border is part of it."""
+    import segno
+
     rows = segno.make(link, error="l").matrix_iter(border=4)
     return tuple(tuple(bool(square) for square in row) for row in rows)
 
 
 def code_for_terminal(link: str) -> str:
     """Return a QR code as text of half blocks."""
+    import segno
+
     text = io.StringIO()
     segno.make(link, error="l").terminal(text, border=2, compact=True)
     return text.getvalue()
-
-
-def words_of(server: ShareServer) -> tuple[str, str]:
-    """Return the two links in words."""
-    return (
-        f"Turn the lens at   {server.link(Role.HAND)}",
-        f"Only look at it at {server.link(Role.LOOK)}",
-    )

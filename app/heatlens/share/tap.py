@@ -41,6 +41,12 @@ class Tap:
             return
         self._shared.publish(self._page.now(), self._picture(key, look))
 
+    def key(self, transform_version: int) -> object:
+        """Return a key that changes with the picture, under this version of the view transform."""
+        facts, scheduler = self._session.facts, self._session.time.scheduler
+        view = facts.view.exposed_through(facts.lens)
+        return scheduler.picture_key, facts.seen, facts.frame, view, transform_version
+
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until the picture at rest is due; None if it has been sent."""
         now = self._shared.picture
@@ -58,6 +64,7 @@ class Tap:
     def _picture(self, key: object, look: Callable[[], Seen | None]) -> Picture | None:
         """Return the newest picture, with the last pixels where only the rest is new."""
         last, now = self._shared.picture, self._clock()
+        self._shared.is_behind = key != self._key and not self._shared.waiting
         if key != self._key and self._shared.waiting:
             found = look()
             if found is None:

@@ -57,6 +57,7 @@ def _window_commands(ui: UiState) -> Iterator[Command]:
         yield Command(name, "File", partial(ui.dialogs.ask, PURPOSES[purpose].key))
     yield Command("Save shot", "File", partial(_save_shot, ui))
     yield Command("Export...", "File", partial(_show_export, ui))
+    yield Command("Share with a tablet...", "File", ui.sharing.ask)
     yield Command("Quit", "File", ui.quit)
     yield Command("Rendered frames...", "Play", ui.timeline.open_frames)
     yield Command("Pull focus...", "Animate", ui.open_pull)

@@ -43,6 +43,7 @@ def menu_bar(files: FileDesk, ui: UiState, actions: Sequence[Action]) -> Action 
                     picked = _open_recent(files, ui) or picked
             imgui.end_menu()
         probe.note(f"menu {menu}")
+    ui.sharing.draw_in_menu_bar()
     imgui.end_main_menu_bar()
     return picked
 

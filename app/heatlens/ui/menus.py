@@ -27,6 +27,8 @@ File
   Pull sheet...
   Copy picture                          Ctrl+C
   -
+  Share with a tablet...
+  -
   Quit                                  Ctrl+Q
 Edit
   Undo                                  Ctrl+Z          repeats

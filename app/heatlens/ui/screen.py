@@ -12,6 +12,7 @@ from heatlens.session.live.pull_recording import RecordingState
 from heatlens.session.marks.lessons import Lessons
 from heatlens.session.playing.kept_screen import KeptScreen
 from heatlens.session.session import Session
+from heatlens.share.sharing import Sharing
 from heatlens.ui import topmost
 from heatlens.ui.action_list import actions
 from heatlens.ui.actions import Action, in_order, opens, pressed
@@ -24,6 +25,7 @@ from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
 from heatlens.ui.seek import forget_after_click
 from heatlens.ui.setting_places import setting_places, settings
+from heatlens.ui.sharing import WindowSharing
 from heatlens.ui.start.start_screen import hears_keys
 from heatlens.ui.state import UiState
 from heatlens.ui.status_bar import StatusBar
@@ -37,13 +39,21 @@ _START_SCREEN_MENUS = ("File", "Window", "Help")
 class Screen:
     """Draws a Session with ImGui; all lasting state is in the session."""
 
-    def __init__(self, session: Session, wake: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        session: Session,
+        wake: Callable[[], None] = lambda: None,
+        sharing: Sharing | None = None,
+    ) -> None:
         """Create the screen; threads call `wake` to have the window drawn again."""
         self._session = session
         self._door = door = Door(session)
         files, time, pictures = session.files, session.time, session.pictures
         say, facts = session.messages.say, session.facts
-        self.ui = UiState(session.editing, time, files, session.preferences, say, wake)
+        self.sharing = WindowSharing(session, sharing or Sharing(), wake)
+        self.ui = UiState(
+            session.editing, time, files, session.preferences, say, wake, self.sharing
+        )
         self.actions = actions(door.commands, self.ui)
         self.typed: Sequence[imgui.Key] = ()  # keys that went down in this frame, in their order
         self._pictures = ScreenPictures(pictures.renderer.ctx)
@@ -76,6 +86,10 @@ class Screen:
         except HeatlensError as error:
             _close_what_is_open(state)
             self._session.say_error(error)
+
+    def publish(self) -> None:
+        """Give the picture of this frame to the pages that share it."""
+        self.sharing.publish(self.picture.pictures, self._pictures.transform_version)
 
     def _draw(self, is_seen: bool) -> None:
         session = self._session
@@ -151,6 +165,7 @@ class Screen:
         export = session.files.exports.run.state
         quit_question(ui, export_words(export), "" if export is None else export.when_stopped)
         ui.dialogs.draw()
+        self.sharing.draw_popup()
 
     def _palette(self) -> Action | None:
         """Draw the palette, which also lists settings if a picture is open."""

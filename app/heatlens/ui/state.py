@@ -10,6 +10,7 @@ from heatlens.session.shot.editing import Editing
 from heatlens.ui.appearance import ThemeChoice, UiScale
 from heatlens.ui.files.file_browser import FileDialogs
 from heatlens.ui.palette import Palette
+from heatlens.ui.sharing import WindowSharing
 from heatlens.ui.timeline.view import TimelineView
 
 # The names of the panels on their tabs and in the menu.
@@ -40,10 +41,12 @@ class UiState:
         files: FileDesk,
         preferences: Preferences,
         say: Callable[[str], None],
-        wake: Callable[[], None] = lambda: None,
+        wake: Callable[[], None],
+        sharing: WindowSharing,
     ) -> None:
         """Create the state; threads call `wake` to have the window drawn again."""
         self.files = files
+        self.sharing = sharing
         self.say = say
         self._timeline = time.timeline
         self._preferences = preferences

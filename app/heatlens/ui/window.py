@@ -25,6 +25,7 @@ from heatlens.session.session import Session
 from heatlens.session.settings.preferences import WINDOW_LEAST, Preferences, Remembered
 from heatlens.session.settings.ui_sizes import fitted_size
 from heatlens.session.shot.start import Start
+from heatlens.share.sharing import Sharing
 from heatlens.ui import theme
 from heatlens.ui.clean_feed import CleanFeed, fill_screen
 from heatlens.ui.export_bar import export_title
@@ -45,15 +46,15 @@ _HELP = (
 )
 
 
-def run_window(start: Start) -> None:
-    """Open the window and return when it is closed.
+def run_window(start: Start, sharing: Sharing | None = None) -> None:
+    """Open the window and return when it is closed; `sharing` shares its session.
 
     Raise NoWindowError if none can be opened, and Stopped if Ctrl-C in the terminal closed it.
     """
     preferences = Preferences.load(preferences_dir())
     window = _open_window(preferences.now)
     try:
-        loop = Loop(window, start, preferences)
+        loop = Loop(window, start, preferences, sharing or Sharing())
         with (
             closing(WindowDoor(glfw.post_empty_event)) as door,
             StopSignals(glfw.post_empty_event) as stops,
@@ -107,7 +108,13 @@ def _glfw_error() -> str:
 class Loop:
     """The main loop: draws the screen after events, and renders the picture in between."""
 
-    def __init__(self, window: GlfwHandle, start: Start, preferences: Preferences) -> None:
+    def __init__(
+        self,
+        window: GlfwHandle,
+        start: Start,
+        preferences: Preferences,
+        sharing: Sharing | None = None,
+    ) -> None:
         self._window = window
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = self._drawn_at = 0.0
@@ -126,7 +133,7 @@ class Loop:
         self._show_background()  # a window manager may have changed its size
         if isinstance(start.lens_in, PadInput):
             start.lens_in.read = pad_axes
-        self._screen = Screen(self._session, glfw.post_empty_event)
+        self._screen = Screen(self._session, glfw.post_empty_event, sharing)
         self._session.time.speed.has_window = True
         self._input = InputQueue(self._screen.opens)
         self._start_imgui()
@@ -160,6 +167,9 @@ class Loop:
         while not (self._ui.is_over or stops.number):
             self._wait()
             self._open_named(door.take())
+            if self._screen.sharing.follow():
+                self._frames_due = max(self._frames_due, 1)
+                session.time.pull.touched()
             if glfw.window_should_close(self._window):
                 self._input.hurry()
             if glfw.window_should_close(self._window) and not self._input.saves:
@@ -177,6 +187,7 @@ class Loop:
                 self._frames_due += session.time.scheduler.seen_key != self._seen_key
         self._remember()
         self._feed.close()
+        self._screen.sharing.sharing.end()
         session.close()
         imgui.backends.opengl3_shutdown()
         imgui.backends.glfw_shutdown()
@@ -234,6 +245,7 @@ class Loop:
             self._ui.seconds_until_needed(),
             self._screen.picture.alt.seconds_until_needed(),
             self._screen.picture.fade.seconds_until_needed(),
+            self._screen.sharing.seconds_until_needed(),
         ]
         since = time.perf_counter() - self._event_at
         if since < _TOOLTIP_S:
@@ -272,6 +284,7 @@ class Loop:
         self._ui.has_feed = self._feed.draw(
             self._ui.has_feed, picture.pictures, session.facts.view, self._ui.has_feed_labels
         )
+        self._screen.publish()
         self._tell_title()
         seconds = time.perf_counter() - start
         shown = session.pictures.live.shown if session.pictures.live.shown is not before else None

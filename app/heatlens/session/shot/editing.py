@@ -51,6 +51,7 @@ class Editing:
         self._say = say
         self._clock = clock
         self._changed_at = 0.0
+        self.may_turn: Callable[[], bool] = lambda: True  # False while another hand has the lens
 
     @property
     def frame(self) -> int:
@@ -132,7 +133,7 @@ class Editing:
         lasts until the frame changes.
         """
         before = self.lens
-        if lens == before:
+        if lens == before or not self.may_turn():
             return
         with reported(self._say):
             lens = self._within_kit(before, lens)
