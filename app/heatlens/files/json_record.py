@@ -135,9 +135,7 @@ class JsonEntry:
         if get_origin(hint) is tuple:
             return self.row(get_args(hint))
         if get_origin(hint) is Mapping:
-            free = self.value if isinstance(self.value, dict) else ()
-            of = get_args(hint)[1]
-            return {name: entry.of_type(of) for name, entry in self.members(free).items()}
+            return self.by_name(get_args(hint)[1])
         if get_origin(hint) is Literal:
             return self.choice(get_args(hint))
         if hint is OpeningImage:
@@ -148,6 +146,11 @@ class JsonEntry:
             return hint(self.choice([member.value for member in hint]))
         read = {float: self.number, int: self.whole, str: self.text, bool: self.flag}
         return read[hint]()
+
+    def by_name(self, hint: Any) -> dict[str, Any]:
+        """Return an object as a mapping to values of one type; its entries may have any name."""
+        known = self.value if isinstance(self.value, dict) else ()
+        return {name: entry.of_type(hint) for name, entry in self.members(known).items()}
 
     def row(self, hints: tuple[Any, ...]) -> tuple[object, ...]:
         """Return a list as a tuple with these types; `...` at the end allows any length."""

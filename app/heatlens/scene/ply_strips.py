@@ -178,16 +178,16 @@ def _elements(head: bytes) -> list[_Element]:
     found: list[_Element] = []
     order = ""
     for line in head.splitlines():
-        words = line.split()
-        if words[:1] == [b"format"] and len(words) > 1:
-            order = _ORDERS.get(words[1], "")
-        if words[:1] == [b"element"] and len(words) == 3 and words[2].isdigit():
-            found.append(_Element(line, int(words[2]), []))
-        if words[:1] == [b"property"] and found:
-            name, kinds = words[-1].decode("latin-1"), _kinds(words)
-            if not kinds or name in dict(found[-1].properties):
-                return []
-            found[-1].properties.append((name, [order + kind for kind in kinds]))
+        match words := line.split():
+            case [b"format", told, *_]:
+                order = _ORDERS.get(told, "")
+            case [b"element", _, count] if count.isdigit():
+                found.append(_Element(line, int(count), []))
+            case [b"property", *_] if found:
+                name, kinds = words[-1].decode("latin-1"), _kinds(words)
+                if not kinds or name in dict(found[-1].properties):
+                    return []
+                found[-1].properties.append((name, [order + kind for kind in kinds]))
     return found if order else []
 
 

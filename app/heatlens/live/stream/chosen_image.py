@@ -127,8 +127,8 @@ def _depth_beside(
 def _depth_of(image: TevImage, name: str | None, is_coc: bool) -> _DepthBeside | None:
     """Return the depth channel of an image sent as a depth; None for other images."""
     if name is not None and (image.name == name or name.startswith(f"{image.name}.")):
-        key = next((k for k in image.planes if f"{image.name}.{k}" == name), "")
-        return _DepthBeside(image, key or next(iter(image.planes)), name)
+        keys = {f"{image.name}.{key}": key for key in image.planes}
+        return _DepthBeside(image, keys.get(name, next(iter(image.planes))), name)
     ref = _own_depth(image, name, is_coc)
     word = next(filter(DEPTH_WORDS.__contains__, _words(image.name)), "")
     if ref is not None:
