@@ -64,7 +64,7 @@ def test_memory_stays_within_its_bound_and_gives_back_what_was_put(limit, use):
         if what == "put":
             put[number] = picture_of(number, *size)
             store.put(key_of(number), put[number])
-            is_small = put[number].nbytes <= store.limit_bytes
+            is_small = put[number].pixels.nbytes <= store.limit_bytes
             assert (store.get(key_of(number)) is put[number]) == is_small
         elif what == "get":
             assert store.get(key_of(number)) in (None, put.get(number))
@@ -74,12 +74,12 @@ def test_memory_stays_within_its_bound_and_gives_back_what_was_put(limit, use):
             store.clear()
             assert store.bytes_in_use == 0
         held = [store.get(key) for key in store.keys()]
-        assert store.bytes_in_use == sum(picture.nbytes for picture in held)
+        assert store.bytes_in_use == sum(picture.pixels.nbytes for picture in held)
         assert store.bytes_in_use <= store.limit_bytes
 
 
 def test_what_was_not_asked_for_longest_leaves_memory_first():
-    store = MemoryStore(3 * picture_of(0).nbytes)
+    store = MemoryStore(3 * picture_of(0).pixels.nbytes)
     for number in (1, 2, 3):
         store.put(key_of(number), picture_of(number))
     store.get(key_of(1))
@@ -219,7 +219,7 @@ def rendered(number: int) -> RenderedPicture:
 
 
 def test_what_memory_gave_up_comes_back_from_disk(tmp_path):
-    store = FrameStore(MemoryStore(2 * picture_of(0).nbytes), DiskStore(tmp_path, 10**6))
+    store = FrameStore(MemoryStore(2 * picture_of(0).pixels.nbytes), DiskStore(tmp_path, 10**6))
     for number in (1, 2, 3):
         store.put(key_of(number), rendered(number))
     store.wait()
@@ -261,7 +261,7 @@ def test_a_folder_that_cannot_be_written_is_said_once_and_memory_goes_on(tmp_pat
 
 
 def test_capacity_is_that_of_the_larger_one():
-    one = picture_of(0).nbytes
+    one = picture_of(0).pixels.nbytes
     memory = MemoryStore(3 * one)
     assert FrameStore(memory).capacity(one) == 3
     both = FrameStore(memory, DiskStore(Path("unused"), 10 * (one + 4096)))

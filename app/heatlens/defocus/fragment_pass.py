@@ -81,7 +81,7 @@ class FragmentPass:
             buffers=buffers | list_buffers(lists),
         )
         for part in self._slices.of(picture.color.size):
-            self._far.version(lists is not None).dispatch_indirect(
+            self._far.version(lists is not None).dispatch(
                 pixels,
                 textures=textures,
                 images={"out_far_img": picture.far, "out_near_img": picture.near},
@@ -90,7 +90,7 @@ class FragmentPass:
             )
             yield
         for part in self._slices.of(picture.color.size):
-            self._near.dispatch_indirect(
+            self._near.dispatch(
                 pixels,
                 textures=textures,
                 images={"far_img": picture.far, "near_img": picture.near},

@@ -213,7 +213,7 @@ class HighlightListPass:
         lists, textures = split.lists, {"high_tx": split.high}
         read = None if lists is None else lists.whole
         planned = {"tally_block": buffers.tally, "plan_block": buffers.plan}
-        self._restore.version(lists is not None).dispatch_indirect(
+        self._restore.version(lists is not None).dispatch(
             buffers.plan,
             offset=20,
             textures=textures if lists is None else textures | {"coc_tx": coc},

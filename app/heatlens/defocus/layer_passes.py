@@ -63,7 +63,7 @@ class LayerSplitPass:
                 "at_infinity_px": lists.line.at_infinity_px,
             }
         for part in self._slices.of(picture.coc.size):
-            self._programs[plan.reduction > 1].version(lists is not None).dispatch_indirect(
+            self._programs[plan.reduction > 1].version(lists is not None).dispatch(
                 out.listed.words,
                 offset=TileList.OF_LAYER,
                 textures=picture.textures(),
@@ -142,7 +142,7 @@ class HiddenFillPass:
         cost = self._cost_programs.with_(MATCHED=bool(match))
         fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=bool(match))
         for part in self._slices.of(layer.color.size):
-            cost.dispatch_indirect(
+            cost.dispatch(
                 scratch.blocks,
                 textures={"layer_tx": layer.color} | compared,
                 images={"out_cost_img": scratch.cost} | out_match,
@@ -152,7 +152,7 @@ class HiddenFillPass:
             yield
         read = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | told | match
         for part in self._slices.of(layer.color.size):
-            fill.dispatch_indirect(
+            fill.dispatch(
                 scratch.blocks,
                 textures=read,
                 images={"layer_img": layer.color, "state_img": layer.state},
@@ -167,9 +167,9 @@ class HiddenFillPass:
         """Mark the hidden `pixels` as not visible, then list the blocks to fill."""
         hidden = {"bits_block": scratch.bits, "pixel_list_block": pixels}
         sized = WHOLE_LIST | {"size": size}
-        self._clear_program.dispatch_indirect(pixels, buffers=hidden, uniforms=sized)
+        self._clear_program.dispatch(pixels, buffers=hidden, uniforms=sized)
         clear_list(scratch.blocks)
-        self._block_program.dispatch_indirect(
+        self._block_program.dispatch(
             pixels,
             buffers=hidden | {"block_list_block": scratch.blocks},
             uniforms=sized | {"slices": self._slices.count(size)},
@@ -237,7 +237,7 @@ class CompositePass:
         if plan.reduction > 1:
             buffers["tile_mask_block"] = mask.words
             uniforms = uniforms | mask.uniforms
-        self._programs[plan.reduction > 1].dispatch_indirect(
+        self._programs[plan.reduction > 1].dispatch(
             listed,
             offset=TileList.OF_PICTURE,
             textures={"layer_tx": blurred.color},

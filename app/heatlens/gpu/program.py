@@ -173,21 +173,7 @@ class ComputeProgram(_Program):
 
     def dispatch(
         self,
-        groups: tuple[int, int] | tuple[int, int, int],
-        *,
-        textures: Mapping[str, Image] | None = None,
-        images: Mapping[str, Image] | None = None,
-        buffers: Mapping[str, StorageBuffer] | None = None,
-        uniforms: Mapping[str, object] | None = None,
-    ) -> None:
-        """Run on `groups` workgroups; raise ShaderError for a name that is not declared."""
-        self._inputs.bind(textures, images, buffers, uniforms)
-        self._program.run(*groups)
-        self._ctx.memory_barrier()
-
-    def dispatch_indirect(
-        self,
-        groups: StorageBuffer,
+        groups: tuple[int, ...] | StorageBuffer,
         *,
         offset: int = 0,
         textures: Mapping[str, Image] | None = None,
@@ -195,12 +181,17 @@ class ComputeProgram(_Program):
         buffers: Mapping[str, StorageBuffer] | None = None,
         uniforms: Mapping[str, object] | None = None,
     ) -> None:
-        """Run on the number of workgroups in three words of `groups`, at `offset` bytes."""
+        """Run on `groups` workgroups, or as many as three words of a buffer say, at `offset` bytes.
+
+        Raises ShaderError for a name that is not declared.
+        """
         self._inputs.bind(textures, images, buffers, uniforms)
-        if isinstance(groups, BufferPart):
-            offset += groups.first
-            groups = groups.whole
-        self._program.run_indirect(groups, offset)
+        if isinstance(groups, tuple):
+            self._program.run(*groups)
+        elif isinstance(groups, BufferPart):
+            self._program.run_indirect(groups.whole, offset + groups.first)
+        else:
+            self._program.run_indirect(groups, offset)
         self._ctx.memory_barrier()
 
 

@@ -35,7 +35,7 @@ class DiskStore(LimitedStore):
 
     def resize(self, limit_bytes: int) -> None:
         """Set another limit, and delete files beyond it at once."""
-        self._limit = limit_bytes
+        self.limit_bytes = limit_bytes
         self._trim(0)
 
     def load(self, key: str) -> KeptPicture | None:
@@ -58,7 +58,7 @@ class DiskStore(LimitedStore):
         Raises InputError if the file cannot be written.
         """
         data = encoded(picture, key)
-        if len(data) > self._limit:
+        if len(data) > self.limit_bytes:
             return
         try:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -92,7 +92,7 @@ class DiskStore(LimitedStore):
             self._sizes = {key: size for key, (_, size) in listed.items()}
         total = sum(size for _, size in listed.values()) + room
         for key in sorted(listed, key=lambda key: listed[key][0]):
-            if total <= self._limit:
+            if total <= self.limit_bytes:
                 break
             self._delete(key)
             total -= listed[key][1]

@@ -50,11 +50,6 @@ class KeptPicture:
     display_window: Box
     pixel_aspect: float = 1.0
 
-    @property
-    def nbytes(self) -> int:
-        """Return the bytes of memory that its pixels take."""
-        return self.pixels.nbytes
-
 
 def half_of(pixels: FloatArray) -> HalfImage:
     """Round float32 pixels to half floats, clamped to the largest half float."""

@@ -19,12 +19,7 @@ class LimitedStore:
     def __init__(self, limit_bytes: int) -> None:
         self._lock = threading.Lock()
         self._sizes: dict[str, int] = {}  # bytes by key; guarded by the lock
-        self._limit = limit_bytes
-
-    @property
-    def limit_bytes(self) -> int:
-        """The largest sum of bytes that the store keeps."""
-        return self._limit
+        self.limit_bytes = limit_bytes  # the largest sum that the store keeps
 
     @property
     def bytes_in_use(self) -> int:
@@ -48,7 +43,7 @@ class MemoryStore(LimitedStore):
     def resize(self, limit_bytes: int) -> None:
         """Set another limit, and drop pictures beyond it at once."""
         with self._lock:
-            self._limit = limit_bytes
+            self.limit_bytes = limit_bytes
             self._trim(limit_bytes)
 
     def get(self, key: str) -> KeptPicture | None:
@@ -62,9 +57,10 @@ class MemoryStore(LimitedStore):
         """Keep a picture, unless it is larger than the limit."""
         with self._lock:
             self._drop(key)
-            if picture.nbytes <= self._limit:
-                self._trim(self._limit - picture.nbytes)
-                self._held[key], self._sizes[key] = picture, picture.nbytes
+            size = picture.pixels.nbytes
+            if size <= self.limit_bytes:
+                self._trim(self.limit_bytes - size)
+                self._held[key], self._sizes[key] = picture, size
 
     def clear(self) -> None:
         """Drop all pictures."""

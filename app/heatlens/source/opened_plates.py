@@ -57,13 +57,9 @@ class OpenedPlates(Opened):
         return self.again.options
 
     @cached_property
-    def _settled(self) -> PlateOptions:
-        return settled_options(self.options, self.plate)
-
-    @property
     def settled(self) -> PlateOptions:
         """The options, with what the first plate has settled for all of them."""
-        return self._settled
+        return settled_options(self.options, self.plate)
 
     @property
     def frames(self) -> FrameRange | None:
