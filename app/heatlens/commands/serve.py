@@ -1,13 +1,13 @@
 """`heatlens serve`: a session for browsers alone, without a window."""
 
 import argparse
-import sys
 from threading import Event
 
 from heatlens.base.folders import preferences_dir, rendered_frames_dir
 from heatlens.base.stop_signals import StopSignals
 from heatlens.commands.options.share_options import add_share_options, share_options_of
-from heatlens.commands.output.say import say, tell
+from heatlens.commands.output.say import say
+from heatlens.commands.output.share_links import tell_links
 from heatlens.commands.view import add_view_options, open_with
 from heatlens.gpu.context import is_software
 from heatlens.render import headless_renderer
@@ -15,8 +15,7 @@ from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.start import Start
 from heatlens.share.headless import HeadlessLoop
-from heatlens.share.links import Role
-from heatlens.share.sharing import Sharing, code_for_terminal
+from heatlens.share.sharing import Sharing
 
 HELP = "share a picture with tablets and browsers, without a window"
 DESCRIPTION = """\
@@ -67,7 +66,7 @@ def _serve(args: argparse.Namespace, start: Start) -> None:
     sharing.shared.wake = news.set
     sharing.begin(say)
     try:
-        _tell_links(sharing)
+        tell_links(sharing)
         renderer = headless_renderer()
         preferences = Preferences.load(preferences_dir())
         session = Session(
@@ -81,11 +80,3 @@ def _serve(args: argparse.Namespace, start: Start) -> None:
         stops.raise_if_stopped()
     finally:
         sharing.end()
-
-
-def _tell_links(sharing: Sharing) -> None:
-    """Print both links, and on a terminal a code to scan."""
-    tell(f"Turn the lens at   {sharing.link(Role.HAND)}")
-    tell(f"Only look at it at {sharing.link(Role.LOOK)}")
-    if sys.stdout.isatty():
-        tell(code_for_terminal(sharing.link(Role.HAND)), keep="\n\x1b")

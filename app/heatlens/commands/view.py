@@ -28,6 +28,7 @@ from heatlens.commands.options.share_options import add_share_options, share_opt
 from heatlens.commands.options.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.output.pipes import DASH, file_of_input
 from heatlens.commands.output.say import say
+from heatlens.commands.output.share_links import tell_links
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.live.ring.address import opentrackio_address, parse_ring_address
@@ -173,6 +174,7 @@ def _open(args: argparse.Namespace) -> int:
         return open_with(args, run_window)
     sharing = Sharing(share_options_of(args, args.share))
     sharing.begin(say)  # before the window opens, so that a wrong address is told at once
+    tell_links(sharing)
     try:
         return open_with(args, lambda start: run_window(start, sharing))
     finally:

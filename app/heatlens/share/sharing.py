@@ -59,8 +59,8 @@ class Sharing:
     def who(self) -> str:
         """Return in words who is here, and which page has the lens."""
         hands, lookers = (0, 0) if self._server is None else self._server.who()
-        holder = self.shared.hands.holder
-        return f"Shared: {hands} + {lookers} looking{f', {holder}' if holder else ''}"
+        words = f"{hands} turning, {lookers} looking" if hands or lookers else "nobody is here"
+        return f"Shared: {self.shared.hands.holder or words}"
 
 
 def squares_of(link: str) -> tuple[tuple[bool, ...], ...]:

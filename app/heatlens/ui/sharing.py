@@ -19,6 +19,7 @@ from heatlens.ui.picture.pictures import Pictures
 _POPUP = "Share with a tablet"
 _WORDS = {Role.HAND: "This link turns the lens:", Role.LOOK: "This one may only look:"}
 _SQUARE_EM = 0.34
+_FRAMES_FIRST = 8  # of a window, which close popups when they arrange the panels
 _NEWS_S = 0.5  # longest time until the menu bar tells that a hand rests
 
 
@@ -32,11 +33,9 @@ class WindowSharing:
         self._door = Door(session)
         self._tap = Tap(session, self._door, sharing.shared)
         self._news: deque[str] = deque()  # of the server's thread
-        self._is_following = self._opens = False
+        self._is_following, self._opens = False, sharing.is_on
         sharing.shared.wake = wake
         session.editing.may_turn = self._may_turn
-        if sharing.is_on:
-            self._opens = True
 
     def ask(self) -> None:
         """Share, and show the links."""
@@ -102,7 +101,7 @@ class WindowSharing:
 
     def draw_popup(self) -> None:
         """Draw the popup with the links and the code to scan."""
-        if self._opens:
+        if self._opens and imgui.get_frame_count() > _FRAMES_FIRST:
             self._opens = False
             imgui.open_popup(_POPUP)
         center = imgui.get_main_viewport().get_center()
