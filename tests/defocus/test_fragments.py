@@ -2,22 +2,33 @@
 
 import moderngl
 import numpy as np
+import pytest
 
 from heatlens.defocus.fragment_pass import FragmentPass, Fragments
+from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.gpu.textures import FloatArray, new_texture, upload
+from heatlens.model.coc import CocLine
+from support.fragment_lists import packed_lists
 
 AT_INFINITY_PX = 30.0
+PER_DIOPTRE_PX = -20.0
 WHOLE, FAR_RIM, NEAR_RIM = 0.0, 1.0, 2.0
 
 
-def split(ctx: moderngl.Context, color: FloatArray, coc: FloatArray) -> dict[str, FloatArray]:
+def split(
+    ctx: moderngl.Context,
+    color: FloatArray,
+    coc: FloatArray,
+    lists: ListedFragments | None = None,
+) -> dict[str, FloatArray]:
     size = coc.shape[::-1]
     color_tx, coc_tx = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
     upload(color_tx, np.concatenate([color, np.ones((*coc.shape, 1), np.float32)], axis=-1))
     upload(coc_tx, coc)
-    kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
-    picture = Fragments(color_tx, coc_tx, kind, far, near)
+    channels = (1 if lists is None else 2, 4, 4)
+    kind, far, near = (new_texture(ctx, size, count, "f2") for count in channels)
+    picture = Fragments(color_tx, coc_tx, kind, far, near, lists)
     pixels = ctx.buffer(reserve=list_bytes(size))
     list(FragmentPass(ctx).steps(picture, AT_INFINITY_PX, pixels))
 
@@ -56,6 +67,39 @@ def test_near_rim_gives_back_what_shines_through(ctx: moderngl.Context) -> None:
     assert parts["kind"][4, 4] == NEAR_RIM
     np.testing.assert_allclose(parts["far"][4, 4], (*color[0, 0], 0.7), atol=0.03)
     assert parts["near"][4, 4, 3] == 20.0
+
+
+def known_behind(
+    ctx: moderngl.Context, hidden: FloatArray, behind: FloatArray, coc: float
+) -> ListedFragments:
+    """Return lists of one surface of a colour (H, W, 3) behind the pixels that `hidden` marks."""
+    rgba = np.concatenate([behind, np.ones((*hidden.shape, 1), np.float32)], axis=-1)[hidden]
+    dioptres = (coc - AT_INFINITY_PX) / PER_DIOPTRE_PX
+    depth_m = np.full(len(rgba), 1 / dioptres, np.float32)
+    packed = packed_lists(hidden.ravel().astype(int), np.zeros(hidden.size, bool), rgba, depth_m)
+    starts, words = (ctx.buffer(array.tobytes()) for array in (packed.starts, packed.words))
+    held = FragmentBuffers(starts, words, (hidden.shape[1], hidden.shape[0]), False)
+    return ListedFragments(held, CocLine(AT_INFINITY_PX, PER_DIOPTRE_PX))
+
+
+@pytest.mark.parametrize(("far_coc", "is_used"), [(20.0, True), (1.0, False)])
+def test_a_known_far_side_decides_the_far_colour_of_a_rim(
+    ctx: moderngl.Context, far_coc: float, is_used: bool
+) -> None:
+    """Pixels beyond the rim are a wall of another colour than behind it, where the colour changes.
+
+    What is less blurred than a pixel and a half shows as sharply as what is seen beside it.
+    """
+    color, coc = edge(0.3)
+    coc[:, 5:] = far_coc
+    blue = np.array((0.1, 0.1, 0.9), np.float32)
+    color[:, 6:] = blue  # seen one pixel further; green are the rim itself and all behind the card
+    green = np.broadcast_to(np.array((0.1, 0.7, 0.2), np.float32), color.shape)
+    hidden = np.broadcast_to(np.arange(color.shape[1]) < 5, coc.shape)
+    guessed = split(ctx, color, coc)["far"][4, 5]
+    known = split(ctx, color, coc, known_behind(ctx, hidden, green, far_coc))["far"][4, 5]
+    off_known, off_guessed = (np.abs(far[:3] - green[0, 0]).max() for far in (known, guessed))
+    assert off_known < 0.6 * off_guessed if is_used else np.array_equal(known, guessed)
 
 
 def test_a_slanted_surface_has_no_rim(ctx: moderngl.Context) -> None:
