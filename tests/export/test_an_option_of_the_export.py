@@ -171,10 +171,11 @@ def test_a_job_is_taken_as_if_it_were_typed_and_what_is_typed_goes_first(tmp_pat
         job_text(ExportOptions(frames="2-3", burn_in=True), DisplayOptions(gamma=1.5), Guides(2.39))
     )
     words = ["export", "demo", "-o", str(tmp_path / "n.####.png"), "--f-stop", "2"]
-    assert main([*words, "--size", "32x18", "--submit", "openjd", "--job", str(job)]) == 0
+    words += ["--submit", "openjd", "--chunk", "1", "--memory", "1", "--job", str(job)]
+    assert main(words) == 0
     out = capsys.readouterr().out
-    for word in ("--burn-in", "--gamma=1.5", "--matte=2.39", '"2-3"'):
+    for word in ("--burn-in", "--gamma=1.5", "--matte=2.39", "--frames=2-3"):
         assert word in out
     assert str(job) not in out
-    assert main([*words, "--submit", "openjd", "--job", str(job), "--frames", "7"]) == 0
+    assert main([*words, "--frames", "7"]) == 0
     assert '"7"' in capsys.readouterr().out

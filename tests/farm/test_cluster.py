@@ -2,6 +2,7 @@
 
 import signal
 import subprocess
+import sys
 from dataclasses import replace
 
 import pytest
@@ -11,7 +12,7 @@ from heatlens.commands.worker import made_part
 from heatlens.documents.shot_file import write_shot
 from heatlens.farm.cluster import PartTask, connected
 from heatlens.version import __version__
-from support.dask_cluster import HEATLENS, dask_cluster, wait_for
+from support.dask_cluster import dask_cluster, wait_for
 from support.exports import MANY, exported, files_in, shot_of, write_plates
 
 
@@ -123,6 +124,10 @@ def test_workers_need_no_encoder(capsys, shot_file, tmp_path, lost):
 
 
 NOBODY = ("tcp://127.0.0.1:1", "bad://x:1", "localhost", "")
+IMPATIENT = (
+    "from heatlens.farm import cluster; cluster.PATIENCE_S = 1;"
+    "from heatlens.commands.main import main; raise SystemExit(main())"
+)
 
 
 @pytest.mark.parametrize("address", NOBODY)
@@ -131,7 +136,11 @@ def test_a_scheduler_that_is_not_there(shot_file, tmp_path, address):
     words = ("export", str(shot_file), "-o", str(tmp_path / "n.####.exr"), "--cluster", address)
     for line in (words, ("worker", address)):
         run = subprocess.run(
-            [*HEATLENS, "-q", *line], capture_output=True, text=True, check=False, timeout=60
+            [sys.executable, "-P", "-c", IMPATIENT, "-q", *line],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
         )
         assert run.returncode == 2
         assert run.stderr.startswith("heatlens: No Dask scheduler answers")

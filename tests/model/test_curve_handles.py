@@ -97,6 +97,16 @@ def test_handles_for_a_segment_change_no_value(curve, at, frame):
     assert all(key.interpolation in (BEZIER, HOLD) for key in segment if at < bent.keys[-1].frame)
 
 
+@pytest.mark.parametrize("way", [Interpolation.LINEAR, Interpolation.SMOOTH])
+def test_handles_keep_the_path_of_a_line_and_of_a_smooth_segment(way):
+    values = {1000.0: 2.0, 1010.0: 4.0, 1030.0: 8.0}
+    curve = Curve(tuple(Key(frame, value, way) for frame, value in values.items()), Scale.LINEAR)
+    bent = curve.with_handles(1012.0)
+    assert [key.interpolation for key in bent.keys] == [way, BEZIER, way]
+    for frame in np.linspace(1000, 1030, 31):
+        assert bent.value_at(frame) == pytest.approx(curve.value_at(frame), rel=1e-6)
+
+
 def test_a_handle_that_points_beyond_infinity_stops_there():
     fast = Ease(50.0, -1.0)
     curve = Curve((Key(0, 2.0, BEZIER, fast), Key(10, 4.0, ease_in=Ease())), Scale.RECIPROCAL)

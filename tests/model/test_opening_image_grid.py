@@ -1,6 +1,7 @@
 """The light of a picture as an opening, against sums over its cells and over many points."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +15,7 @@ from heatlens.model.aperture import Aperture, shape_uniforms
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.opening import Barrel
 from heatlens.model.opening_image import BARREL_STEPS, IMAGE_SIDE, OpeningImage, seen_light
-from heatlens.model.picture_field import PictureField
+from heatlens.model.picture_field import PictureField, _parts_past_barrel
 from support.opening_images import image_of, letter, opening_images
 
 OPEN = image_of(np.ones((8, 8), np.float32), "open")
@@ -169,3 +170,10 @@ def test_a_picture_field_tells_what_of_an_image_the_barrel_passes():
         np.testing.assert_allclose([pair[side] for pair in passed], wanted)
     still = field.uniforms(Aperture(aperture_image=letter()))["aperture_image_passed"]
     assert still == [(1.0, 1.0)] * 153 and "aperture_image_passed" not in field.uniforms(Aperture())
+
+
+def test_a_rim_is_reversed_in_front_of_the_focus():
+    bright = Aperture(aperture_image=letter(), cat_eye=0.8, stopped_down=1.2, rim=0.7)
+    sides = [np.array(_parts_past_barrel(it)) for it in (bright, replace(bright, rim=-0.7))]
+    assert not np.allclose(sides[0][:, 0], sides[0][:, 1])
+    np.testing.assert_array_equal(sides[0], sides[1][:, ::-1])

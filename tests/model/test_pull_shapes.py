@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
-from heatlens.model.pull import PullShape, held_focus, reversed_focus, shaped_pull
+from heatlens.model.pull import PullShape, held_focus, recorded, reversed_focus, shaped_pull
 from heatlens.model.shot import LensParameter, Shot
 
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0))
@@ -78,3 +78,21 @@ def test_an_overshoot_past_infinity_goes_to_infinity(target):
     shot = shaped_pull(SHOT, 1.0, target, 0, 20, PullShape.OVERSHOOT)
     assert shot.lens_at(15).focus_distance_m == math.inf
     assert dioptres(shot, 20) == pytest.approx(1.0 / target)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "share", "least", "most"),
+    [(LensParameter.F_STOP, 0.01, 1.4, 16.0), (LensParameter.FOCAL_LENGTH, 0.002, 24.0, 70.0)],
+)
+@given(data=st.data())
+def test_a_recorded_ring_is_met_within_what_nobody_sees(parameter, share, least, most, data):
+    values = data.draw(st.lists(st.floats(least, most), min_size=2, max_size=12))
+    before = SHOT
+    for frame in (5.0, 12.0, 90.0):  # a key before, one among, and one after what is recorded
+        before = before.with_key(frame, parameter, least)
+    track = {10 + 3 * i: value for i, value in enumerate(values)}
+    after = recorded(before, parameter, track)
+    for frame, value in track.items():
+        assert getattr(after.lens_at(frame), parameter) == pytest.approx(value, rel=share)
+    frames = {key.frame for key in after.curves.of(parameter).keys}
+    assert {5.0, 90.0} <= frames and frames - {5.0, 90.0} <= set(map(float, track))

@@ -7,7 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.units import format_distance, parse_distance_m, parse_scene_unit_m
+from heatlens.model.units import (
+    format_distance,
+    is_bare_number,
+    parse_distance_m,
+    parse_scene_unit_m,
+)
 
 
 @pytest.mark.parametrize(
@@ -139,3 +144,9 @@ def test_a_decimal_comma_is_a_point(text, metres):
 def test_a_comma_that_may_stand_for_thousands_is_refused():
     with pytest.raises(InputError, match="not a distance"):
         parse_distance_m("1,900 mm")
+
+
+@pytest.mark.parametrize("text", ["2", " 2.24 ", "2,24", "1e3", "1E3"])
+def test_a_number_without_a_unit_is_bare(text):
+    assert is_bare_number(text)
+    assert not any(is_bare_number(words) for words in (f"{text}m", f"{text} mm", f"{text}'", ""))

@@ -23,6 +23,7 @@ from heatlens.plate.focus_pick import area_at, depth_at_m, middle_m
 from heatlens.plate.grain import noise_of
 from heatlens.plate.header.camera_header import _short
 from heatlens.plate.header.shoot_names import ShootLens
+from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.overscan_need import frame_centre_px, picture_point, plate_pixel, room_of
 from heatlens.plate.picture.picture_open import _HEAD_BYTES, MAX_SIDE_PX, _check_size
 from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
@@ -35,6 +36,13 @@ LENS = Lens(50.0, 2.0, 2.0, 36.0)
 
 def grey(height, width):
     return np.full((height, width, 3), 0.5, np.float32)
+
+
+def test_an_array_is_reported_as_what_it_holds():
+    metres = plate_of_arrays(grey(2, 3), depth_m=np.full((2, 3), 4.0))
+    pixels = plate_of_arrays(grey(2, 3), coc_px=np.full((2, 3), -4.0))
+    assert metres.depth.convention is DepthConvention.DISTANCE and metres.depth.near_m == 4.0
+    assert pixels.depth.convention is DepthConvention.COC and not pixels.has_distances
 
 
 # Focus by a click

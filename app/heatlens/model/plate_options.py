@@ -308,8 +308,8 @@ class PlateOptions:
     neighbours: int | None = option_field(
         None,
         "neighbours",
-        "frames on either side of a sequence from which hidden surfaces are taken, 0 for none "
-        "(default: 2 where the headers tell the camera, worldToCamera; none for a single file)",
+        "number of frames on either side from which hidden surfaces are taken, 0 for none "
+        "(default: 2 if the headers have the camera, worldToCamera; none for a single file)",
         metavar="N",
         least=0,
         most=64,

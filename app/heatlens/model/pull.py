@@ -174,7 +174,8 @@ def recorded(shot: Shot, parameter: LensParameter, track: Mapping[int, float]) -
     first, last = samples[0][0], samples[-1][0]
     keys = reduced_keys(samples, share / max(track.values()), curve.scale)
     kept = curve.without_keys([key.frame for key in curve.keys if first <= key.frame <= last])
-    after = shot.with_curve(parameter, kept.pasted(keys, 0))
+    held = _held(list(keys), first, last, kept)
+    after = shot.with_curve(parameter, kept.pasted(held, 0))
     for frame, _ in samples:
         after.lens_at(frame)
     return after

@@ -74,7 +74,7 @@ def _meaning(mark: Mark) -> str:
     if isinstance(mark, ObjectMark):
         return f"The middle of {mark.object_name}, at this frame"
     if isinstance(mark, MatteMark):
-        return f"{str(mark.part).capitalize()} of the visible {mark.matte}, at this frame"
+        return f"The {mark.part} depth of the visible part of {mark.matte}, at this frame"
     is_point = isinstance(mark, PointMark)
     return "The surface at its point, at this frame" if is_point else "At every frame"
 
