@@ -10,9 +10,8 @@ from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
-from heatlens.session.time.focus_track import FocusTrack, MarkTracks, mark_m
+from heatlens.session.time.focus_track import FocusTrack, MarkTracks, ThingDistances, mark_m
 from heatlens.session.time.frame_states import Run
-from heatlens.session.time.thing_distances import ThingDistances
 from support.evening import FIRST, LEFT, RIGHT, until
 from support.plates import plate_of
 

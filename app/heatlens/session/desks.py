@@ -32,10 +32,9 @@ from heatlens.session.pictures.picture_commands import PictureCommands
 from heatlens.session.pictures.picture_view import PictureDisplay, PictureView
 from heatlens.session.pictures.reference import ReferenceLoader
 from heatlens.session.pictures.view_commands import ViewCommands
-from heatlens.session.pictures.visible_work import VisibleWork
 from heatlens.session.playing.frame_player import FramePlayer
 from heatlens.session.playing.pull_jobs import PullJobs
-from heatlens.session.playing.render_scheduler import RenderScheduler
+from heatlens.session.playing.render_scheduler import RenderScheduler, VisibleWork
 from heatlens.session.playing.rendered_pull import RenderedPull, store_of
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.settings.recent_files import RecentFiles

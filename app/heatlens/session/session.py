@@ -18,9 +18,8 @@ from heatlens.session.facts import Facts
 from heatlens.session.loop.messages import Lasting, Messages, Problem
 from heatlens.session.loop.speed import Speed
 from heatlens.session.loop.worker import Worker
-from heatlens.session.opened.lost_surfaces import LostSurfaces
 from heatlens.session.opened.open_source import OpenSource
-from heatlens.session.pictures.shader_watch import ShaderWatch
+from heatlens.session.pictures.watches import LostSurfaces, ShaderWatch
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shared import Shared

@@ -15,8 +15,13 @@ from heatlens.session.session import Session
 from heatlens.ui.panels.display_panel import display_panel
 from heatlens.ui.panels.export_panel import draw_exports
 from heatlens.ui.panels.guides_panel import guides_panel
-from heatlens.ui.panels.kit_panel import kit_panel
-from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, film_back_panel, lens_panel
+from heatlens.ui.panels.lens_panel import (
+    LensFacts,
+    blur_panel,
+    film_back_panel,
+    kit_panel,
+    lens_panel,
+)
 from heatlens.ui.panels.looks_panel import LookStills, looks_panel
 from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.opening_panel import opening_panel

@@ -28,8 +28,7 @@ from heatlens.session.marks.mark_measuring import on_thing, plates_at, smoothed
 from heatlens.session.scenes.point_following import Following
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shared import Commands, Shared
-from heatlens.session.time.focus_track import mark_m
-from heatlens.session.time.thing_distances import ThingDistances
+from heatlens.session.time.focus_track import ThingDistances, mark_m
 from heatlens.session.time.timeline import Timeline
 
 _Measured = tuple[PointMark | MatteMark, Distances]

@@ -1,19 +1,22 @@
 """The focus and its range of sharpness per frame, and the distances of marks, in dioptres."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
+from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, PointMark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
+from heatlens.plate.mattes.matte_distance import thing_m
 from heatlens.plate.plate import Plate
+from heatlens.session.loop.worker import Worker
 from heatlens.session.time.frame_states import Run
-from heatlens.session.time.thing_distances import ThingDistances
 
 _Moving = PointMark | MatteMark
 _WARNED_MOST = 2000  # frames that are checked for a focus that is too close
@@ -81,6 +84,40 @@ class MarkTrack:
 
     name: str
     lines: tuple[tuple[tuple[int, float], ...], ...]
+
+
+_Thing = tuple[str, MattePart]
+
+
+class ThingDistances(Worker):
+    """The distances of things on plates in memory, each measured once."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._reader: Background[tuple[Plate, _Thing, float | None]] = Background(wake)
+        self._known: WeakKeyDictionary[Plate, dict[_Thing, float | None]] = WeakKeyDictionary()
+        self.measured_count = 0  # increases with each measurement, so that others know when to ask
+
+    def distance_m(self, plate: Plate, mark: MatteMark) -> float | None:
+        """Return the distance in m; None where it is hidden, and until it is measured."""
+        known, thing = self._known.get(plate, {}), (mark.matte, mark.part)
+        if thing not in known and not self._reader.is_busy:
+            self._reader.start(lambda: (plate, thing, _measured(plate, thing)))
+        return known.get(thing)
+
+    def poll(self) -> None:
+        """Take over a measured distance; call this once a frame."""
+        found = self._reader.poll()
+        if found is not None:
+            plate, thing, distance_m = found
+            self._known.setdefault(plate, {})[thing] = distance_m
+            self.measured_count += 1
+
+
+def _measured(plate: Plate, thing: _Thing) -> float | None:
+    try:
+        return thing_m(plate, *thing)
+    except HeatlensError:  # reported where the mark is used, as in `follow`
+        return None
 
 
 class MarkTracks:

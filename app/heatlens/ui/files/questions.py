@@ -7,7 +7,6 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
 from heatlens.session.files.shot_documents import ShotDocuments
-from heatlens.session.shot.shot_store import Found
 from heatlens.ui import topmost, widgets
 from heatlens.ui.state import UiState
 
@@ -27,6 +26,8 @@ def question(title: str, width_em: float) -> Iterator[bool]:
     middle = imgui.get_main_viewport().get_center()
     imgui.set_next_window_pos(middle, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
     shown, _ = imgui.begin_popup_modal(title, None, _FLAGS)
+    if shown:
+        topmost.answers_keys_itself()
     yield bool(shown)
     if shown:
         imgui.end_popup()
@@ -40,21 +41,17 @@ def quit_question(ui: UiState, words: str, stays: str) -> None:
     if not ui.asks_to_quit:
         return
     with question("An export is under way###quit", width_em=28.0) as shown:
-        if shown:
-            _answer_quit(ui, words, stays)
-
-
-def _answer_quit(ui: UiState, words: str, stays: str) -> None:
-    topmost.answers_keys_itself()
-    imgui.text_wrapped(f"{words}. {stays}")
-    widgets.spacer()
-    entered = imgui.is_key_pressed(imgui.Key.enter, False)
-    is_closing = widgets.button("Stop it and close", "quit Stop it and close") or entered
-    imgui.same_line()
-    is_going_on = widgets.button("Keep exporting", "quit Keep exporting")
-    if is_closing or is_going_on or topmost.is_escaped() or not words:
-        ui.asks_to_quit, ui.is_over = False, is_closing or not words
-        imgui.close_current_popup()
+        if not shown:
+            return
+        imgui.text_wrapped(f"{words}. {stays}")
+        widgets.spacer()
+        entered = imgui.is_key_pressed(imgui.Key.enter, False)
+        is_closing = widgets.button("Stop it and close", "quit Stop it and close") or entered
+        imgui.same_line()
+        is_going_on = widgets.button("Keep exporting", "quit Keep exporting")
+        if is_closing or is_going_on or topmost.is_escaped() or not words:
+            ui.asks_to_quit, ui.is_over = False, is_closing or not words
+            imgui.close_current_popup()
 
 
 def shot_question(documents: ShotDocuments) -> None:
@@ -63,22 +60,18 @@ def shot_question(documents: ShotDocuments) -> None:
     if offer is None:
         return
     with question("Not saved###unsaved shot", width_em=30.0) as shown:
-        if shown:
-            _answer_recovery(documents, offer)
-
-
-def _answer_recovery(documents: ShotDocuments, offer: Found) -> None:
-    topmost.answers_keys_itself()
-    if offer.saved is None:
-        imgui.text_wrapped("A shot of this plate was never saved to a file.")
-    else:
-        imgui.text_wrapped(f"{printable(offer.path.name)} has unsaved changes.")
-    imgui.text_wrapped("heatlens ended before this was saved. Recover it?")
-    widgets.spacer()
-    for name, goes_on in (("Recover it", True), ("Discard it", False)):
-        entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)
-        if widgets.button(name, f"unsaved {name}") or entered:
-            documents.answer(goes_on)
-            imgui.close_current_popup()
-        imgui.same_line()
-    imgui.new_line()
+        if not shown:
+            return
+        what = "A shot of this plate was never saved to a file."
+        if offer.saved is not None:
+            what = f"{printable(offer.path.name)} has unsaved changes."
+        imgui.text_wrapped(what)
+        imgui.text_wrapped("heatlens ended before this was saved. Recover it?")
+        widgets.spacer()
+        for name, goes_on in (("Recover it", True), ("Discard it", False)):
+            entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)
+            if widgets.button(name, f"unsaved {name}") or entered:
+                documents.answer(goes_on)
+                imgui.close_current_popup()
+            imgui.same_line()
+        imgui.new_line()

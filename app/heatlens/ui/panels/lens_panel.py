@@ -8,13 +8,13 @@ from functools import partial
 
 from imgui_bundle import imgui
 
-from heatlens.base.errors import LensError
+from heatlens.base.printable import printable
 from heatlens.model.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
 from heatlens.model.filmback import FILMBACKS, Filmback
 from heatlens.model.lens import Lens
-from heatlens.model.lens_kit import KitLens
+from heatlens.model.lens_kit import KitLens, LensKit
 from heatlens.model.lens_model import LensModel
 from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.measured_from import MeasuredFrom
@@ -23,8 +23,9 @@ from heatlens.model.plausibility import About, Doubt
 from heatlens.model.settings import PARTS, DefocusSettings, barred_methods
 from heatlens.model.shot import LensParameter
 from heatlens.model.units import format_distance
+from heatlens.session.lens.kit_commands import KitCommands
 from heatlens.session.lens.lens_commands import nudged
-from heatlens.session.loop.messages import Problem, window_words
+from heatlens.session.loop.messages import reported, window_words
 from heatlens.ui import probe, theme, widgets
 
 _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
@@ -37,6 +38,8 @@ _SET_UP_ONCE = (
 )
 _LENS_IS_FIXED = "This plate holds circles of confusion, so its lens is fixed."
 _KNOB = imgui.Col_.slider_grab
+_BREATHING_TIP = "At close focus the lens shows {:.3g} % of the width that it shows at infinity."
+_NO_KIT = "none: any lens"
 Say = Callable[[str], None]
 
 
@@ -55,18 +58,15 @@ class LensFacts:
 
 def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     """Draw the controls of the lens; return the lens as the user left it."""
-    before = lens
-    try:
-        lens = _focus(lens, facts, say)
+    with reported(say):  # a change that gives an impossible lens is discarded
+        changed = _focus(lens, facts, say)
         with _tried(LensParameter.F_STOP, facts), widgets.colored(theme.colors.live, _KNOB):
-            lens = _aperture(lens, facts, say)
+            changed = _aperture(changed, facts, say)
         with _tried(LensParameter.FOCAL_LENGTH, facts):
-            lens = _hardware(lens, facts, say)
+            changed = _hardware(changed, facts, say)
         _doubts(facts, "lens")
-    except LensError as error:  # the change gives an impossible lens, so it is discarded
-        say(Problem(error))
-        return before
-    _sources(facts)
+        _sources(facts)
+        return changed
     return lens
 
 
@@ -186,11 +186,9 @@ def film_back_panel(lens: Lens, say: Say) -> Lens:
     """Draw what is set up once a shoot, folded until it is opened or sought."""
     if not widgets.folded("Film back, squeeze, sharpness", _SET_UP_ONCE):
         return lens
-    try:
+    with reported(say):  # a change that gives an impossible lens is discarded
         return _film_back(lens, say)
-    except LensError as error:  # the change gives an impossible lens, so it is discarded
-        say(Problem(error))
-        return lens
+    return lens
 
 
 def _film_back(lens: Lens, say: Say) -> Lens:
@@ -236,6 +234,29 @@ def _sensor(lens: Lens, say: Say) -> Lens:
     width_mm = now_mm if picked is None else picked.width_mm
     width_mm = widgets.drag("sensor width", width_mm, 0.05, 1.0, 100.0, "%.2f mm", say)
     return replace(lens, sensor_width_mm=width_mm)
+
+
+def kit_panel(kit: LensKit | None, lens: Lens, commands: KitCommands) -> None:
+    """Draw the choice of the kit and of its lens, and the limits of that lens."""
+    now = None if kit is None else kit.name
+    words: dict[str | None, str] = {None: _NO_KIT} | {name: name for name in commands.names}
+    tip = "A set of lenses. It limits focal length, f-stop and focus."
+    picked = widgets.pick("kit", now, words, tip)
+    if picked != now:
+        commands.choose(picked)
+        return
+    mounted = commands.mounted
+    if kit is None or mounted is None:
+        return
+    lenses = {kit_lens: kit_lens.name for kit_lens in kit.lenses}
+    chosen = widgets.pick("lens", mounted, lenses, printable(kit.words))
+    if chosen != mounted:
+        commands.mount(chosen)
+    imgui.text_disabled(mounted.words)
+    if mounted.breathing != 1.0:
+        breathes, tip = lens.breathing != 1.0, _BREATHING_TIP.format(100 * mounted.breathing)
+        if widgets.check("the view breathes", breathes, "breathing", tip) != breathes:
+            commands.breathe(not breathes)
 
 
 def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettings:

@@ -12,7 +12,6 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
-from heatlens.base.errors import LensError
 from heatlens.base.printable import printable
 from heatlens.model import opening
 from heatlens.model.aperture import APERTURE_FIELDS, Aperture
@@ -21,7 +20,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.opening_fields import BLADES_LEAST, BLADES_MOST
 from heatlens.model.option import options_of
 from heatlens.model.picture_field import PictureField
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import reported
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.field_row import field_row
 from heatlens.ui.panels.lens_panel import parse_stop
@@ -45,11 +44,9 @@ def opening_panel(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
 
     `ask_image` opens the dialog for a picture that replaces the blades.
     """
-    try:
+    with reported(say):  # a change that gives an impossible lens is discarded
         return _opening(lens, say, ask_image)
-    except LensError as error:  # the change gives an impossible lens, so it is discarded
-        say(Problem(error))
-        return lens
+    return lens
 
 
 def _opening(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:

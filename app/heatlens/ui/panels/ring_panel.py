@@ -8,14 +8,13 @@ from uuid import UUID
 
 from imgui_bundle import imgui
 
-from heatlens.base.errors import InputError
 from heatlens.base.printable import printable
 from heatlens.live.ring.channel_map import ChannelMap, Ring, channels_of, maps_for, usual_map
 from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sources import Heard
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.session.live.ring_hand import RingHand
-from heatlens.session.loop.messages import Problem
+from heatlens.session.loop.messages import reported
 from heatlens.ui import probe, theme, widgets
 
 Say = Callable[[str], None]
@@ -117,17 +116,14 @@ def _row(
 
 def _range(hand: RingHand, found: ChannelMap, unit: str, say: Say) -> None:
     """Draw the lens values at the ends of a channel, and the curve between them."""
-    try:
+    with reported(say):
         at_low = _end(found, "first end", found.at_low, unit, say)
         at_high = _end(found, "last end", found.at_high, unit, say)
         name = f"bend of {found.ring.words}"
         bend = widgets.slider(name, found.bend, 0.2, 5.0, "%.2f", _BEND_TIP)
         changed = replace(found, at_low=at_low, at_high=at_high, bend=bend)
-    except InputError as error:
-        say(Problem(error))
-        return
-    if changed != found:
-        hand.map(found.ring, changed)
+        if changed != found:
+            hand.map(found.ring, changed)
 
 
 def _end(found: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:

@@ -1,4 +1,4 @@
-"""Show pictures with shaders whose files have changed, while shaders are being written."""
+"""Watch for what concerns every picture: changed shaders, and surfaces that a file has lost."""
 
 from heatlens.gpu import shader_reload
 from heatlens.session.loop.worker import Worker
@@ -31,3 +31,26 @@ class ShaderWatch(Commands, Worker):
     def seconds_until_needed(self) -> float | None:
         """Return the time between two checks of the files; None if none are checked."""
         return None if self._reload is None else shader_reload.EVERY_S
+
+
+class LostSurfaces(Commands, Worker):
+    """Watches the pictures of a source for notes about lost surfaces."""
+
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
+        self._noted: tuple[str, ...] = ()
+        self._is_reported = False
+
+    def begin(self, notes: tuple[str, ...]) -> None:
+        """Begin with another source; `notes` have been reported already."""
+        self._noted = notes
+        self._is_reported = False
+
+    def poll(self) -> None:
+        """Report the note of the first picture that has one."""
+        plate = self._source.plate
+        if self._is_reported or plate is None or not plate.surfaces_lost:
+            return
+        self._is_reported = True
+        if plate.surfaces_lost not in self._noted:
+            self._say(plate.surfaces_lost)
