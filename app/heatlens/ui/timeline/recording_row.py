@@ -1,6 +1,6 @@
 """Draw the recording of a focus pull: a row with its state, and the recorded curve as a band."""
 
-from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -16,7 +16,7 @@ from heatlens.session.live.pull_recording import (
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.curve_handles import Heights
 from heatlens.ui.timeline.scale import TimeScale
-from heatlens.ui.timeline.tool_row import Tool, button_width, tool_row
+from heatlens.ui.timeline.tool_row import Tool, push, tool_row, word
 
 _TOLERANCE_EM, _FIGURE_EM = 7.0, 7.2
 _ARMED = "Ready to record: play (Space) and move the focus. Escape leaves."
@@ -48,22 +48,16 @@ def _recorded(recording: PullRecording) -> list[Tool]:
     """Return the number of keys, their tolerance, and the buttons that keep or drop them."""
     em = imgui.get_font_size()
     keys = "one key" if recording.key_count == 1 else f"{recording.key_count} keys"
-    before = f"{len(recording.samples)} frames recorded as"
-    figure = f"{recording.tolerance_dioptres:.2g} dioptres"
-    keep, drop = (
-        Tool(partial(_button, name, do), button_width(name), 0)
-        for name, do in (("Keep", recording.keep), ("Drop", recording.drop))
-    )
+    told = partial(word, name="recording words", is_dim=False)
     return [
-        Tool(partial(_words, before), imgui.calc_text_size(before).x, 4, is_word=True),
-        Tool(partial(_words, keys), imgui.calc_text_size(keys).x, 1, is_word=True),
-        Tool(partial(_words, "tolerance"), imgui.calc_text_size("tolerance").x, 3,
-             is_word=True),
+        told(f"{len(recording.samples)} frames recorded as", 4),
+        told(keys, 1),
+        told("tolerance", 3),
         Tool(partial(_tolerance, recording), _TOLERANCE_EM * em, 1),
-        Tool(partial(_words, figure), _FIGURE_EM * em, 2, is_word=True),
-        keep,
-        drop,
-    ]  # fmt: skip
+        replace(told(f"{recording.tolerance_dioptres:.2g} dioptres", 2), width=_FIGURE_EM * em),
+        push("Keep", "recording Keep", 0, recording.keep),
+        push("Drop", "recording Drop", 0, recording.drop),
+    ]
 
 
 def _tolerance(recording: PullRecording) -> None:
@@ -76,17 +70,6 @@ def _tolerance(recording: PullRecording) -> None:
     widgets.tooltip(_TOLERANCE_TIP)
     if changed:
         recording.tolerate(tolerance)
-
-
-def _button(name: str, do: Callable[[], None]) -> None:
-    if widgets.button(name, f"recording {name}"):
-        do()
-
-
-def _words(words: str) -> None:
-    imgui.align_text_to_frame_padding()
-    imgui.text(words)
-    probe.note("recording words")
 
 
 def recorded_places(recording: PullRecording) -> list[float]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
-from heatlens.ui import widgets
+from heatlens.ui import probe, widgets
 
 _MORE = "..."
 
@@ -80,12 +80,34 @@ def _more(name: str, tools: Sequence[Tool]) -> None:
         imgui.end_popup()
 
 
-def button_width(words: str) -> float:
-    """Return the width of a button with this label."""
-    return float(imgui.calc_text_size(words).x + 2 * imgui.get_style().frame_padding.x)
+def word(text: str, rank: int, name: str = "", tip: str = "", is_dim: bool = True) -> Tool:
+    """Return a text for the row, known to `probe` by `name` or by its words."""
+
+    def draw() -> None:
+        imgui.align_text_to_frame_padding()
+        (imgui.text_disabled if is_dim else imgui.text)(text)
+        probe.note(name or text)
+        widgets.tooltip(tip)
+
+    return Tool(draw, widgets.text_width(text), rank, is_word=True)
 
 
-def checkbox_width(words: str) -> float:
-    """Return the width of a checkbox with its label."""
+def push(words: str, name: str, rank: int, do: Callable[[], None], tip: str = "") -> Tool:
+    """Return a button for the row, known to `probe` by `name`; pressing it calls `do`."""
+
+    def draw() -> None:
+        if widgets.button(words, name, tip):
+            do()
+
+    width = widgets.text_width(words) + 2 * imgui.get_style().frame_padding.x
+    return Tool(draw, width, rank)
+
+
+def tick(words: str, of: object, field: str, rank: int, tip: str) -> Tool:
+    """Return a checkbox for the row, which sets an attribute `field` of `of`."""
+
+    def draw() -> None:
+        setattr(of, field, widgets.check(words, bool(getattr(of, field)), tip=tip))
+
     gap = imgui.get_style().item_inner_spacing.x
-    return float(imgui.get_frame_height() + gap + imgui.calc_text_size(words).x)
+    return Tool(draw, imgui.get_frame_height() + gap + widgets.text_width(words), rank)

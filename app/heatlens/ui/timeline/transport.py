@@ -14,7 +14,7 @@ from heatlens.session.desks import TimeDesk
 from heatlens.session.time.playback import Ending
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.rendered_panel import rendered_label
-from heatlens.ui.timeline.tool_row import Tool, tool_row
+from heatlens.ui.timeline.tool_row import Tool, tool_row, word
 from heatlens.ui.timeline.view import TimelineView
 
 Key = TypeVar("Key")
@@ -59,7 +59,7 @@ def transport(desk: TimeDesk, view: TimelineView) -> None:
         [
             *_buttons(desk),
             Tool(partial(_frame_field, desk), _FIELD_EM * em, 0),
-            Tool(partial(_words, frames), imgui.calc_text_size(frames).x, 6, is_word=True),
+            word(frames, 6, tip="Frames to play: I and O set in and out, Shift+I clears them."),
             Tool(partial(_timecode_field, desk), _TIMECODE_EM * em, 5),
             Tool(partial(_rate_field, desk), _RATE_EM * em, 7),
             *_choices(desk),
@@ -129,13 +129,6 @@ def _frame_field(desk: TimeDesk) -> None:
     chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, desk.say)
     if chosen != frame:
         desk.timeline.go(chosen)
-
-
-def _words(words: str) -> None:
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled(words)
-    probe.note(words)
-    widgets.tooltip("Frames to play: I and O set in and out, Shift+I clears them.")
 
 
 def _timecode_field(desk: TimeDesk) -> None:
