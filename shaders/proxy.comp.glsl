@@ -7,6 +7,8 @@
 //   color_tx, depth_tx            full size
 // Outputs
 //   out_color_img, out_depth_img  proxy size
+//   out_places_img                with PLACES, of highlights: r, g the light's place from the pixel's middle,
+//                                 b its variance along an axis, in these pixels (highlight_sprites.comp.glsl)
 
 #include "lib/footprint.lib.glsl"
 #include "lib/highlight_limit.lib.glsl"
@@ -18,6 +20,26 @@ uniform sampler2D depth_tx;
 uniform float depth_scale;  // 1 for metres, the proxy's scale where depth_tx holds pixels of coc
 layout(rgba32f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
+#ifdef PLACES
+layout(rgba16f) uniform writeonly image2D out_places_img;
+
+// Where the light lies in a footprint, and its variance; the square of the light leaves its surroundings out.
+vec4 light_place(Footprint footprint) {
+    vec2 extent = footprint.high - footprint.low, moment = vec2(0.0);
+    float sum = 0.0, moment_2 = 0.0;
+    for (int y = footprint.first.y; y <= footprint.last.y; ++y)
+        for (int x = footprint.first.x; x <= footprint.last.x; ++x) {
+            float light = mean_of(texelFetch(color_tx, ivec2(x, y), 0).rgb);
+            float weight = part_in(footprint, ivec2(x, y)) * light * light;
+            vec2 place = (vec2(x, y) + 0.5 - footprint.low) / extent - 0.5;
+            sum += weight;
+            moment += weight * place;
+            moment_2 += weight * dot(place, place);
+        }
+    vec2 middle = moment / sum;
+    return vec4(middle, max(0.5 * (moment_2 / sum - dot(middle, middle)), 0.0), 0.0);
+}
+#endif
 
 #define AROUND_TAPS 3  // the surroundings of a highlight: samples to each side,
 #define AROUND_STEP 2  // spacing of the samples in pixels of the smaller picture
@@ -61,6 +83,12 @@ void main() {
     imageStore(out_color_img, at, mean);
     float light = mean_of(texelFetch(color_tx, brightest, 0).rgb);
     float around = light > LEAST_LUMINANCE ? luminance_around(at, size) : 0.0;
-    if (light > limit_of(around) && mean_of(mean.rgb) > limit_of(around)) place = brightest;
+    bool is_highlight = light > limit_of(around) && mean_of(mean.rgb) > limit_of(around);
+    if (is_highlight) place = brightest;
+#ifdef PLACES
+    vec4 lit = vec4(0.0);
+    for (int look = is_highlight ? 1 : 0; look > 0; --look) lit = light_place(footprint_of(at, size, whole_size));
+    imageStore(out_places_img, at, lit);
+#endif
     imageStore(out_depth_img, at, vec4(texelFetch(depth_tx, place, 0).r * depth_scale));
 }

@@ -46,7 +46,7 @@ def test_pass_costs_counted_by_hand():
     # Rows: state twice, kept, state, rows; columns: state and rows twice, kept, state, coc.
     assert frame_traffic("coc fill", work, 2).moved == 2 * ((16 + 10 + 8 + 8) + (32 + 10 + 8 + 4))
     assert frame_traffic("composite", work, 3).moved == (16 + 16) + 2 * (16 + 16 + 16)
-    assert frame_traffic("proxy", replace(work, proxy=0.5), 1).moved == 4 * 16 + 4 + 16 + 4
+    assert frame_traffic("proxy", replace(work, proxy=0.5), 1).moved == 4 * 16 + 4 + 16 + 4 + 8
     assert frame_traffic("limits", work, 1).moved == 16 + 16
     assert frame_traffic("highlights drawn", work, 1).moved is None
 

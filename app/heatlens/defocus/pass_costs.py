@@ -22,7 +22,7 @@ from heatlens.defocus.kernels import Kernel, named_kernel
 from heatlens.defocus.line_solver import LineSystem, PartitionSolver, SolverName, SweepSolver
 from heatlens.defocus.tile_mask import seen_bytes
 
-_COLOR, _COC, _STATE, _KIND, _FRAGMENT, _POLE_LAYER = 16, 4, 8, 2, 8, 16
+_COLOR, _COC, _STATE, _KIND, _FRAGMENT, _PLACE, _POLE_LAYER = 16, 4, 8, 2, 8, 8, 16
 _TALLY, _OFFSET = 40, 4  # a block of 8 x 8 pixels
 
 
@@ -100,8 +100,8 @@ def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
 
 
 def proxy_bytes(work: Work, runs: int) -> Traffic:
-    """Count the whole plate's colour and depth read, a smaller colour and depth written."""
-    moved = runs * (_COLOR / work.proxy**2 + _COC + _COLOR + _COC)
+    """Count the whole plate read, and a smaller one and the places of its highlights written."""
+    moved = runs * (_COLOR / work.proxy**2 + _COC + _COLOR + _COC + _PLACE)
     return Traffic(moved, moved)
 
 

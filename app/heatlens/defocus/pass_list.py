@@ -64,9 +64,11 @@ def _own(*names: str) -> dict[str, str]:
 PASSES: tuple[Pass, ...] = (
     Pass(
         "proxy",
-        _comp("proxy", "peel_starts") | _comp("proxy_lists", variants=_COUNT),
+        _comp("proxy", variants=either("PLACES"))
+        | _comp("peel_starts")
+        | _comp("proxy_lists", variants=_COUNT),
         pass_costs.proxy_bytes,
-        _own("proxy colour", "proxy depth", "proxy starts", "proxy fragments")
+        _own("proxy colour", "proxy depth", "proxy places", "proxy starts", "proxy fragments")
         | _own("proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide places"),
     ),
     Pass("coc", _comp("coc", "coc_shift"), pass_costs.coc_bytes, _own("coc", "colours kept")),

@@ -75,12 +75,13 @@ class DefocusPipeline:
         `has_alpha` the result's alpha is 1. `fragments` are the surfaces behind the visible ones;
         methods with one layer ignore them. `places`, RGBA, are subpixel positions of the light.
         """
-        self._places = places if settings.proxy == 1.0 else None
+        self._places = places
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
             whole = PlateTextures(color, depth, fragments)
             reduced = yield from self._reduced.steps(whole, optics, settings.proxy, self.scratch)
             color, depth, fragments = reduced.color, reduced.depth, reduced.fragments
+            self._places = reduced.places
             optics = optics.scaled(settings.proxy)
 
         def blurred(seen: Optics) -> Steps[moderngl.Texture]:

@@ -6,6 +6,7 @@ import moderngl
 
 from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.model.coc import CocLine
 
 
@@ -147,7 +148,7 @@ class ProxyPass:
     """Reduces a plate: colour is averaged, depth is sampled."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._program = ComputeProgram(ctx, "proxy.comp.glsl")
+        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "proxy.comp.glsl", on))
 
     def run(
         self,
@@ -156,11 +157,18 @@ class ProxyPass:
         depth_scale: float,
         out_color: moderngl.Texture,
         out_depth: moderngl.Texture,
+        out_places: moderngl.Texture | None = None,
     ) -> None:
-        """Reduce colour and depth; `depth_scale` is 1 for metres, the proxy scale for coc."""
-        self._program.dispatch(
+        """Reduce colour and depth; `depth_scale` is 1 for metres, the proxy scale for coc.
+
+        `out_places`, RGBA, gets the position of the light of each highlight in its pixel.
+        """
+        images = {"out_color_img": out_color, "out_depth_img": out_depth}
+        if out_places is not None:
+            images["out_places_img"] = out_places
+        self._programs.with_(PLACES=out_places is not None).dispatch(
             pixel_groups(out_color.size),
             textures={"color_tx": color, "depth_tx": depth},
-            images={"out_color_img": out_color, "out_depth_img": out_depth},
+            images=images,
             uniforms={"depth_scale": depth_scale},
         )

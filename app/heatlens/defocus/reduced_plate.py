@@ -26,11 +26,13 @@ class PlateTextures:
     color      RGBA, scene-linear
     depth      metres, or signed coc in pixels for a plate that has no distances
     fragments  the surfaces along the ray of each pixel; None if the plate has no lists
+    places     RGBA, subpixel positions of the light; None if they are not known
     """
 
     color: moderngl.Texture
     depth: moderngl.Texture
     fragments: FragmentBuffers | None = None
+    places: moderngl.Texture | None = None
 
 
 class ReducedPlate:
@@ -51,15 +53,16 @@ class ReducedPlate:
         size = proxy_size(whole.color.size, proxy)
         color = scratch.texture("proxy colour", size, 4)
         depth = scratch.texture("proxy depth", size, 1)
+        places = scratch.texture("proxy places", size, 4, "f2")
         room = None if whole.fragments is None else self._room(whole.fragments, size, scratch)
         if self._held != proxy:
             scale = proxy if optics.line is None else 1.0
-            self._pass.run(whole.color, whole.depth, scale, color, depth)
+            self._pass.run(whole.color, whole.depth, scale, color, depth, places)
             if whole.fragments is not None and room is not None:
                 self._lists_pass.run(whole.color, whole.depth, whole.fragments, room, depth)
             self._held = proxy
             yield scratch.passed("proxy")
-        return PlateTextures(color, depth, None if room is None else room.held)
+        return PlateTextures(color, depth, None if room is None else room.held, places)
 
     def _room(
         self, fragments: FragmentBuffers, size: tuple[int, int], scratch: Scratch
