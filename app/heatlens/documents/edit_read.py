@@ -4,7 +4,6 @@ Each clip of the picture becomes a shot with the frames of its media that the cu
 cannot hold, such as a change of speed, is said in a note of the shot.
 """
 
-import importlib
 import math
 import os
 from collections.abc import Iterator
@@ -13,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import import_extra
 from heatlens.base.paths import file_bytes, unreadable
+from heatlens.base.printable import one_line
 from heatlens.documents.edit_media import MediaFinder
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
@@ -39,13 +40,7 @@ class EditOptions:
 
 def otio() -> Any:
     """Return the module opentimelineio. Raises InputError that says what to install."""
-    try:
-        return importlib.import_module("opentimelineio")
-    except ImportError as error:
-        raise InputError(
-            f"OpenTimelineIO, which reads edits, cannot be loaded ({error}). Install it with: "
-            "pip install 'heatlens[edit]'."
-        ) from error
+    return import_extra("opentimelineio", "Reading and writing edits", "edit")
 
 
 def read_edit(path: Path, options: EditOptions) -> Reel:
@@ -70,25 +65,28 @@ def read_edit(path: Path, options: EditOptions) -> Reel:
 
 def read_timeline(path: Path, rate: float | None = None) -> Any:
     """Return the timeline of a file. Raises InputError if it cannot be read, or holds none."""
-    suffix = path.suffix.lower()
     if not path.is_file():
         raise unreadable(path)
+    read, timeline = _read(path, rate), otio().schema.Timeline
+    if isinstance(read, timeline):
+        return read
+    found = next((one for one in read or () if isinstance(one, timeline)), None)
+    if found is None:
+        raise InputError(f"{path} holds no timeline.")
+    return found
+
+
+def _read(path: Path, rate: float | None) -> Any:
+    """Return whatever a file holds for OpenTimelineIO. Raises InputError if that fails."""
+    suffix = path.suffix.lower()
     if suffix == ".aaf" and file_bytes(path)[: len(_AAF)] != _AAF:  # its reader leaves it open
         raise InputError(f"{path} cannot be read as an edit: it is no AAF file")
     values = {"rate": rate or FRAMES_PER_SECOND} if suffix == ".edl" else {}
+    adapters = otio().adapters
     try:
-        read = otio().adapters.read_from_file(os.fspath(path), _ADAPTERS.get(suffix), **values)
-    except InputError:
-        raise
+        return adapters.read_from_file(os.fspath(path), _ADAPTERS.get(suffix), **values)
     except Exception as error:  # adapters pass on whatever their parsers raise
-        why = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise InputError(f"{path} cannot be read as an edit: {why}") from error
-    if isinstance(read, otio().schema.Timeline):
-        return read
-    found = [one for one in read if isinstance(one, otio().schema.Timeline)] if read else []
-    if not found:
-        raise InputError(f"{path} holds no timeline.")
-    return found[0]
+        raise InputError(f"{path} cannot be read as an edit: {one_line(error)}") from error
 
 
 def _shown(items: list[Any]) -> Iterator[Any]:

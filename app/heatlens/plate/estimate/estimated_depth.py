@@ -25,6 +25,7 @@ from heatlens.plate.estimate.calm import Estimated, Fit, fitted
 from heatlens.plate.estimate.edges import with_sharp_edges
 from heatlens.plate.estimate.kept_estimates import estimate_kept
 from heatlens.plate.estimate.network import Network, as_display, network_at, resized
+from heatlens.plate.estimate.scale import DIOPTRES_LEAST, scale_of
 from heatlens.plate.plate import DepthReport, FloatImage
 from heatlens.sequence.sequence import Sequence, find_sequence, stamp_of
 
@@ -34,8 +35,6 @@ CHANNEL = "estimate"
 _BLOCK = 8  # frames that are fitted to the same one
 _RAMP_PX = 3.0  # pixels of the network over which it blurs an edge, to either side
 _REACH_MOST_PX = 24
-_DIOPTRES_LEAST = 1e-4  # ten kilometres; networks know no infinity
-_ENDS = 0.002, 0.998  # parts of the values of the first frame between which its range lies
 
 
 def estimated_depth(
@@ -52,11 +51,11 @@ def estimated_depth(
     frame = _estimated(network, color)
     values, first = chain.fit_of(path, frame).of(frame.values), chain.first_of(path, frame)
     options, guess = _guess(path, network, options, first.values)
-    scale = _Scale.of(first.values, network.facts.output, options, color.shape)
+    scale = scale_of(first.values, network.facts.output, options, color.shape)
     height, width = color.shape[:2]
     dioptres = scale.dioptres(resized(values, width, height))
     depth = 1.0 / _sharp(dioptres, color, values.shape)
-    depth = np.clip(depth, DEPTH_LEAST_M, 1.0 / _DIOPTRES_LEAST).astype(np.float32)
+    depth = np.clip(depth, DEPTH_LEAST_M, 1.0 / DIOPTRES_LEAST).astype(np.float32)
     report = DepthReport(
         CHANNEL,
         guess.convention,
@@ -70,56 +69,6 @@ def estimated_depth(
     )
     question = f"{guess.question} {guess.why}" if guess.question else ""
     return DepthResult(depth, report, tuple(filter(None, [network.note, question])))
-
-
-@dataclass(frozen=True)
-class _Scale:
-    """How values of a network become dioptres: `zero` plus `one` for each unit, or the reverse."""
-
-    zero: float
-    one: float
-    is_distance: bool
-
-    @classmethod
-    def of(
-        cls,
-        first: FloatImage,
-        output: DepthModelOutput,
-        options: PlateOptions,
-        shape: tuple[int, ...],
-    ) -> "_Scale":
-        """Return the scale that the values of the first frame, the ends and a distance give."""
-        known = options.depth_known
-        at_known = None
-        if known is not None:
-            row, column = (
-                known.y_px / shape[0] * first.shape[0],
-                known.x_px / shape[1] * first.shape[1],
-            )
-            if not (0 <= row < first.shape[0] and 0 <= column < first.shape[1]):
-                raise InputError(f"--depth-known {known}: the pixel is outside the picture.")
-            at_known = float(first[int(row), int(column)])
-        if output is not DepthModelOutput.DISPARITY:
-            is_distance = output is DepthModelOutput.METRES
-            if known is None or not at_known or at_known <= 0:
-                return cls(0.0, 1.0, is_distance)
-            true = known.distance_m if is_distance else 1.0 / known.distance_m
-            return cls(0.0, true / at_known, is_distance)
-        low, high = (float(it) for it in np.quantile(first, _ENDS))
-        assert options.near_m is not None and options.far_m is not None
-        far, near, span = 1.0 / options.far_m, 1.0 / options.near_m, max(high - low, 1e-12)
-        one = (near - far) / span
-        if known is not None and at_known is not None and at_known > low:
-            one = max(1.0 / known.distance_m - far, 0.0) / (at_known - low)
-        return cls(far - one * low, one, False)
-
-    def dioptres(self, values: FloatImage) -> FloatImage:
-        """Return values as dioptres."""
-        found = self.zero + values * np.float32(self.one)
-        if self.is_distance:
-            found = 1.0 / np.maximum(found, np.float32(DEPTH_LEAST_M))
-        bounded: FloatImage = np.maximum(found, np.float32(_DIOPTRES_LEAST))
-        return bounded
 
 
 def _guess(
@@ -217,5 +166,5 @@ def _sharp(dioptres: FloatImage, color: FloatImage, own: tuple[int, ...]) -> Flo
     span = np.float32(max(high - low, 1e-9))
     shares = (dioptres - np.float32(low)) / span
     sharp = with_sharp_edges(shares, as_display(color), max(reach, 1))
-    found: FloatImage = np.maximum(sharp * span + np.float32(low), np.float32(_DIOPTRES_LEAST))
+    found: FloatImage = np.maximum(sharp * span + np.float32(low), np.float32(DIOPTRES_LEAST))
     return found

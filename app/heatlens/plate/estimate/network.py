@@ -4,9 +4,8 @@ No network comes with heatlens, and none is fetched.
 """
 
 import hashlib
-import importlib
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 from PIL import Image
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import import_extra
 from heatlens.base.paths import file_bytes, unreadable
 from heatlens.base.printable import one_line
 from heatlens.model.plate_options import DepthModelOutput
@@ -110,27 +110,9 @@ def network_at(path: str, output: DepthModelOutput) -> Network:
 
 @lru_cache(maxsize=2)
 def _network(path: Path, _time_ns: int, output: DepthModelOutput) -> Network:
-    try:
-        runtime = importlib.import_module("onnxruntime")
-    except ImportError as error:
-        raise InputError(
-            f"{path}: networks need onnxruntime ({error}): pip install 'heatlens[estimate]'."
-        ) from error
-    data = file_bytes(path)
-    try:
-        options = runtime.SessionOptions()
-        options.log_severity_level = 4
-        session = runtime.InferenceSession(
-            str(path), options, providers=runtime.get_available_providers()
-        )
-    except Exception as error:
-        raise InputError(f"{path} is no network that can be run: {one_line(error)}") from error
+    session = _session(path)
     (needed, *others) = session.get_inputs()
-    if (
-        others
-        or len(needed.shape) != 4
-        or (needed.shape[1] not in (3, None) and not isinstance(needed.shape[1], str))
-    ):
+    if others or not _takes_picture(needed.shape):
         raise InputError(
             f"{path} takes {[it.shape for it in session.get_inputs()]}; a network for depth takes "
             "one picture of 3 channels, (1, 3, height, width)."
@@ -138,8 +120,26 @@ def _network(path: Path, _time_ns: int, output: DepthModelOutput) -> Network:
     facts, note = _facts_of(path, output)
     height, width = needed.shape[2:]
     size = (height, width) if isinstance(height, int) and isinstance(width, int) else None
-    key = hashlib.blake2b(data, digest_size=16).hexdigest()
+    key = hashlib.blake2b(file_bytes(path), digest_size=16).hexdigest()
     return Network(path, facts, note, size, key, session.run, needed.name)
+
+
+def _session(path: Path) -> Any:
+    """Return the network, ready to run. Raises InputError if it cannot be loaded."""
+    runtime = import_extra("onnxruntime", "Estimating depth", "estimate")
+    options = runtime.SessionOptions()
+    options.log_severity_level = 4
+    try:
+        return runtime.InferenceSession(
+            str(path), options, providers=runtime.get_available_providers()
+        )
+    except Exception as error:  # the runtime raises errors of its own for each kind of failure
+        raise InputError(f"{path} is no network that can be run: {one_line(error)}") from error
+
+
+def _takes_picture(shape: list[Any]) -> bool:
+    """Return whether an input is (1, 3, height, width); sizes left open have names, or none."""
+    return len(shape) == 4 and (shape[1] in (3, None) or isinstance(shape[1], str))
 
 
 def _facts_of(path: Path, output: DepthModelOutput) -> tuple[NetworkFacts, str]:
@@ -151,9 +151,7 @@ def _facts_of(path: Path, output: DepthModelOutput) -> tuple[NetworkFacts, str]:
         taken = f"gives {output if given else facts.output}"
         note = f"{path.name} is unknown: it gets sRGB values of 0 to 1, and {taken}."
     if output is not DepthModelOutput.AUTO:
-        facts = NetworkFacts(
-            facts.words, facts.side_px, facts.multiple, facts.scale, output, facts.white
-        )
+        facts = replace(facts, output=output)
     return facts, note
 
 
