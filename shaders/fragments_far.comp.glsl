@@ -23,7 +23,7 @@ layout(rgba16f) uniform writeonly image2D out_near_img;
 #define FAR_RIM_WEIGHT 0.1  // weight of a near neighbour that is itself beside something nearer
 #define MOST_COVERAGE 0.5   // depth was sampled at the pixel's centre and missed the near surface
 #define KNOWN_FROM_PX 1.5   // of less blur, what is seen beside it shows as sharply, and is nearer
-#define FAR_REACH 2         // pixels: across a wire's far rim to the next unmixed pixel
+#define FAR_SIDE 5          // pixels: across a wire's far rim to the next unmixed pixel
 
 // Compressed colour of the far surface where a nearer pixel hides it; a = its weight.
 vec4 known_behind(ivec2 at, float coc) {
@@ -49,16 +49,16 @@ struct FarSide {
 FarSide far_side(ivec2 at, float coc) {
     vec4 sum = vec4(0.0);
     vec3 squares = vec3(0.0);
-    for (int y = -FAR_REACH; y <= FAR_REACH; ++y)
-        for (int x = -FAR_REACH; x <= FAR_REACH; ++x) {
-            ivec2 p = inside(at + ivec2(x, y));
-            float other = coc_at(p), distance_2 = float(x * x + y * y);
-            if (kind_at(p) == FAR_RIM || is_in_front(coc, other)) continue;
-            vec4 found = is_in_front(other, coc) ? known_behind(p, coc) : vec4(toned(color_at(p)), 1.0);
-            found.a /= distance_2 * distance_2 * distance_2;
-            sum += found.a * vec4(found.rgb, 1.0);
-            squares += found.a * found.rgb * found.rgb;
-        }
+    int i = 0;
+    do {
+        ivec2 aside = ivec2(i % FAR_SIDE, i / FAR_SIDE) - FAR_SIDE / 2, p = inside(at + aside);
+        float other = coc_at(p), distance_2 = float(aside.x * aside.x + aside.y * aside.y);
+        if (kind_at(p) == FAR_RIM || is_in_front(coc, other)) continue;
+        vec4 found = is_in_front(other, coc) ? known_behind(p, coc) : vec4(toned(color_at(p)), 1.0);
+        found.a /= distance_2 * distance_2 * distance_2;
+        sum += found.a * vec4(found.rgb, 1.0);
+        squares += found.a * found.rgb * found.rgb;
+    } while (++i < FAR_SIDE * FAR_SIDE);
     float whole = max(sum.a, 1e-9);
     return FarSide(sum.rgb / whole, variance_of(sum.rgb / whole, squares / whole), sum.a);
 }
@@ -77,7 +77,8 @@ vec4 near_side(ivec2 at, float coc) {
     float nearest = nearest_around(at, coc);
     vec4 sum = vec4(0.0);
     float weights = 0.0;
-    for (int k = 0; k < 9; ++k) {
+    int k = 0;
+    do {
         ivec2 p = neighbour(at, k);
         float other = coc_at(p), kind = kind_at(p);
         if (!is_in_front(other, coc) || !is_same_surface(other, nearest)) continue;
@@ -86,7 +87,7 @@ vec4 near_side(ivec2 at, float coc) {
         float weight = kind == FAR_RIM ? FAR_RIM_WEIGHT : 1.0;
         sum += weight * vec4(color, other);
         weights += weight;
-    }
+    } while (++k < 9);
     return sum / weights;
 }
 

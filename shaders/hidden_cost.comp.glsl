@@ -38,15 +38,16 @@ bool seen_at(ivec2 at, out vec4 toned_layer) {
 
 float difference(ivec2 at, int k, ivec2 ends, int taps) {
     float sum = 0.0, weights = 0.0;
-    for (int tap = 0; tap < taps; ++tap) {
+    int tap = 0;
+    do {
         vec4 a, b;
         bool both = seen_at(at + (ends.x + tap) * DIRECTION[k], a);
         both = seen_at(at - (ends.y + tap) * DIRECTION[k], b) && both;
-        if (!both) continue;
+        if (!both || tap >= taps) continue;
         float weight = tap == 0 ? 1.0 : TAP_WEIGHT;
         sum += weight * dot(a - b, a - b);
         weights += weight;
-    }
+    } while (++tap < taps);
     return weights > 0.0 ? sum / weights : -1.0;
 }
 
@@ -66,7 +67,7 @@ void compare_ends(ivec2 listed) {
     bool is_first = (uint(listed.x) & MARK_FIRST) != 0u;
     if (is_first) imageStore(out_cost_img, at >> 1, cost);
 #ifdef MATCHED
-    vec4 matched = match_of(at, ends, is_first && taps > 0 ? HIDDEN_DIRECTIONS : 0);
+    vec4 matched = match_of(at, ends, is_first && taps > 0);
     if (is_first) imageStore(out_match_img, at >> 1, matched);
 #endif
 }

@@ -32,7 +32,6 @@ layout(rg32f) uniform image2D state_img;
 
 #define LISTED_FROM 0.5        // share of the visible depth: up to here lists are fully trusted,
 #define LISTED_TO 1.0          // distance, plus one pixel, from which they are not used
-#define REACH 1                // costs are averaged over 3 x 3 blocks
 #define ALIKE_VARIANCE 0.04    // variance in compressed colour: ends that differ by 0.2 count much less
 #define LEAST_LIKENESS 1e-4    // if no direction has similar ends the nearest decide
 #define DISTANCE_POWER 2.0
@@ -40,7 +39,7 @@ layout(rg32f) uniform image2D state_img;
 #define DULL_REACH 0.8         // share of the distance to an end that is averaged behind it where the guess is smooth
 #define ONE_END_WEIGHT 0.02    // weight of an end without a partner: it gives colour but no structure
 #define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
-#define BEHIND_TAPS 6          // 1, 2, 4 ... 32 pixels behind, each standing for its whole interval
+#define BEHIND_MOST 64         // 1, 2, 4 ... 32 pixels behind, each standing for its whole interval
 
 const float STEP_LENGTH[HIDDEN_DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
 
@@ -52,22 +51,23 @@ struct Content {
 Content content_at(ivec2 at) {
     vec4 layer = imageLoad(layer_img, at);
     vec3 color = layer.rgb / max(layer.a, 1e-4);
-    // Highlights must not spread. A loop, because a branch would run both of its sides.
-    for (int look = has_highlights ? 1 : 0; look > 0; --look)
-        color *= 1.0 - part_over(color, texelFetch(around_tx, at >> 1, 0).r);
+    if (has_highlights) color *= 1.0 - part_over(color, texelFetch(around_tx, at >> 1, 0).r);  // must not spread
     return Content(vec4(dimmed(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
-vec4 mean_cost(ivec2 block, int reach) {
+ivec2 block_beside(ivec2 block, int i) {  // of 3 x 3, over which measurements are averaged
+    return clamp(block + ivec2(i % 3, i / 3) - 1, ivec2(0), textureSize(cost_tx, 0) - 1);
+}
+
+vec4 mean_cost(ivec2 block, bool is_asked) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
-    for (int y = -reach; y <= reach; ++y)
-        for (int x = -reach; x <= reach; ++x) {
-            ivec2 p = clamp(block + ivec2(x, y), ivec2(0), textureSize(cost_tx, 0) - 1);
-            vec4 cost = texelFetch(cost_tx, p, 0);
-            vec4 counts = step(0.0, cost);
-            sum += counts * cost;
-            count += counts;
-        }
+    int i = 0;
+    do {
+        vec4 cost = texelFetch(cost_tx, block_beside(block, i), 0);
+        vec4 counts = step(0.0, cost);
+        sum += counts * cost;
+        count += counts;
+    } while (is_asked && ++i < 9);
     return sum / max(count, 1.0);
 }
 
@@ -82,13 +82,13 @@ void add(inout Content sum, inout float weights, float weight, Content c) {
 Content end_at(ivec2 end, ivec2 onward, float step_px, float dull_px, ivec2 size) {
     Content sum = content_at(end);
     float weights = 1.0, reach = max(max(BEHIND_REACH * sum.diameter, dull_px) / step_px, 1e-3);
-    for (int tap = 0; tap < BEHIND_TAPS && float(1 << tap) < reach; ++tap) {
-        int steps = 1 << tap;
+    int steps = 1;
+    do {
         ivec2 p = end + steps * onward;
-        if (p != clamp(p, ivec2(0), size - 1) || !is_seen(p, size)) continue;
+        if (float(steps) >= reach || p != clamp(p, ivec2(0), size - 1) || !is_seen(p, size)) continue;
         float part = float(steps) / reach, falloff = 1.0 - part * part;
         add(sum, weights, float(steps) * falloff * falloff, content_at(p));
-    }
+    } while ((steps *= 2) < BEHIND_MOST && float(steps) < reach);
     return Content(sum.layer / weights, sum.diameter / weights);
 }
 
@@ -102,12 +102,10 @@ uniform sampler2D match_tx;
 // The factor for listed light, averaged over the surrounding blocks.
 vec3 match_at(ivec2 block) {
     vec4 sum = vec4(0.0);
-    for (int y = -REACH; y <= REACH; ++y)
-        for (int x = -REACH; x <= REACH; ++x) {
-            ivec2 p = clamp(block + ivec2(x, y), ivec2(0), textureSize(match_tx, 0) - 1);
-            vec4 matched = texelFetch(match_tx, p, 0);
-            sum += max(matched.a, 0.0) * vec4(matched.rgb, 1.0);
-        }
+    for (int i = 0; i < 9; ++i) {
+        vec4 matched = texelFetch(match_tx, block_beside(block, i), 0);
+        sum += max(matched.a, 0.0) * vec4(matched.rgb, 1.0);
+    }
     return exp(sum.rgb / max(sum.a, 1e-9));
 }
 #endif
@@ -141,29 +139,22 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool beyond = is_beyond_reach(ends);
-    vec4 cost = mean_cost(at >> 1, beyond ? -1 : REACH);
+    vec4 cost = mean_cost(at >> 1, !beyond);
     Content sum = Content(vec4(0.0), 0.0);
     float weights = 0.0, differ = difference_of(ends, cost), by_likeness = 1.0 - differ;
-    int directions = beyond ? 0 : HIDDEN_DIRECTIONS;
-    for (int k = 0; k < directions; ++k) {
-        int ahead = ends[k].x, back = ends[k].y;
-        if (ahead == 0 && back == 0) continue;
-        float length_px = float(ahead + back) * STEP_LENGTH[k];
-        if (ahead == 0 || back == 0) {
-            ivec2 onward = ahead > 0 ? DIRECTION[k] : -DIRECTION[k];
-            Content end = end_at(at + (ahead + back) * onward, onward, STEP_LENGTH[k], 0.0, size);
-            add(sum, weights, pow(ONE_END_WEIGHT, by_likeness) / pow(2.0 * length_px, DISTANCE_POWER), end);
-            continue;
-        }
-        float likeness = likeness_of(cost[k]) + LEAST_LIKENESS;
+    int k = 0;
+    do {
+        float ahead = float(ends[k].x), back = float(ends[k].y), step_px = STEP_LENGTH[k];
+        bool has_both = min(ahead, back) > 0.0;
+        float likeness = has_both ? likeness_of(cost[k]) + LEAST_LIKENESS : ONE_END_WEIGHT;
+        float length_px = (has_both ? 1.0 : 2.0) * (ahead + back) * step_px;
         float weight = pow(likeness, by_likeness) / pow(length_px, DISTANCE_POWER);
-        float to_back = float(ahead) / float(ahead + back);
-        float step_px = STEP_LENGTH[k], dull_px = DULL_REACH * differ * step_px;
-        Content end_ahead = end_at(at + ahead * DIRECTION[k], DIRECTION[k], step_px, dull_px * float(ahead), size);
-        Content end_back = end_at(at - back * DIRECTION[k], -DIRECTION[k], step_px, dull_px * float(back), size);
-        add(sum, weights, weight * (1.0 - to_back), end_ahead);
-        add(sum, weights, weight * to_back, end_back);
-    }
+        float to_back = ahead / (ahead + back), dull_px = has_both ? DULL_REACH * differ * step_px : 0.0;
+        Content end_ahead = end_at(at + ends[k].x * DIRECTION[k], DIRECTION[k], step_px, dull_px * ahead, size);
+        Content end_back = end_at(at - ends[k].y * DIRECTION[k], -DIRECTION[k], step_px, dull_px * back, size);
+        if (!beyond && ahead > 0.0) add(sum, weights, has_both ? weight * (1.0 - to_back) : weight, end_ahead);
+        if (!beyond && back > 0.0) add(sum, weights, has_both ? weight * to_back : weight, end_back);
+    } while (!beyond && ++k < HIDDEN_DIRECTIONS);
     guess = Guess(nearest_of(ends), vec4(0.0), 0.0);
     if (weights == 0.0) {  // nothing of this layer is visible near enough in any direction:
         guess.away_px = 0.0;  // only the lists are left
@@ -201,8 +192,8 @@ void fill_listed(ivec2 listed) {
     bool is_block = listed.y > PLACE_MASK;
     Guess guess;
     make_guess(hidden, imageSize(layer_img), guess);
-    fill_pixel(hidden, guess);
-    for (int i = is_block ? 1 : 4; i < 4; ++i) fill_pixel(hidden + ivec2(i & 1, i >> 1), guess);
+    int i = 0;
+    do fill_pixel(hidden + ivec2(i & 1, i >> 1), guess); while (is_block && ++i < 4);
 }
 
 void main() { FOR_EACH_LISTED(fill_listed) }

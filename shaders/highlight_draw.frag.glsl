@@ -84,7 +84,7 @@ vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_asked)
     vec4 seen = vec4(1.0);
     int pixel = 0;  // in the order of textureGather
     uint passed = 0u;
-    do {
+    while (is_asked && pixel < 4) {
         List list = list_at(clamp(first + ivec2(pixel == 1 || pixel == 2, pixel < 2), ivec2(0), last));
         uint i = list.first + passed++;
         Fragment fragment = fragment_of(min(i, max(list.end, 1u) - 1u));
@@ -96,7 +96,7 @@ vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_asked)
             ++pixel;
             passed = 0u;
         }
-    } while (is_asked && pixel < 4);
+    }
     return 1.0 - seen;
 }
 
@@ -105,7 +105,7 @@ vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_asked)
 float hidden_by_lists(Ray ray, uint listed, uint mixed) {
     float hidden = 0.0;
     uint passed = 0u;
-    do {
+    while ((listed | mixed) != 0u && hidden < 1.0) {
         bool is_listed = listed != 0u;
         float level = level_at(ray, findLSB(is_listed ? listed : mixed));
         List list = list_at(inside(crossing(ray, level)));
@@ -124,7 +124,7 @@ float hidden_by_lists(Ray ray, uint listed, uint mixed) {
             else mixed &= mixed - 1u;
             passed = 0u;
         }
-    } while ((listed | mixed) != 0u && hidden < 1.0);
+    }
     return hidden;
 }
 #endif

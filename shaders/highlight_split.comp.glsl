@@ -119,7 +119,7 @@ void main() {
     vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
     float around = surroundings.r, surface = surface_of(surroundings.b);
     float over = (1.0 - surface) * part_over(x.rgb, around), lamp_coc = coc;
-    for (int look = over > 0.0 ? 1 : 0; look > 0; --look) {  // cheaper than a branch on llvmpipe
+    if (over > 0.0) {
         lamp_coc = highlight_coc(at);
         over *= drawn_part(max(abs(coc), abs(lamp_coc)));
     }

@@ -162,7 +162,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
     float seen = visibility(coc), visible = max(seen, THIN), has_near = 0.0;
     Content content = whole_of(x, coc, visible);
     float kind = texelFetch(kind_tx, at, 0).r;
-    for (int rim = kind == WHOLE ? 0 : 1; rim > 0; --rim) {  // cheaper than a branch on llvmpipe
+    if (kind != WHOLE) {
         vec4 far = texelFetch(far_tx, at, 0), near = texelFetch(near_tx, at, 0);
         if (kind == FAR_RIM) content = far_rim_of(x, coc, far, near, visible);
         if (kind == NEAR_RIM) content = near_rim_of(x, coc, far, near.a, visible);

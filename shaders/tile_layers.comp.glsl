@@ -43,12 +43,11 @@ void main() {
             float coc = texelFetch(coc_tx, at, 0).r;
             content |= layers_of(coc);
             nearest = min(nearest, coc);
-            int rim = texelFetch(kind_tx, at, 0).r == FAR_RIM ? 1 : 0;
 #ifdef LISTS
             List list = list_at(at);
             for (uint i = list.first; i < list.end; ++i) content |= layers_of(fragment_of(i).coc);
 #endif
-            for (; rim > 0; --rim) content |= layers_of(texelFetch(near_tx, at, 0).a);
+            if (texelFetch(kind_tx, at, 0).r == FAR_RIM) content |= layers_of(texelFetch(near_tx, at, 0).a);
         }
     content_buf[tile.y * tiles.x + tile.x] = content;
     nearest_buf[tile.y * tiles.x + tile.x] = nearest;

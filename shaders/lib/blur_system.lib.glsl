@@ -201,10 +201,9 @@ struct Output {
 void clear_output(out Output o) { o.y = vec4(0.0); }
 void add_pole(inout Output o, int pole, Value y) { o.y += real_of_product(sum_weights[pole], y); }
 
-// A pixel exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding. This is a
-// loop because a software rasteriser runs both sides of a branch; a loop that no lane enters costs less.
+// A pixel exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
 void store(ivec2 at, Output o) {
-    for (int n = diameter_2_at(at) == 0.0 ? 1 : 0; n > 0; --n) o.y = texelFetch(color_tx, at, 0);
+    if (diameter_2_at(at) == 0.0) o.y = texelFetch(color_tx, at, 0);
     imageStore(out_color_img, at, o.y);
 }
 #endif

@@ -27,7 +27,8 @@ Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter) {
     vec4 sum = vec4(0.0);
     float count = 0.0, logs = 0.0, squares = 0.0;
     float most = max(SAME_DIAMETER_PX, SAME_DIAMETER_PART * diameter);
-    for (int tap = 0; tap < MATCH_TAPS; ++tap) {
+    int tap = 0;
+    do {
         ivec2 p = from + tap * onward;
         if (p != clamp(p, ivec2(0), size - 1) || is_seen(p, size) == hidden) break;
         if (abs(texelFetch(state_tx, p, 0).r - diameter) > most) break;
@@ -38,7 +39,7 @@ Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter) {
         count += 1.0;
         logs += light;
         squares += light * light;
-    }
+    } while (++tap < MATCH_TAPS);
     float spread = squares / max(count, 1.0) - logs * logs / max(count * count, 1.0);
     return Stretch(sum, max(spread, 0.0) / min(max(count - 1.0, 1.0), INDEPENDENT));
 }
@@ -59,11 +60,12 @@ void add_match(inout vec4 sum, ivec2 at, int steps, ivec2 onward) {
     sum += likeness / (length_px * length_px) * vec4(ratio, 1.0);
 }
 
-vec4 match_of(ivec2 at, ivec2 ends[HIDDEN_DIRECTIONS], int directions) {
+vec4 match_of(ivec2 at, ivec2 ends[HIDDEN_DIRECTIONS], bool is_asked) {
     vec4 sum = vec4(0.0);
-    for (int k = 0; k < directions; ++k) {
-        if (ends[k].x > 0) add_match(sum, at, ends[k].x, DIRECTION[k]);
-        if (ends[k].y > 0) add_match(sum, at, ends[k].y, -DIRECTION[k]);
-    }
+    int i = 0;
+    do {
+        int k = i >> 1, steps = (i & 1) == 0 ? ends[k].x : ends[k].y;
+        if (is_asked && steps > 0) add_match(sum, at, steps, (i & 1) == 0 ? DIRECTION[k] : -DIRECTION[k]);
+    } while (is_asked && ++i < 2 * HIDDEN_DIRECTIONS);
     return vec4(sum.rgb / max(sum.a, 1e-9), sum.a);
 }

@@ -36,8 +36,8 @@ int steps_back(int first, int i) {
 
 uniform int reach_px;  // hidden pixels farther than this from any visible pixel are never uncovered
 
-// True if even the nearest end is out of reach. Loops for such a pixel then run zero times, which a
-// software rasteriser can skip, unlike a branch.
+// True if even the nearest end is out of reach. Loops for such a pixel then end after one round, which
+// saves a software rasteriser time, unlike a branch.
 bool is_beyond_reach(ivec2 ends[HIDDEN_DIRECTIONS]) {
     int nearest = reach_px + 1;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
