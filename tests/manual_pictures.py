@@ -2,7 +2,8 @@
 
     .venv/bin/python tests/manual_pictures.py
 
-The window is drawn without a display, with the still life; the Scene tab with the demo.
+The window is drawn without a display: the tabs of `OF_SCENE` with the demo, the others with the
+still life.
 """
 
 import shutil
@@ -22,7 +23,8 @@ ASSETS = Path(__file__).parents[1] / "assets"
 SIZE, SCALE = (1500, 2100), 1.25
 _MARGIN = 52  # of a panel around its controls, in screen units
 COLORS = 96  # few enough for small files; panels have flat colours
-OF_PLATE, OF_SCENE = ("Lens", "Plate", "Guides", "Export"), ("Scene",)
+OF_PLATE = ("Lens", "Plate", "Guides", "Export", "Looks")
+OF_SCENE = ("Scene", "Marks", "Timeline")
 
 
 def panel_picture(gui: Gui, name: str) -> Image.Image:
@@ -55,6 +57,9 @@ def main() -> None:
 
 def _write(ctx: moderngl.Context, source: str, names: tuple[str, ...], folder: Path) -> None:
     with gui_of(ctx, source, size=SIZE, scale=SCALE) as gui:
+        if source != DEMO:
+            gui.settled()
+            gui.do("Keep this look")
         for name in names:
             path = folder / f"{name.lower()}.png"
             panel_picture(gui, name).quantize(COLORS).save(path, optimize=True)
