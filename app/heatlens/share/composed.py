@@ -9,7 +9,7 @@ from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.model.boxes import Box
 from heatlens.share.picture import Pixels, in_display
 
-_PREVIEW_PX = 1280  # width of a picture that is no whole one, at most
+_PREVIEW_PX = 720  # width of a preview at most: drawing it must not hold up the next one
 
 
 @dataclass(frozen=True, eq=False)
