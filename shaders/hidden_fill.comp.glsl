@@ -45,7 +45,7 @@ const float STEP_LENGTH[HIDDEN_DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2
 
 struct Content {
     vec4 layer;      // rgb with highlights dimmed, times coverage, a coverage
-    float diameter;  // times coverage
+    float diameter;  // multiplied by coverage
 };
 
 Content content_at(ivec2 at) {

@@ -83,7 +83,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_view_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options for what is opened and how; a page of a browser has them too."""
+    """Add the options that set what is opened and how, also for `heatlens serve`."""
     parser.add_argument(
         "--demo", action="store_true", help="open the scene that comes with heatlens"
     )

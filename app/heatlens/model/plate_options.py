@@ -170,7 +170,9 @@ def parse_known_distance(text: str) -> KnownDistance:
     try:
         x_px, y_px = (float(part) for part in place.split(","))
     except ValueError:
-        raise InputError(f"{text!r} is no distance of a pixel. Example: 960,540=2.4m.") from None
+        raise InputError(
+            f"{text!r} is not a pixel with its distance. Example: 960,540=2.4m."
+        ) from None
     distance_m = parse_distance_m(distance)
     if not 0 < distance_m < math.inf:
         raise InputError(f"{text!r}: the distance must be above 0 and not infinite.")

@@ -27,13 +27,13 @@ class Address:
         return "http" if self.certificate is None else "https"
 
     def url(self, port: int, token: str = "") -> str:
-        """Return the link for a token, on the port that was really taken."""
+        """Return the link for a token, on the port that the server listens on."""
         return f"{self.scheme}://{_bracketed(self.host)}:{port}/" + (f"{token}/" if token else "")
 
     def hosts(self, port: int) -> frozenset[str]:
         """Return the Host headers of requests that are meant for this server.
 
-        Any other is refused: a page of a stranger could give its own name this address.
+        Others are refused, because a foreign page could point its own host name at this address.
         """
         own = _bracketed(self.host).lower()
         names = {own, *(_NAMES_HERE if own in _NAMES_HERE else ())}
@@ -57,7 +57,7 @@ class Address:
 
 @dataclass(frozen=True)
 class ShareOptions:
-    """What the command line tells: where to share, and whether the links of earlier times end."""
+    """The options of the command line: where to share, and whether earlier links become invalid."""
 
     address: Address = Address()
     has_new_links: bool = False
@@ -72,7 +72,7 @@ def parse_share_address(text: str, certificate: Path | None = None) -> Address:
         host, port, parts = "", None, urlsplit("")
     if not host or parts.path or parts.query or parts.username is not None:
         raise InputError(
-            f"{text!r} is no address to share on: give HOST, HOST:PORT or :PORT, such as "
+            f"{text!r} is not an address to listen on: give HOST, HOST:PORT or :PORT, such as "
             f"192.168.1.20 or 192.168.1.20:{DEFAULT_PORT}."
         )
     if host in _EVERYWHERE:

@@ -9,9 +9,12 @@ from collections.abc import Mapping
 from heatlens.base.errors import InputError
 
 MESSAGE_MOST = 4096  # bytes
-_DEPTH_MOST = 8  # braces and brackets within each other
+_DEPTH_MOST = 8  # nested braces and brackets
 _MENUS = ("Edit", "Lens", "Play", "Animate", "View", "Compare")
-_NOT_SHARED = ("Render frames ahead", "Clear rendered frames")  # they change what the disk keeps
+_NOT_SHARED = (
+    "Render frames ahead",
+    "Clear rendered frames",
+)  # commands that change the kept frames on disk
 _REQUESTS = ("Go", "Focus", "NudgeFocus", "FocusAt", "MarkAt", "Pull", "TakeLook", "MoveCamera")
 _FIELDS: Mapping[str, tuple[str, ...]] = {
     "lens": ("focal_length_mm", "f_stop", "focus_distance_m"),
@@ -46,7 +49,7 @@ def is_command(name: str, menu: str) -> bool:
 
 
 def check(message: Mapping[str, object], menus: Mapping[str, str]) -> None:
-    """Raise InputError for what no page may ask; `menus` has the menu of each named command."""
+    """Raise InputError for forbidden messages; `menus` has the menu of each named command."""
     if "change" in message:
         of = message["change"]
         allowed = _FIELDS.get(of, ()) if isinstance(of, str) else ()

@@ -18,10 +18,10 @@ from heatlens.share.picture import Line, Picture
 from heatlens.share.shared import Shared
 
 VERSION = 1
-_HELLO_S = 5.0  # time to say hello
+_HELLO_S = 5.0  # time limit for the client's hello
 _A_SECOND, _BURST = 200.0, 400.0  # messages that a client may send
 _PART_S = 1.0
-_STALLED_S = 20.0  # a client that takes nothing for so long has gone
+_STALLED_S = 20.0  # a client that accepts nothing for this long is gone
 _STEP_S = 1 / 60  # shortest time between two messages of state to a client
 _WIDTH_MOST = 16384
 _NAME_MOST = 40
@@ -52,7 +52,9 @@ class Client:
         self._sent: dict[str, object] = {}  # the state that the client has
         self._picture: Picture | None = None  # the latest picture that was sent
         self._sent_at = 0.0
-        self._problems: deque[str] = deque(maxlen=_PROBLEMS_MOST)  # that are still to be told
+        self._problems: deque[str] = deque(
+            maxlen=_PROBLEMS_MOST
+        )  # sentences that are still to be sent
         self.is_ready = False  # no picture is on its way
         self._allowed, self._spoke_at = _BURST, time.monotonic()
 
@@ -167,7 +169,7 @@ class Client:
                 await asyncio.sleep(_STEP_S)
         except (TimeoutError, ConnectionError):
             if self._transport is not None:
-                self._transport.abort()  # a stalled line takes no farewell
+                self._transport.abort()  # a stalled connection takes no last message
 
     async def _send_newest(self) -> None:
         while self._problems:
@@ -179,7 +181,7 @@ class Client:
             self._sent = state
             await self._say({"state": changes | dict.fromkeys(gone)})
             if state["hand"]:
-                self._loop.call_later(REST_S, self.announce)  # its rest is news too
+                self._loop.call_later(REST_S, self.announce)  # the picture at rest is news too
         picture = self._shared.picture
         if picture is not None and picture is not self._picture and self.is_ready:
             await self._send_picture(picture)

@@ -1,15 +1,15 @@
-"""Whose hand has the lens: the last touch wins once the other has rested."""
+"""Decide which user has the lens: the latest touch wins once the other user rests."""
 
 import time
 from collections.abc import Callable
 from threading import Lock
 
-REST_S = 0.5  # so long a hand keeps the lens after its last touch
+REST_S = 0.5  # time that a user keeps the lens after the last touch
 WINDOW = "the window"
 
 
 class Hands:
-    """Decides between the hands that turn one lens; every thread may ask."""
+    """Decides which of several users may turn the lens; any thread may ask."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -28,7 +28,7 @@ class Hands:
 
     @property
     def holder(self) -> str:
-        """The hand that has the lens; "" once it has rested."""
+        """The user who has the lens; "" once it is free."""
         with self._lock:
             is_held = self._clock() - self._touched_at < REST_S
             return self._holder if is_held else ""

@@ -22,7 +22,7 @@ _PULSE_S = 0.1  # longest time between news to the pages while a picture is bein
 
 
 class HeadlessLoop:
-    """Turns a session for its pages alone, as the loop of the window does."""
+    """Runs a session for its pages alone, as the loop of the window does."""
 
     def __init__(self, session: Session, shared: Shared, news: Event) -> None:
         """Create the loop; threads set `news` when it should turn."""
@@ -43,7 +43,7 @@ class HeadlessLoop:
         self._seen_key: object = None
 
     def run(self, is_over: Callable[[], bool]) -> None:
-        """Turn until `is_over`."""
+        """Run until `is_over` returns True."""
         while not is_over():
             self._wait()
             self.turn()

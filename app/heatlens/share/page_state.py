@@ -14,7 +14,7 @@ from heatlens.session.door.state import CommandState
 from heatlens.session.session import Session
 from heatlens.share.asked import is_command
 
-_DIGITS = 3  # of the heights of the histogram
+_DIGITS = 3  # decimals of the histogram's heights
 
 
 class PageState:
@@ -71,7 +71,7 @@ class PageState:
     def _hyperfocal(self) -> float | None:
         try:
             return hyperfocal_m(self._session.facts.lens)
-        except HeatlensError:  # between two keys that make no lens
+        except HeatlensError:  # between two keys, the lens may be impossible
             return None
 
 

@@ -38,8 +38,8 @@ class Picture:
     _lock: Lock = field(default_factory=Lock)
 
     def coded(self, coding: Coding) -> bytes:
-        """Return a file of PNG or JPEG; the same for all clients that ask for the same."""
-        with self._lock:  # who asks for the same waits for it, instead of doing it again
+        """Return the picture as a PNG or JPEG file, encoded once for all clients."""
+        with self._lock:  # other clients wait for the result instead of encoding it again
             coding = Coding(min(coding.width, self.pixels.shape[1]), coding.quality)
             if coding not in self._encoded:
                 self._encoded[coding] = _encoded(self.pixels, coding)

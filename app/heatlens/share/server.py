@@ -20,7 +20,7 @@ from heatlens.share.shared import Shared
 
 HANDS_MOST, LOOKERS_MOST = 4, 16
 _CONNECTIONS_MOST = 128
-_REQUEST_S = 5.0  # a connection that asks for nothing is closed after so long
+_REQUEST_S = 5.0  # a connection without a request is closed after this time
 _HEARTBEAT_S = 5.0
 _START_S = 10.0
 _KINDS = {
@@ -92,7 +92,7 @@ class ShareServer:
         return self.address.url(self.port, getattr(self.links, role))
 
     def who(self) -> tuple[int, int]:
-        """Return the numbers of hands and of lookers."""
+        """Return the numbers of clients that may turn the lens, and of those that only look."""
         roles = [client.role for client in list(self._clients)]
         return roles.count(Role.HAND), roles.count(Role.LOOK)
 
@@ -134,7 +134,7 @@ class ShareServer:
         await runner.cleanup()
 
     def _connected(self) -> asyncio.Protocol:
-        """Return what handles a new connection; it must soon ask for something."""
+        """Return the handler of a new connection, which is closed if it sends no request."""
         if len(self._server.connections) >= _CONNECTIONS_MOST:
             return _Refusing()
         handler = self._server()

@@ -23,7 +23,7 @@ class Sharing:
     """The server of a session, which is open from `begin` to `end`."""
 
     def __init__(self, options: ShareOptions | None = None) -> None:
-        """Share with `options` once it begins; None for the usual ones."""
+        """Create it; `options` apply from `begin` on, None for the defaults."""
         self._options = options or ShareOptions()
         self.shared = Shared()
         self._server: ShareServer | None = None
@@ -57,7 +57,7 @@ class Sharing:
         return "" if self._server is None else self._server.link(role)
 
     def who(self) -> str:
-        """Return in words who is here, and which page has the lens."""
+        """Return a sentence on the connected clients, and on the one that has the lens."""
         hands, lookers = (0, 0) if self._server is None else self._server.who()
         words = f"{hands} turning, {lookers} looking" if hands or lookers else "nobody is here"
         return f"Shared: {self.shared.hands.holder or words}"

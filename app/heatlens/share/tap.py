@@ -10,7 +10,7 @@ from heatlens.share.page_state import PageState
 from heatlens.share.picture import Picture, Pixels
 from heatlens.share.shared import Shared
 
-_REST_S = 0.25  # a picture that has stood for so long is sent without loss
+_REST_S = 0.25  # a picture that is unchanged for this long is sent without loss
 
 
 class Tap:

@@ -9,10 +9,10 @@ import numpy as np
 
 from heatlens.plate.plate import FloatImage
 
-_SAME_COLOR = 0.03  # of display values: what changed less has not moved
-_STILL_LEAST = 0.05  # part of the picture that must stand still for a fit over it
+_SAME_COLOR = 0.03  # change of display values below which nothing has moved
+_STILL_LEAST = 0.05  # least share of the picture that must stand still for a fit
 _ROUNDS = 4
-_SAMPLES = 160  # a side
+_SAMPLES = 160  # samples along each side
 
 
 @dataclass(frozen=True)

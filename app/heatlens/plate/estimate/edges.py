@@ -1,6 +1,6 @@
 """Repair the edges of an estimated depth by the colour.
 
-Networks blur the edges of depth, so that a rim lies in the air between two things. Each pixel of
+Networks blur the edges of depth, which puts rims in mid-air between two objects. Each pixel of
 such a ramp takes the nearer or the farther value beside it, whose colour is more like its own.
 """
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from heatlens.plate.plate import FloatImage
 
-_STEP_LEAST = 0.04  # of the range: smaller steps stay as they are
+_STEP_LEAST = 0.04  # share of the range: smaller steps stay as they are
 _STEEP = 0.65  # part of a step that a ramp climbs over its width; an even slope climbs a half
 _END = 0.2  # part of a step at either end from which colours are taken
 _NOISE = 0.01  # squared difference of two colours that are alike

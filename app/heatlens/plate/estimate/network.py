@@ -24,8 +24,8 @@ from heatlens.plate.plate import FloatImage
 _IMAGENET = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # mean and deviation of its pictures
 _AS_IS = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 _EVEN = (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)
-_SIDE_MOST = 4096  # of an input whose size the network leaves open
-_WHITE_PART = 0.98  # of the pixels lie below the white that the network sees
+_SIDE_MOST = 4096  # largest side of an input whose size the network leaves open
+_WHITE_PART = 0.98  # share of the pixels below the white that the network sees
 
 
 @dataclass(frozen=True)

@@ -271,7 +271,7 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
         settings = _views(settings)
     quality_tip = "How accurately the blur is computed; its size stays the same."
     layers = {None: "as quality says"} | {n: str(n) for n in _whole_numbers("layers")}
-    tip = "Parts of the lens. More make surfaces behind the focus overlap correctly where known."
+    tip = "Parts of the lens. With more, known surfaces behind the focus overlap correctly."
     return replace(
         settings,
         method=method,
