@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from types import SimpleNamespace
 
-import moderngl
 import numpy as np
 import pytest
 
@@ -42,13 +41,7 @@ PASS_NAMES = {one.name for one in PASSES}
 LAYERED_PASSES = PASS_NAMES - {"limits"}  # those are for a frame of one layer
 
 
-@pytest.fixture(scope="module", autouse=True)
-def one_context(session_context: moderngl.Context) -> Iterator[None]:
-    """Let the command use the session's context; a new one would become current."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("heatlens.commands.bench.headless_context", lambda: session_context)
-        yield
-    assert session_context.error == "GL_NO_ERROR"
+pytestmark = pytest.mark.usefixtures("ctx")
 
 
 def bench(capsys, *words: str) -> str:

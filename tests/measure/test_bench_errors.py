@@ -155,8 +155,7 @@ def test_one_that_takes_too_long_is_given_up_and_left_out_from_there_on(frames, 
 
 
 @pytest.mark.usefixtures("ctx")
-def test_the_command_puts_errors_beside_times(capsys, monkeypatch, session_context):
-    monkeypatch.setattr("heatlens.commands.bench.headless_context", lambda: session_context)
+def test_the_command_puts_errors_beside_times(capsys, monkeypatch):
     monkeypatch.setattr(methods, "METHOD_COC_PX", (5.0,))
     words = ("bench", "--size", "64x48", "--runs", "1", "--views", "4", "--methods")
     truth = ("--truth-size", "64x36", "--truth-views", "80")

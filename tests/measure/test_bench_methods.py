@@ -2,10 +2,8 @@
 
 import json
 import math
-from collections.abc import Iterator
 from itertools import pairwise
 
-import moderngl
 import numpy as np
 import pytest
 
@@ -48,13 +46,7 @@ REPORT = MethodReport(
 )
 
 
-@pytest.fixture(scope="module", autouse=True)
-def one_context(session_context: moderngl.Context) -> Iterator[None]:
-    """Let the command use the session's context; a new one would become current."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("heatlens.commands.bench.headless_context", lambda: session_context)
-        yield
-    assert session_context.error == "GL_NO_ERROR"
+pytestmark = pytest.mark.usefixtures("ctx")
 
 
 @pytest.fixture

@@ -145,8 +145,7 @@ def test_what_cannot_be_written_is_said(tmp_path):
 
 
 @pytest.mark.usefixtures("ctx")
-def test_the_command_draws_what_it_measured(capsys, tmp_path, monkeypatch, session_context):
-    monkeypatch.setattr("heatlens.commands.bench.headless_context", lambda: session_context)
+def test_the_command_draws_what_it_measured(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(methods, "METHOD_COC_PX", (9.0,))
     path = tmp_path / "methods.png"
     words = ("bench", "--size", "64x48", "--runs", "1", "--views", "4", "--methods")

@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 from statistics import fmean
 
-import moderngl
 import pytest
 
 from heatlens.commands.main import main
@@ -19,10 +18,7 @@ v 0 -1 -2\nv 3 -1 -2\nv 3 1 -2\nv 0 1 -2\nf 5 6 7 8
 """
 
 
-@pytest.fixture(autouse=True)
-def drawn_with_the_sessions_context(ctx: moderngl.Context, monkeypatch):
-    monkeypatch.setattr("heatlens.render.headless_context", lambda: ctx)
-    monkeypatch.setattr("heatlens.commands.bench_scene.headless_context", lambda: ctx)
+pytestmark = pytest.mark.usefixtures("ctx")
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
 
-import moderngl
 import numpy as np
 import pytest
 from PIL import Image
@@ -54,9 +53,7 @@ class Page(HTMLParser):
         self.text += data
 
 
-@pytest.fixture(autouse=True)
-def drawn_with_the_sessions_context(ctx: moderngl.Context, monkeypatch):
-    monkeypatch.setattr("heatlens.render.headless_context", lambda: ctx)
+pytestmark = pytest.mark.usefixtures("ctx")
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_read import read_parts
-from heatlens.plate.exr.exr_write import COMPRESSIONS, lens_attributes, write_exr
-from heatlens.plate.header.camera_header import camera_at_header
+from heatlens.plate.exr.exr_write import COMPRESSIONS, write_exr
+from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
 from heatlens.plate.read import read_plate
 
 WINDOW = Box(0, 0, 5, 3)

@@ -26,7 +26,6 @@ MAY_ASK_THE_KIND = {
 # Modules that may ask whether there is a 3D scene: they draw or do what only scenes have.
 MAY_ASK_FOR_A_SCENE = {
     "commands.output.picture_progress": "counts the steps in which a scene is drawn",
-    "render": "a lens that breathes cuts a plate, and sees a scene at another angle",
     "session.pictures.look_pictures": "looks of a scene are drawn by a renderer of their own",
     "session.scenes.point_following": "another scene ends the following",
     "session.playing.pull_jobs": "the place of the camera is part of a frame's key",

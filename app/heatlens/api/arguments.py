@@ -24,7 +24,7 @@ from heatlens.model.frames import FRAME_MOST
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.option import Values, options_of
 from heatlens.model.other_names import OTHER_NAMES
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plate_options import KnownDistance, PlateOptions, parse_known_distance
 from heatlens.model.settings import DefocusSettings
 from heatlens.plate.opening_picture import read_opening_image
 
@@ -190,11 +190,16 @@ def _image(name: str, value: object) -> OpeningImage:
     return value if isinstance(value, OpeningImage) else read_opening_image(text(name, value))
 
 
+def _known_distance(name: str, value: object) -> KnownDistance:
+    return value if isinstance(value, KnownDistance) else parse_known_distance(text(name, value))
+
+
 _READ: dict[type, Callable[[str, object], object]] = {
     bool: _flag,
     int: whole,
     str: text,
     OpeningImage: _image,
+    KnownDistance: _known_distance,
 }
 
 

@@ -32,6 +32,24 @@ Convention = (
 )
 
 
+Curve = (
+    PictureCurve
+    | Literal[
+        "auto",
+        "srgb",
+        "linear",
+        "logc3",
+        "logc4",
+        "slog3",
+        "slog3-sgamut3",
+        "apple-log",
+        "vlog",
+        "canon-log3",
+        "log3g10",
+    ]
+)
+
+
 class RenderOptions(TypedDict, total=False):
     """The opening of the lens, and the blur."""
 
@@ -81,11 +99,11 @@ class ReadingOptions(TypedDict, total=False):
     depth_source: Path | None
     behind: Path | list[Path] | tuple[Path, ...]
     behind_conventions: Convention | list[Convention] | tuple[Convention, ...]
-    picture_curve: PictureCurve | str
+    picture_curve: Curve
     eye: str | None
     despike: bool
     strict: bool
     neighbours: int | None
     depth_model: str | None
     depth_model_output: DepthModelOutput | Literal["auto", "disparity", "metres", "inverse"]
-    depth_known: KnownDistance | None
+    depth_known: KnownDistance | str | None

@@ -120,27 +120,19 @@ class PictureCurve(StrEnum):
     @property
     def color_space(self) -> str | None:
         """The name that OpenColorIO gives to the log of a camera; None for other curves."""
-        match self:
-            case PictureCurve.AUTO | PictureCurve.SRGB | PictureCurve.LINEAR:
-                return None
-            case PictureCurve.LOGC3:
-                return "ARRI LogC3 (EI800)"
-            case PictureCurve.LOGC4:
-                return "ARRI LogC4"
-            case PictureCurve.SLOG3:
-                return "S-Log3 S-Gamut3.Cine"
-            case PictureCurve.SLOG3_SGAMUT3:
-                return "S-Log3 S-Gamut3"
-            case PictureCurve.APPLE_LOG:
-                return "Apple Log"
-            case PictureCurve.VLOG:
-                return "V-Log V-Gamut"
-            case PictureCurve.CANON_LOG3:
-                return "CanonLog3 CinemaGamut D55"
-            case PictureCurve.LOG3G10:
-                return "Log3G10 REDWideGamutRGB"
-            case _:
-                assert_never(self)
+        return _COLOR_SPACES.get(self)
+
+
+_COLOR_SPACES = {
+    PictureCurve.LOGC3: "ARRI LogC3 (EI800)",
+    PictureCurve.LOGC4: "ARRI LogC4",
+    PictureCurve.SLOG3: "S-Log3 S-Gamut3.Cine",
+    PictureCurve.SLOG3_SGAMUT3: "S-Log3 S-Gamut3",
+    PictureCurve.APPLE_LOG: "Apple Log",
+    PictureCurve.VLOG: "V-Log V-Gamut",
+    PictureCurve.CANON_LOG3: "CanonLog3 CinemaGamut D55",
+    PictureCurve.LOG3G10: "Log3G10 REDWideGamutRGB",
+}
 
 
 class DepthModelOutput(StrEnum):

@@ -13,10 +13,7 @@ from heatlens.base.errors import InputError
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.quiet import quiet_library
 from heatlens.model.boxes import Box
-from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.windows import header_at_box
-
-__all__ = ["COMPRESSIONS", "JOB_ATTRIBUTE", "lens_attributes", "write_exr"]
 
 # Compressions that other programs read. All are lossless except the last two, which are lossy
 # for half floats only.

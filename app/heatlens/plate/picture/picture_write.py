@@ -13,7 +13,8 @@ from heatlens.files.output_check import check_folder, check_writable, make_folde
 from heatlens.model.boxes import Box
 from heatlens.model.breathing import as_seen
 from heatlens.model.lens import Lens
-from heatlens.plate.exr.exr_write import lens_attributes, write_exr
+from heatlens.plate.exr.exr_write import write_exr
+from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.picture.png_write import EYE_SUFFIXES, write_png
 from heatlens.plate.plate import FloatImage, Plate
