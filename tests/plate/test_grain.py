@@ -98,6 +98,28 @@ def test_a_lamp_with_a_depth_of_its_own_stays(own_m, kept):
     assert (color[4, 4, 0] == 50.0) == kept
 
 
+@pytest.mark.parametrize("behind_m", [8.0, np.inf])
+@pytest.mark.parametrize("wide", [1, 2, 3, 4])
+def test_a_lamp_on_a_pole_stays(wide, behind_m):
+    """Wherever it stands on the pole, upright or lying; one on something wider is taken out."""
+    for column in range(6, 6 + wide):
+        for turned in (False, True):
+            color = np.full((16, 16, 4), 0.1, np.float32)
+            depth = np.full((16, 16), behind_m, np.float32)
+            depth[:, 6 : 6 + wide] = 5.0
+            color[7, column] = 50.0
+            if turned:
+                color, depth = color.transpose(1, 0, 2).copy(), depth.T.copy()
+            assert despike(color, depth) == (0 if wide <= 3 else 1)
+
+
+def test_a_grain_on_a_slanted_floor_is_no_lamp():
+    color = np.full((16, 16, 4), 0.1, np.float32)
+    color[7, 7] = 50.0
+    floor = np.repeat(np.linspace(20.0, 4.0, 16, dtype=np.float32)[:, None], 16, axis=1)
+    assert despike(color, floor) == 1
+
+
 def test_stars_are_of_the_sky():
     color = np.zeros((9, 9, 4), np.float32)
     color[4, 4, :3] = 2.0

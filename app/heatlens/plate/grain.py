@@ -19,6 +19,7 @@ _EVENEST = 5  # per cent of the blocks that count as the evenest
 _DARK = 0.1  # share of the mean light, clipped at 1: darker blocks are left out
 _MAD_TO_SIGMA = 1.4826
 _APART = 0.01  # relative distance to all neighbours from which a pixel is an object of its own
+_NARROW = 3  # a lamp stands on a thing up to so many pixels wide, such as a pole
 _AROUND = [(y, x) for y in range(3) for x in range(3) if (y, x) != (1, 1)]
 
 
@@ -79,11 +80,11 @@ def despike(color: FloatImage, depth: FloatImage) -> int:
 
     The more a pixel outshines the brightest of its eight neighbours, the more it is mixed with
     their median, so that nothing pops between frames. A pixel apart from all its neighbours in
-    `depth` (H, W) is a lamp and stays.
+    `depth` (H, W), or on a narrow thing in front of others, is a lamp and stays.
     """
     light = color[..., :3].mean(axis=2)
     brightest = np.maximum(np.max(list(_neighbours(light)), axis=0), 0.0)
-    found = (light > SPIKE_FROM * brightest) & ~_stands_apart(depth)
+    found = (light > SPIKE_FROM * brightest) & ~_stands_apart(depth) & ~_is_on_narrow_thing(depth)
     rows, columns = np.nonzero(found)
     if not rows.size:
         return 0
@@ -116,3 +117,17 @@ def _stands_apart(depth: FloatImage) -> NDArray[np.bool_]:
             nearer = np.minimum(np.abs(depth), np.abs(other))
             apart &= np.abs(depth - other) > _APART * nearer
     return apart
+
+
+def _is_on_narrow_thing(depth: FloatImage) -> NDArray[np.bool_]:
+    """Return which pixels lie on a thing of at most `_NARROW` pixels across, or up and down."""
+    narrow = np.zeros(depth.shape, bool)
+    for here, out in ((depth, narrow), (depth.T, narrow.T)):
+        padded = np.pad(here, ((_NARROW, _NARROW), (0, 0)), mode="edge")
+        rows = len(here)
+        behind = [padded[i : i + rows] > (1 + _APART) * here for i in range(2 * _NARROW + 1)]
+        for before in range(1, _NARROW + 1):  # the sides of the thing lie _NARROW + 1 rows apart
+            out |= np.logical_or.reduce(behind[_NARROW - before : _NARROW]) & np.logical_or.reduce(
+                behind[_NARROW + 1 : 2 * _NARROW + 2 - before]
+            )
+    return narrow
