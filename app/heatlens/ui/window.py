@@ -121,20 +121,16 @@ class Loop:
         self._ctx = moderngl.create_context(require=430)
         self._show_background()
         imgui.create_context()
-        folder = rendered_frames_dir()
-        self._session = Session(
-            FrameRenderer(self._ctx),
-            start,
-            glfw.post_empty_event,
-            preferences,
-            folder,
-            is_software(self._ctx),
+        self._session = session = Session(
+            *(FrameRenderer(self._ctx), start, glfw.post_empty_event, preferences),
+            *(rendered_frames_dir(), is_software(self._ctx)),
         )
+        self._live, self._scheduler = session.pictures.live, session.time.scheduler
         self._show_background()  # a window manager may have changed its size
         if isinstance(start.lens_in, PadInput):
             start.lens_in.read = pad_axes
-        self._screen = Screen(self._session, glfw.post_empty_event, sharing)
-        self._session.time.speed.has_window = True
+        self._screen = Screen(session, glfw.post_empty_event, sharing)
+        session.time.speed.has_window = True
         self._input = InputQueue(self._screen.opens)
         self._start_imgui()
         self._screen.picture.alt.is_keyboard_taken = partial(is_keyboard_taken, window)
@@ -168,23 +164,19 @@ class Loop:
             self._wait()
             self._open_named(door.take())
             if self._screen.sharing.follow():
-                self._frames_due = max(self._frames_due, 1)
+                self._draw_soon()
                 session.time.pull.touched()
             if glfw.window_should_close(self._window):
-                self._input.hurry()
-            if glfw.window_should_close(self._window) and not self._input.saves:
-                glfw.set_window_should_close(self._window, False)
-                self._ui.quit()
-                self._woken()
+                self._close()
             if session.time.player.is_due or session.lens.ring.news.is_due or self._is_pulse_due():
-                self._frames_due = max(self._frames_due, 1)
+                self._draw_soon()
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
             # Also between frames, so that a moving pointer cannot prevent rendering.
-            if session.time.scheduler.is_working and not self._input.waits:
+            if self._scheduler.is_working and not self._input.waits:
                 session.work()
-                self._frames_due += session.time.scheduler.seen_key != self._seen_key
+                self._frames_due += self._scheduler.seen_key != self._seen_key
         self._remember()
         self._feed.close()
         self._screen.sharing.sharing.end()
@@ -193,6 +185,17 @@ class Loop:
         imgui.backends.glfw_shutdown()
         imgui.destroy_context()
 
+    def _close(self) -> None:
+        """End the program, after input that saves; an export that is running asks first."""
+        self._input.hurry()
+        if not self._input.saves:
+            glfw.set_window_should_close(self._window, False)
+            self._ui.quit()
+            self._woken()
+
+    def _draw_soon(self) -> None:
+        self._frames_due = max(self._frames_due, 1)
+
     def _is_pulse_due(self) -> bool:
         """Return True if the window should be drawn although rendering still goes on.
 
@@ -200,7 +203,7 @@ class Loop:
         and the line under the picture fills.
         """
         now, session = time.perf_counter(), self._session
-        if not session.time.scheduler.is_working or now - self._drawn_at < _PULSE_S:
+        if not self._scheduler.is_working or now - self._drawn_at < _PULSE_S:
             return False
         is_typing = imgui.get_io().want_text_input
         is_filling = bool(session.facts.part_done)
@@ -220,7 +223,7 @@ class Loop:
             glfw.wait_events()
         else:
             glfw.wait_events_timeout(wait_s)
-        self._frames_due = max(self._frames_due, 1)  # a thread with results also wakes the loop
+        self._draw_soon()  # a thread with results also wakes the loop
 
     def _remember(self) -> None:
         """Store window size and panels in the preferences, which are written if they changed."""
@@ -258,8 +261,7 @@ class Loop:
     def _draw(self) -> None:
         """Take input, and draw the window unless more input waits."""
         start = time.perf_counter()
-        session, before = self._session, self._session.pictures.live.shown
-        picture_s = session.pictures.live.request_s
+        before, before_s = self._live.shown, self._live.request_s
         self._follow_screen()
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
@@ -270,32 +272,35 @@ class Loop:
         self._screen.draw(is_seen)
         if not is_seen:
             imgui.end_frame()
-            self._frames_due = max(self._frames_due, 1)
+            self._draw_soon()
             return
         imgui.render()
         self._drawn_at = start
+        self._show()
+        shown = self._live.shown if self._live.shown is not before else None
+        is_held = any(imgui.is_mouse_down(button) for button in range(3))
+        seconds, picture_s = time.perf_counter() - start, self._live.request_s - before_s
+        self._session.time.speed.frame(seconds, picture_s, is_held and shown is not None)
+        # Panels show facts of a new picture one frame later, but the next sample of a turning ring
+        # is more urgent.
+        if shown and not self._session.lens.ring.is_turning:
+            self._draw_soon()
+        self._seen_key = self._scheduler.seen_key
+
+    def _show(self) -> None:
+        """Bring the frame to the screen, the second window, the pages and the title."""
         self._clear()
         size = glfw.get_framebuffer_size(self._window)
         self._screen.picture.paint(self._ctx.screen, size)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
-        session.drawn()
-        picture = self._screen.picture
+        self._session.drawn()
+        pictures, view = self._screen.picture.pictures, self._session.facts.view
         self._ui.has_feed = self._feed.draw(
-            self._ui.has_feed, picture.pictures, session.facts.view, self._ui.has_feed_labels
+            self._ui.has_feed, pictures, view, self._ui.has_feed_labels
         )
         self._screen.publish()
         self._tell_title()
-        seconds = time.perf_counter() - start
-        shown = session.pictures.live.shown if session.pictures.live.shown is not before else None
-        picture_s = session.pictures.live.request_s - picture_s
-        is_held = any(imgui.is_mouse_down(button) for button in range(3))
-        session.time.speed.frame(seconds, picture_s, is_held and shown is not None)
-        # Panels show facts of a new picture one frame later, but the next sample of a turning ring
-        # is more urgent.
-        if shown and not session.lens.ring.is_turning:
-            self._frames_due = max(self._frames_due, 1)
-        self._seen_key = session.time.scheduler.seen_key
 
     def _follow_screen(self) -> None:
         """Adapt scale and full screen after the window has moved to another monitor."""
@@ -315,7 +320,7 @@ class Loop:
     def _tell_title(self) -> None:
         """Set the window title to the name of the open source, once it is shown."""
         session = self._session
-        if session.pictures.live.shown is not None and session.source.plate is not None:
+        if self._live.shown is not None and session.source.plate is not None:
             name = session.files.documents.window_title
             title = f"{export_title(session.files.exports.run.state)}{name} - heatlens"
             if title != self._title:
