@@ -3,6 +3,7 @@
 //
 // Inputs
 //   lib/far_fragments.lib.glsl
+//   part_scale   diameter of a part of the lens over that of the lens
 // Output
 //   out_zone_img   for each block of FAR_BLOCK x FAR_BLOCK pixels the square of the reach in pixels, -1 for
 //                  none: r of wide surfaces, g of surfaces so thin that layers are more accurate
@@ -11,16 +12,17 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
+uniform float part_scale;
 layout(rg32f) uniform writeonly image2D out_zone_img;
 
 #define LEAST_STEP_PX 2.0    // surfaces whose blur differs less are right in one layer
-#define LEAST_STEP_PART 0.1  // the same as a share of the coc; the larger limit counts
+#define LEAST_STEP_PART 0.65 // the same as a share of the disc of a part; the larger limit counts
 #define MARGIN_PX 4.0
 #define WIDE_PX 5
-#define THIN_COC_PX 6.0      // a surface that is blurred more is not thin
+#define THIN_COC_PX 4.5      // a surface that is blurred more is not thin
 
 bool is_step(float one, float other, float least_step) {
-    return abs(one - other) > max(least_step, LEAST_STEP_PART * max(one, other));
+    return abs(one - other) > max(least_step, LEAST_STEP_PART * part_scale * max(one, other));
 }
 
 // True if the surface continues for WIDE_PX pixels.

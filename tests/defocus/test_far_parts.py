@@ -43,12 +43,12 @@ def hidden_stripe() -> Image:
     return row
 
 
-def card_before(row: Image) -> Plate:
+def card_before(row: Image, card_m: float = NEARER_M) -> Plate:
     """Return a card on the left, little behind the focus, and the known wall far behind it."""
     front = np.where(np.arange(WIDTH) < EDGE, np.float32(0.4), row)
-    seen = wall(front, NEARER_M)
+    seen = wall(front, card_m)
     depth_m = np.full((HEIGHT, WIDTH), FAR_M, np.float32)
-    depth_m[:, :EDGE] = NEARER_M
+    depth_m[:, :EDGE] = card_m
     return with_behind(plate_of(seen.color[..., :3], depth_m), [wall(row, FAR_M)])
 
 
@@ -78,7 +78,9 @@ def test_other_numbers_of_parts_are_refused(parts):
 
 
 @pytest.mark.parametrize("layers", [2, 4, LAYERS_MAX])
-@pytest.mark.parametrize("ends", [(-40.0, 3.2), (0.0, 5.0), (-90.0, 40.0), (6.0, 90.0)])
+@pytest.mark.parametrize(
+    "ends", [(-40.0, 3.2), (0.0, 5.0), (-90.0, 40.0), (6.0, 90.0), (24.0, 30.0)]
+)
 def test_layers_begin_anew_behind_the_focus(layers, ends):
     found = with_far_cut(ladder_of(np.linspace(*ends, 512), layers), 1.0)
     assert len(found) <= max(LAYERS_MAX, layers + 1)
@@ -120,6 +122,14 @@ def test_nothing_changes_where_no_surfaces_overlap(ctx, renderer):
     in_focus = with_behind(wall(row, FOCUS_M), [wall(1 - row, FAR_M)])
     sharp = through(renderer, in_focus, parts=7)
     assert np.array_equal(sharp[HEIGHT // 2, :, 0], row)
+
+
+def test_surfaces_of_like_blur_need_more_parts(ctx, renderer):
+    """A card with 0.8 of the wall's blur is left to the layers by 7 parts, not by 19."""
+    plate = card_before(hidden_stripe(), FOCUS_M / 0.6)
+    whole, few, many = (through(renderer, plate, parts=parts) for parts in (1, 7, 19))
+    assert np.array_equal(few, whole)
+    assert np.abs(many - whole).max() > 0.01
 
 
 def test_the_same_picture_twice(ctx, renderer):

@@ -63,7 +63,9 @@ def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
     """Return the layers, far to near, with an additional cut where the far field begins."""
     at_px = FAR_FROM_PX * proxy
     cut = Cut(at_px, at_px * _SOFTNESS)
-    number = next(i for i, layer in enumerate(cuts) if layer.near.at_px < at_px)
+    number = next((i for i, layer in enumerate(cuts) if layer.near.at_px < at_px), None)
+    if number is None:  # everything is farther
+        return [*cuts[:-1], replace(cuts[-1], near=cut)]
     far, near = replace(cuts[number], near=cut), replace(cuts[number], far=cut)
     before, after = cuts[:number], cuts[number + 1 :]
     if before and far.far.at_px < 2 * at_px:  # too close to the next cut, which it replaces
@@ -164,7 +166,7 @@ class FarPartsPass:
             for _ in self._blur.steps(seen, BlurTargets(poles, room.view)):
                 yield _NAME
             yield from self._added(room, 1 / parts, total)
-        zone = self._zone(what, optics, scratch)
+        zone = self._zone(what, optics, parts**-0.5, scratch)
         yield scratch.passed(_NAME)
         return FarField(total, zone)
 
@@ -208,7 +210,9 @@ class FarPartsPass:
             )
         )
 
-    def _zone(self, what: FarSurfaces, optics: Optics, scratch: Scratch) -> moderngl.Texture:
+    def _zone(
+        self, what: FarSurfaces, optics: Optics, part_scale: float, scratch: Scratch
+    ) -> moderngl.Texture:
         """Find the zones in which surfaces of different blur overlap."""
         size = zone_size(what.coc.size)
         zone, rows = (scratch.texture(name, size, 2) for name in ("far zone", "far zone rows"))
@@ -218,7 +222,7 @@ class FarPartsPass:
             textures=what.textures,
             images={"out_zone_img": zone},
             buffers=what.lists.buffers,
-            uniforms=what.uniforms,
+            uniforms=what.uniforms | {"part_scale": part_scale},
         )
         widest = max(optics.disc.half_extents) * optics.farthest_px / 2 + _MARGIN_PX
         reach = {"reach_blocks": min(math.ceil(widest / FAR_BLOCK), max(size))}
