@@ -129,3 +129,42 @@ def test_coverage_before_a_far_side_full_of_detail_follows_the_outline(
     assert rim.sum() > 60
     assert np.sqrt(np.mean(error**2)) < 0.3  # 0.6 where the guess alone decides
     assert parts["far"][..., 3][rim].max() <= 0.5  # the pixel's middle shows the far side
+
+
+DARK, WINDOW = (0.03, 0.02, 0.02), (0.8, 1.0, 1.1)
+
+
+def hair(far: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Column 8 is a hair before `far`, wide enough for a pixel in each third row; column 9 has a part of it."""
+    cover = np.zeros(far.shape[:2], np.float32)
+    cover[:, 8], cover[::3, 8], cover[:, 9] = 0.6, 1.0, 0.25
+    coc = np.zeros_like(cover)
+    coc[:, 8] = -14.0
+    color = cover[..., None] * np.array(DARK, np.float32) + (1 - cover[..., None]) * far
+    return color.astype(np.float32), coc, cover
+
+
+def test_a_hair_before_a_window_has_its_own_colour_and_coverage(ctx: moderngl.Context) -> None:
+    color, coc, cover = hair(np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)))
+    parts, rows = split(ctx, color, coc), slice(3, 15)
+    np.testing.assert_allclose(parts["far"][rows, 8, 3], cover[rows, 8], atol=0.03)
+    np.testing.assert_allclose(parts["far"][rows, 8, :3] - DARK, 0.0, atol=0.03)
+    np.testing.assert_allclose(parts["far"][rows, 9, 3], cover[rows, 9], atol=0.03)
+    np.testing.assert_allclose(parts["far"][rows, 9, :3] - WINDOW, 0.0, atol=0.03)
+
+
+def test_a_dark_bar_behind_a_hair_stays_dark(ctx: moderngl.Context) -> None:
+    """Beside the hair a dark pixel could be hair before the window: the bar explains it better."""
+    far = np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)).copy()
+    far[7:10] = (0.05, 0.05, 0.06)
+    parts = split(ctx, *hair(far)[:2])
+    assert parts["far"][7:10, 9, :3].max() < 0.1
+    assert parts["far"][7:10, 7, :3].max() < 0.1
+    np.testing.assert_allclose(parts["far"][4:6, 7, :3] - WINDOW, 0.0, atol=0.03)
+
+
+def test_a_wire_of_like_light_keeps_its_pixels(ctx: moderngl.Context) -> None:
+    color, coc, _ = hair(np.broadcast_to(np.array((0.05, 0.06, 0.04), np.float32), (18, 18, 3)))
+    parts = split(ctx, color, coc)
+    np.testing.assert_allclose(parts["far"][3:15, 8, :3], color[3:15, 8], atol=0.001)
+    assert np.all(parts["far"][3:15, 8, 3] == 1.0)

@@ -1,0 +1,71 @@
+// Unmixes hair narrower than two pixels before something much brighter: no pixel there surely shows one
+// surface alone. The near colour is the darkest around; the far colour is that pixel around with which
+// the mix is explained best, because a mean would mix a window with its bars.
+//
+// Part of fragments_far.comp.glsl and fragments_near.comp.glsl, after lib/rim.lib.glsl and lib/tone.lib.glsl.
+
+#define THIN_REACH 3          // pixels
+#define BRIGHTER_FROM 4.0     // times the light of the near colour: from here on the mix tells the coverage,
+#define BRIGHTER_FULL 8.0     // and from here on it alone does
+#define DISTANCE_PRICE 0.01   // for each pixel between the mix and its far colour,
+#define MIXED_PRICE 0.05      // for each nearer pixel in the row and column of the far colour,
+#define MISSED_PRICE 0.3      // for coverage where depth, sampled at the pixel's centre, missed the near
+#define MISSED_COVERAGE 0.5   // surface, above this
+
+struct Mixture {
+    vec3 near, far;
+    float coverage;  // of the near colour
+    float sure;      // how far this holds, 0..1
+};
+
+struct Extremes {
+    vec3 darkest;      // of the nearer pixels
+    float near_light;  // its light
+    float far_light;   // most light of the other pixels
+};
+
+Extremes extremes_around(ivec2 at, float far_coc, int reach) {
+    Extremes found = Extremes(vec3(0.0), HALF_MAX, 0.0);
+    for (int y = -reach; y <= reach; ++y)
+        for (int x = -reach; x <= reach; ++x) {
+            ivec2 p = inside(at + ivec2(x, y));
+            vec3 color = color_at(p);
+            float light = mean_of(color);
+            bool is_nearer = is_in_front(coc_at(p), far_coc);
+            if (is_nearer && light < found.near_light) found.darkest = color;
+            if (is_nearer) found.near_light = min(found.near_light, light);
+            else found.far_light = max(found.far_light, light);
+        }
+    return found;
+}
+
+float nearer_beside(ivec2 at, float far_coc) {
+    float count = 0.0;
+    for (int k = 1; k < 9; k += 2) count += is_in_front(coc_at(neighbour(at, k)), far_coc) ? 1.0 : 0.0;
+    return count;
+}
+
+// `far_coc` is that of the surface behind the thing. Not sure at all if it is not thin.
+Mixture thin_mixture(ivec2 at, float far_coc, bool is_thin) {
+    vec3 x = color_at(at);
+    int reach = is_thin ? THIN_REACH : -1;  // a loop that nothing enters is cheaper than a branch on llvmpipe
+    Extremes found = extremes_around(at, far_coc, reach);
+    float ratio = found.far_light / max(found.near_light, 1e-3);
+    Mixture best = Mixture(x, x, 1.0, smoothstep(BRIGHTER_FROM, BRIGHTER_FULL, ratio));
+    float least = HALF_MAX, missed = is_in_front(coc_at(at), far_coc) ? 0.0 : MISSED_PRICE;
+    if (best.sure == 0.0) reach = -1;
+    for (int j = -reach; j <= reach; ++j)
+        for (int i = -reach; i <= reach; ++i) {
+            ivec2 p = inside(at + ivec2(i, j));
+            if (is_in_front(coc_at(p), far_coc)) continue;
+            vec3 far = color_at(p), across = found.darkest - far;
+            float squared = dot(across, across), part = clamp(dot(x - far, across) / max(squared, 1e-5), 0.0, 1.0);
+            vec3 rest = x - far - part * across;
+            float price = dot(rest, rest) / (squared + 0.01) + missed * max(part - MISSED_COVERAGE, 0.0);
+            price += DISTANCE_PRICE * length(vec2(i, j)) + MIXED_PRICE * nearer_beside(p, far_coc);
+            if (price >= least) continue;
+            least = price;
+            best = Mixture(found.darkest, far, part, best.sure);
+        }
+    return best;
+}
