@@ -135,7 +135,7 @@ DARK, WINDOW = (0.03, 0.02, 0.02), (0.8, 1.0, 1.1)
 
 
 def hair(far: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Column 8 is a hair before `far`, wide enough for a pixel in each third row; column 9 has a part of it."""
+    """Column 8 is a hair before `far`, a pixel wide in each third row; column 9 has a part."""
     cover = np.zeros(far.shape[:2], np.float32)
     cover[:, 8], cover[::3, 8], cover[:, 9] = 0.6, 1.0, 0.25
     coc = np.zeros_like(cover)
