@@ -153,6 +153,7 @@ def test_focus_lies_between_the_limits(lens):
 @given(LENSES, st.floats(1e-6, 1e-2))
 def test_infinity_is_sharp_exactly_from_the_hyperfocal_on(lens, margin):
     at_m = hyperfocal_m(lens)
+    assume(at_m * 1e3 > lens.focal_length_mm)
     beyond = replace(lens, focus_distance_m=at_m * (1 + margin))
     assert far_limit_m(beyond) == math.inf
     assume(at_m / (1 + margin) * 1e3 > lens.focal_length_mm)

@@ -60,7 +60,7 @@ def filled(session, count=4):
 def test_all_played_frames_are_rendered_and_are_the_pictures_of_the_renderer(
     session, pull, renderer, tmp_path
 ):
-    assert pull.is_on and pull.fits_view and not pull.is_alone
+    assert pull.is_on and not pull.is_alone
     filled(session)
     assert pull.rendered == FRAMES and pull.runs == (FrameRange(FIRST, LAST),)
     assert pull.wanted == 4 == pull.version and len(pull.keys) == 4
@@ -182,7 +182,7 @@ def test_kept_frames_play_alone_where_nothing_else_is_shown(session, pull):
     ):
         before = {name: getattr(session.facts.view, name) for name in change}
         view.change(**change)
-        assert not pull.fits_view and not pull.is_alone
+        assert not pull.is_alone
         view.change(**before)
     assert pull.is_alone
     session.time.timeline.playback.stop()

@@ -166,15 +166,15 @@ def test_the_whole_picture_is_saved_as_the_renderer_makes_it(grid, renderer, tmp
     grid.pictures.looks.toggle_grid()
     saving = grid.pictures.saving
     saving.save(tmp_path / "out.exr")
-    assert saving.saver.is_busy and "saving out.exr" in grid.messages.text
-    until(grid, lambda: not saving.saver.is_busy, "the file")
+    assert saving.is_busy and "saving out.exr" in grid.messages.text
+    until(grid, lambda: not saving.is_busy, "the file")
     assert grid.messages.text == f"Saved {tmp_path / 'out.exr'}."
     ((_, channels),) = read_parts(tmp_path / "out.exr")
     saved = np.stack([channels[name] for name in "RGB"], axis=-1)
     np.testing.assert_allclose(saved, renderer.pixels(grid.editing.shot)[..., :3], rtol=2e-3)
     source = grid.editing.shot.source
     saving.save(type(tmp_path)(source))
-    until(grid, lambda: not saving.saver.is_busy, "the refusal")
+    until(grid, lambda: not saving.is_busy, "the refusal")
     assert "room.exr" in grid.messages.text and "Saved" not in grid.messages.text
     saving.save(tmp_path / "left.exr")
     grid.editing.frame += 1
@@ -186,7 +186,7 @@ def test_nothing_is_copied_where_nothing_is_open(tmp_path):
 
     session = begun(tmp_path / "preferences")
     session.pictures.saving.copy()
-    assert session.messages.text and not session.pictures.saving.saver.is_busy
+    assert session.messages.text and not session.pictures.saving.is_busy
     session.close()
 
 

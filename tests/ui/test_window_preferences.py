@@ -30,7 +30,7 @@ def test_a_folder_remembered_with_an_end_of_distances_opens(ctx, plate):
     preferences = Preferences(Remembered(plates={str(plate.parent): options}))
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         assert gui.session.source.opened.options == replace(options, near_m=None)
-        assert "near and far ends remembered" in gui.session.messages.text
+        assert "near and far distances remembered" in gui.session.messages.text
 
 
 def test_looks_and_panels_come_back(ctx, plate):

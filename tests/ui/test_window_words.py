@@ -73,7 +73,7 @@ def test_the_speed_panel_says_preview_once(gui, monkeypatch):
         imgui.new_frame()
         imgui.begin("alone")
         less = replace(shown, settings=settings)
-        speed_panel(gui.session.time.speed, less, gui.session.pictures.renderer)
+        speed_panel(gui.session.time.speed, 0.0, less, gui.session.pictures.renderer)
         imgui.end()
         imgui.end_frame()
         assert said[0].endswith(f"x{shown.texture.size[1]}, {words}")
