@@ -21,6 +21,7 @@ from heatlens.model.plate_options import (
 )
 from heatlens.model.shot import Shot
 from heatlens.plate.estimate.calm import Estimated, Fit, fitted
+from heatlens.plate.estimate.chain import forget
 from heatlens.plate.estimate.edges import with_sharp_edges
 from heatlens.plate.estimate.network import network_at
 from heatlens.plate.read import read_plate
@@ -181,9 +182,7 @@ def test_frames_are_calm_and_each_is_the_same_alone(tmp_path):
     frames = [read_plate(tmp_path / f"f.{1001 + n}.png", chosen).depth_m for n in range(12)]
     changes = [np.abs(1 / a - 1 / frames[0]).mean() for a in frames[1:]]
     assert max(changes) < 0.01  # without the fit .03: the drift is 2 % of about .5 dioptres
-    from heatlens.plate.estimate import estimated_depth
-
-    estimated_depth._kept_links.cache_clear()
+    forget()
     assert np.array_equal(read_plate(tmp_path / "f.1011.png", chosen).depth_m, frames[10])
 
 

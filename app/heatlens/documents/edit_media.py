@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import PICTURES_READ, movie_named
-from heatlens.model.timecode import Timecode
+from heatlens.model.timecode import timecode_at
 from heatlens.plate.first_timecode import first_timecode
 from heatlens.sequence.names import NameForm, form_of, sequences_among
 from heatlens.sequence.sequence import Sequence, find_sequence
@@ -52,7 +52,7 @@ class Media:
         if began is not None and began[1].fits(rate):
             return began[0] + round(time) - began[1].count(rate), ""
         return self.sequence.first, (
-            f"the edit begins at {_as_timecode(time, rate)}, but no header of the media tells a "
+            f"the edit begins at {timecode_at(time, rate)}, but no header of the media tells a "
             "timecode: their first frame is taken"
         )
 
@@ -160,7 +160,3 @@ def _named(pattern: str, form: NameForm) -> Iterator[tuple[str, str]]:
         yield form.prefix.rstrip("._-").lower(), pattern
         yield f"{form.prefix}{'#' * form.padding}{form.suffix}".lower(), pattern
         yield Path(pattern).parent.name.lower(), pattern
-
-
-def _as_timecode(time: float, rate: float) -> Timecode:
-    return Timecode(0, 0, 0, 0).later(round(time), rate)

@@ -18,7 +18,7 @@ from heatlens.base.printable import one_line
 from heatlens.documents.edit_media import MediaFinder
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
-from heatlens.model.timecode import Timecode
+from heatlens.model.timecode import timecode_at
 from heatlens.model.units import parse_distance_m
 
 EDIT_SUFFIXES = (".otio", ".otioz", ".edl", ".aaf", ".xml")
@@ -58,7 +58,7 @@ def read_edit(path: Path, options: EditOptions) -> Reel:
         name=shot_name(timeline.name or path.stem),
         shots=named_apart(tuple(_shot(item, track, finder, rate) for item in _shown(items))),
         frames_per_second=rate,
-        start_timecode=None if start is None else _timecode(start.value, rate),
+        start_timecode=None if start is None else str(timecode_at(start.value, rate)),
         gaps=tuple(_gaps(items)),
     )
 
@@ -181,7 +181,3 @@ def _is_distance(text: str) -> bool:
         return parse_distance_m(text) > 0
     except InputError:
         return False
-
-
-def _timecode(frames: float, rate: float) -> str:
-    return str(Timecode(0, 0, 0, 0).later(round(frames), rate))

@@ -88,6 +88,11 @@ def parse_timecode(text: str) -> Timecode:
     return found
 
 
+def timecode_at(count: float, frames_per_second: float) -> Timecode:
+    """Return the timecode, without dropped numbers, of a count of frames since midnight."""
+    return _at(round(count), round(frames_per_second), drop=False)
+
+
 def _dropped_a_minute(whole: int) -> int:
     """Return the frame numbers dropped in every minute but each tenth: two of 30, four of 60."""
     return whole // 15
