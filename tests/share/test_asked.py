@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.session.door.door import REQUESTS, Door
 from heatlens.share.asked import check, is_command, parsed, turns_lens
-from heatlens.share.shared import Shared
+from heatlens.share.shared import SharedSession
 from support.evening import begun, settled, write_plates
 
 
@@ -23,7 +23,7 @@ def door(tmp_path):
 
 def asked(door, *messages):
     """Return what is answered to the messages of one page."""
-    shared, said = Shared(), []
+    shared, said = SharedSession(), []
     for message in messages:
         shared.ask("tablet 1", message, said.append)
     shared.follow(door)
@@ -89,7 +89,7 @@ def test_what_is_allowed_is_done(door):
 
 
 def test_two_hands_do_not_turn_at_once(door):
-    shared, said = Shared(), []
+    shared, said = SharedSession(), []
     shared.ask("Ann (1)", {"do": "Focus", "distance_m": 2.5}, said.append)
     shared.ask("Bob (2)", {"do": "Focus", "distance_m": 9.0}, said.append)
     shared.ask("Bob (2)", {"change": "view", "gamma": 1.1}, said.append)

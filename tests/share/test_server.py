@@ -13,13 +13,13 @@ from heatlens.share import client
 from heatlens.share import server as server_file
 from heatlens.share.links import Role
 from heatlens.share.server import HANDS_MOST, LOOKERS_MOST
-from heatlens.share.shared import Shared
+from heatlens.share.shared import SharedSession
 from support.share_peers import opened, peer, until
 
 
 @pytest.fixture
 def shared():
-    return Shared(state={"frame": 1})
+    return SharedSession(state={"frame": 1})
 
 
 @pytest.fixture

@@ -16,12 +16,12 @@ from heatlens.share.client import VERSION
 from heatlens.share.headless import HeadlessLoop
 from heatlens.share.links import Role, new_links
 from heatlens.share.server import ShareServer
-from heatlens.share.shared import Shared
+from heatlens.share.shared import SharedSession
 
 PATIENCE_S = 60.0
 
 
-def opened(shared: Shared, log: Callable[[str], None] = lambda line: None) -> ShareServer:
+def opened(shared: SharedSession, log: Callable[[str], None] = lambda line: None) -> ShareServer:
     """Return a server on a free port."""
     server = ShareServer(Address(port=0), new_links(), shared, log)
     server.start()
@@ -95,7 +95,7 @@ async def until(
 
 def with_session(session, play: Callable[[HeadlessLoop, ShareServer], Awaitable[None]]) -> None:
     """Share a session, play with it, and end the sharing."""
-    shared = Shared()
+    shared = SharedSession()
     loop, server = HeadlessLoop(session, shared, Event()), opened(shared)
     try:
         asyncio.run(play(loop, server))

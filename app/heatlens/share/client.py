@@ -15,7 +15,7 @@ from heatlens.share.asked import parsed
 from heatlens.share.hands import REST_S
 from heatlens.share.links import Role
 from heatlens.share.picture import Line, Picture
-from heatlens.share.shared import Shared
+from heatlens.share.shared import SharedSession
 
 VERSION = 1
 _HELLO_S = 5.0  # time limit for the client's hello
@@ -37,7 +37,7 @@ class Client:
         transport: asyncio.Transport | None,
         role: Role,
         number: int,
-        shared: Shared,
+        shared: SharedSession,
     ) -> None:
         self.name = f"tablet {number}"
         self.role = role

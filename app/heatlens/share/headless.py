@@ -13,7 +13,7 @@ from heatlens.session.pictures.look_commands import still_of
 from heatlens.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.session.session import Session
 from heatlens.share.composed import Seen
-from heatlens.share.shared import Shared
+from heatlens.share.shared import SharedSession
 from heatlens.share.tap import Tap
 
 _LEAST_S = 0.004  # shortest sleep
@@ -24,7 +24,7 @@ _PULSE_S = 0.1  # longest time between news to the pages while a picture is bein
 class HeadlessLoop:
     """Runs a session for its pages alone, as the loop of the window does."""
 
-    def __init__(self, session: Session, shared: Shared, news: Event) -> None:
+    def __init__(self, session: Session, shared: SharedSession, news: Event) -> None:
         """Create the loop; threads set `news` when it should turn."""
         self._session = session
         self._shared = shared

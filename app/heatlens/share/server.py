@@ -16,7 +16,7 @@ from heatlens.share.address import Address
 from heatlens.share.asked import MESSAGE_MOST
 from heatlens.share.client import Client
 from heatlens.share.links import Links, Role
-from heatlens.share.shared import Shared
+from heatlens.share.shared import SharedSession
 
 HANDS_MOST, LOOKERS_MOST = 4, 16
 _CONNECTIONS_MOST = 128
@@ -52,7 +52,7 @@ class ShareServer:
     """A server that is open from `start` to `close`; everything else happens on its thread."""
 
     def __init__(
-        self, address: Address, links: Links, shared: Shared, log: Callable[[str], None]
+        self, address: Address, links: Links, shared: SharedSession, log: Callable[[str], None]
     ) -> None:
         """Prepare a server; `log` gets a line for each client that comes and goes, on a thread."""
         self.address = address

@@ -31,7 +31,7 @@ class _Asked:
 
 
 @dataclass(eq=False)
-class Shared:
+class SharedSession:
     """The present state and picture of a shared session, and the messages of its pages.
 
     wake      makes the session's loop turn; the server calls it

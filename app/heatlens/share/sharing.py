@@ -11,7 +11,7 @@ from heatlens.base.errors import InputError
 from heatlens.base.folders import preferences_dir
 from heatlens.share.address import ShareOptions
 from heatlens.share.links import Role, kept_links
-from heatlens.share.shared import Shared
+from heatlens.share.shared import SharedSession
 
 if TYPE_CHECKING:
     from heatlens.share.server import ShareServer
@@ -25,7 +25,7 @@ class Sharing:
     def __init__(self, options: ShareOptions | None = None) -> None:
         """Create it; `options` apply from `begin` on, None for the defaults."""
         self._options = options or ShareOptions()
-        self.shared = Shared()
+        self.shared = SharedSession()
         self._server: ShareServer | None = None
 
     def begin(self, log: Callable[[str], None]) -> None:
@@ -60,7 +60,7 @@ class Sharing:
         """Return a sentence on the connected clients, and on the one that has the lens."""
         hands, lookers = (0, 0) if self._server is None else self._server.who()
         words = f"{hands} turning, {lookers} looking" if hands or lookers else "nobody is here"
-        return f"Shared: {self.shared.hands.holder or words}"
+        return f"SharedSession: {self.shared.hands.holder or words}"
 
 
 def squares_of(link: str) -> tuple[tuple[bool, ...], ...]:

@@ -8,7 +8,7 @@ from heatlens.session.session import Session
 from heatlens.share.composed import Composed, Seen
 from heatlens.share.page_state import PageState
 from heatlens.share.picture import Picture, Pixels
-from heatlens.share.shared import Shared
+from heatlens.share.shared import SharedSession
 
 _REST_S = 0.25  # a picture that is unchanged for this long is sent without loss
 
@@ -20,7 +20,7 @@ class Tap:
         self,
         session: Session,
         door: Door,
-        shared: Shared,
+        shared: SharedSession,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._session = session
