@@ -3,14 +3,13 @@
 import csv
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import file_bytes, unreadable
-from heatlens.camera.placement import matrix_of
+from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
 from heatlens.model.lens_model import LensModel
@@ -78,7 +77,7 @@ def _written(camera: CameraSamples, row: Row) -> dict[str, object]:
     return cells
 
 
-def _check_columns(path: Path, names: Any) -> None:
+def _check_columns(path: Path, names: Sequence[str]) -> None:
     for name in names:
         if name not in _COLUMNS:
             near = get_close_matches(str(name), _COLUMNS, 1)
@@ -88,7 +87,7 @@ def _check_columns(path: Path, names: Any) -> None:
             raise InputError(f"{path}: the column {name!r} occurs twice.")
 
 
-def _row(path: Path, line: int, cells: Mapping[str | None, Any]) -> Values:
+def _row(path: Path, line: int, cells: Mapping[str | None, str]) -> Values:
     """Return the values of a line by the names of their columns, without the empty cells."""
     if None in cells or None in cells.values():
         raise InputError(f"{path}: line {line} has more or fewer cells than there are columns.")
@@ -127,7 +126,7 @@ def _whole(path: Path, line: int, frame: float) -> int:
     return int(frame)
 
 
-def _matrix(path: Path, line: int, row: Row) -> Any:
+def _matrix(path: Path, line: int, row: Row) -> Matrix:
     missing = [name for name in _CELLS if name not in row]
     if missing:
         raise InputError(f"{path}: line {line}: the placement lacks {missing[0]}.")

@@ -1,10 +1,10 @@
 """Undo: earlier shots, one step for each gesture, named after what it changed."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 from heatlens.model.lens import Lens
-from heatlens.model.option import options_of
+from heatlens.model.option import Option, options_of
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import LensParameter, Shot
 
@@ -117,12 +117,12 @@ def _others(before: Shot, after: Shot) -> list[str]:
     return [name.replace("_", " ") for name in _differing(before, after) if name not in known]
 
 
-def _differing(before: Any, after: object) -> list[str]:
+def _differing(before: Shot | Lens | DefocusSettings, after: object) -> list[str]:
     names = [field.name for field in fields(before)]
     return [name for name in names if getattr(before, name) != getattr(after, name)]
 
 
-def _named(name: str, told: Any) -> str:
+def _named(name: str, told: Mapping[str, Option]) -> str:
     if name in _SHORT:
         return _SHORT[name]
     return str(told[name].words) if name in told else name.replace("_", " ")

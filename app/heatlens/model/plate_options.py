@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import assert_never
+from typing import Self, assert_never
 
 from heatlens.base.errors import InputError
 from heatlens.model.option import option_field, options_of
@@ -105,34 +105,25 @@ class DepthKind(StrEnum):
 class PictureCurve(StrEnum):
     """How the values of a PNG, JPEG or TIFF become light."""
 
-    AUTO = "auto"  # whole numbers are sRGB, floating point is linear light
-    SRGB = "srgb"
-    LINEAR = "linear"
-    LOGC3 = "logc3"
-    LOGC4 = "logc4"
-    SLOG3 = "slog3"
-    SLOG3_SGAMUT3 = "slog3-sgamut3"
-    APPLE_LOG = "apple-log"
-    VLOG = "vlog"
-    CANON_LOG3 = "canon-log3"
-    LOG3G10 = "log3g10"
+    color_space: str | None  # the name that OpenColorIO gives to the log of a camera
 
-    @property
-    def color_space(self) -> str | None:
-        """The name that OpenColorIO gives to the log of a camera; None for other curves."""
-        return _COLOR_SPACES.get(self)
+    def __new__(cls, word: str, color_space: str | None) -> Self:
+        made = str.__new__(cls, word)
+        made._value_ = word
+        made.color_space = color_space
+        return made
 
-
-_COLOR_SPACES = {
-    PictureCurve.LOGC3: "ARRI LogC3 (EI800)",
-    PictureCurve.LOGC4: "ARRI LogC4",
-    PictureCurve.SLOG3: "S-Log3 S-Gamut3.Cine",
-    PictureCurve.SLOG3_SGAMUT3: "S-Log3 S-Gamut3",
-    PictureCurve.APPLE_LOG: "Apple Log",
-    PictureCurve.VLOG: "V-Log V-Gamut",
-    PictureCurve.CANON_LOG3: "CanonLog3 CinemaGamut D55",
-    PictureCurve.LOG3G10: "Log3G10 REDWideGamutRGB",
-}
+    AUTO = "auto", None  # whole numbers are sRGB, floating point is linear light
+    SRGB = "srgb", None
+    LINEAR = "linear", None
+    LOGC3 = "logc3", "ARRI LogC3 (EI800)"
+    LOGC4 = "logc4", "ARRI LogC4"
+    SLOG3 = "slog3", "S-Log3 S-Gamut3.Cine"
+    SLOG3_SGAMUT3 = "slog3-sgamut3", "S-Log3 S-Gamut3"
+    APPLE_LOG = "apple-log", "Apple Log"
+    VLOG = "vlog", "V-Log V-Gamut"
+    CANON_LOG3 = "canon-log3", "CanonLog3 CinemaGamut D55"
+    LOG3G10 = "log3g10", "Log3G10 REDWideGamutRGB"
 
 
 class DepthModelOutput(StrEnum):

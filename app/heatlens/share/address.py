@@ -3,9 +3,9 @@
 import ssl
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import urlsplit
 
 from heatlens.base.errors import InputError
+from heatlens.base.host_port import host_and_port
 
 DEFAULT_PORT = 8870
 _HERE = "127.0.0.1"
@@ -66,21 +66,18 @@ class ShareOptions:
 def parse_share_address(text: str, certificate: Path | None = None) -> Address:
     """Parse "HOST", "HOST:PORT" or ":PORT"; "" is this machine. Raises InputError otherwise."""
     try:
-        parts = urlsplit(f"//{text.strip()}")
-        host, port = parts.hostname or _HERE, parts.port
-    except ValueError:
-        host, port, parts = "", None, urlsplit("")
-    if not host or parts.path or parts.query or parts.username is not None:
+        host, port = host_and_port(text)
+    except ValueError as error:
         raise InputError(
             f"{text!r} is not an address to listen on: give HOST, HOST:PORT or :PORT, such as "
             f"192.168.1.20 or 192.168.1.20:{DEFAULT_PORT}."
-        )
+        ) from error
     if host in _EVERYWHERE:
         raise InputError(
             f"{text!r} stands for every network of this machine: name the one address that the "
             "tablet reaches, such as 192.168.1.20 (`hostname -I` shows them)."
         )
-    return Address(host, DEFAULT_PORT if port is None else port, certificate)
+    return Address(host or _HERE, DEFAULT_PORT if port is None else port, certificate)
 
 
 def _bracketed(host: str) -> str:

@@ -174,17 +174,20 @@ class Client:
     async def _send_newest(self) -> None:
         while self._problems:
             await self._say({"problem": self._problems.popleft()})
-        state = {**self._shared.state, "hand": self._shared.hands.holder}
-        changes = {n: v for n, v in state.items() if n not in self._sent or self._sent[n] != v}
-        gone = [name for name in self._sent if name not in state]
-        if changes or gone:
-            self._sent = state
-            await self._say({"state": changes | dict.fromkeys(gone)})
-            if state["hand"]:
-                self._loop.call_later(REST_S, self.announce)  # the picture at rest is news too
+        await self._send_state({**self._shared.state, "hand": self._shared.hands.holder})
         picture = self._shared.picture
         if picture is not None and picture is not self._picture and self.is_ready:
             await self._send_picture(picture)
+
+    async def _send_state(self, state: dict[str, Any]) -> None:
+        changes = {n: v for n, v in state.items() if n not in self._sent or self._sent[n] != v}
+        changes |= {name: None for name in self._sent if name not in state}
+        if not changes:
+            return
+        self._sent = state
+        await self._say({"state": changes})
+        if state["hand"]:
+            self._loop.call_later(REST_S, self.announce)  # the picture at rest is news too
 
     async def _send_picture(self, picture: Picture) -> None:
         coding = self._line.coding(self._width, picture.is_whole)

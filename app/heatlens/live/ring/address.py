@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from heatlens.base.errors import InputError
+from heatlens.base.host_port import host_and_port
 
 DEFAULT_HOST = "127.0.0.1"  # only this machine; a camera on the network must be named
 OPENTRACKIO_PORT = 55555
@@ -60,16 +61,13 @@ def parse_ring_address(text: str) -> RingAddress:
     Raise InputError for any other text.
     """
     scheme, _, place = text.strip().partition("://")
-    host, _, port = place.partition(":")
     try:
         protocol = Protocol(scheme.lower())
-        number = int(port) if port else protocol.port
+        host, port = host_and_port(place)
         host = DEFAULT_HOST if host in ("", "localhost") else str(ipaddress.IPv4Address(host))
     except ValueError as error:
         raise _not_an_address(text) from error
-    if not 0 <= number < 65536 or (port and not port.isascii()):
-        raise _not_an_address(text)
-    return RingAddress(protocol, host, number)
+    return RingAddress(protocol, host, protocol.port if port is None else port)
 
 
 def _not_an_address(text: str, is_sent: bool = False) -> InputError:

@@ -3,6 +3,7 @@
 import socket
 
 from heatlens.base.errors import InputError
+from heatlens.base.host_port import host_and_port
 
 DEFAULT_HOST = "127.0.0.1"  # only this machine, because the protocol has no password
 DEFAULT_PORT = 14158
@@ -13,17 +14,17 @@ def parse_address(text: str) -> tuple[str, int]:
 
     An IPv6 host stands in brackets. Port 0 takes a free one. Raises InputError for anything else.
     """
-    host, colon, port = text.strip().rpartition(":")
-    if host.startswith("[") and host.endswith("]"):
-        host = host[1:-1]
-    elif ":" in host:
-        host, colon = "", ":"  # an IPv6 address without brackets, which ends in no port
-    if (colon and not host) or not (port.isascii() and port.isdigit() and int(port) < 65536):
+    words = text.strip()
+    try:
+        host, port = host_and_port(f":{words}" if words.isdigit() else words)
+    except ValueError:
+        host, port = "", None
+    if port is None or (words.startswith(":") and not host):
         raise InputError(
             f"{text!r} is not an address to listen on: give PORT or HOST:PORT, such as "
             f"{DEFAULT_PORT} or 0.0.0.0:{DEFAULT_PORT}."
         )
-    return host or DEFAULT_HOST, int(port)
+    return host or DEFAULT_HOST, port
 
 
 def listening_socket(host: str, port: int) -> socket.socket:

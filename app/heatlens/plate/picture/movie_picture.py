@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from heatlens.files.movie_read import Movie, MovieFrame, movie_at
 from heatlens.model.timecode import timecode_in
@@ -94,7 +94,7 @@ def _hlg_light(signal: FloatImage) -> FloatImage:
     return light
 
 
-def _hlg_scene(signal: Any) -> Any:
+def _hlg_scene(signal: ArrayLike) -> NDArray[np.float64]:
     a, b, c = 0.17883277, 0.28466892, 0.55991073
     values = np.clip(np.asarray(signal, np.float64), 0.0, None)
     return np.where(values <= 0.5, values**2 / 3, (np.exp((values - c) / a) + b) / 12)
