@@ -206,7 +206,7 @@ def test_another_network_is_another_input_of_a_frame(tmp_path):
 @pytest.mark.parametrize(
     ("make", "told"),
     [
-        (lambda path: path.write_bytes(b"no network"), "no network"),
+        (lambda path: path.write_bytes(b"no network"), "not a network"),
         (lambda path: None, "not there"),
         (lambda path: write_network(path, channels=1), "3 channels"),
         (lambda path: write_network(path, bias=math.nan), "no map"),

@@ -140,7 +140,7 @@ def test_a_looker_turns_nothing(page, still):
     before = page.focus
     page.touch([(300, 300)])
     page.press("]")
-    page.until(lambda: "turns nothing" in page.text("note"), "the sentence")
+    page.until(lambda: "only for watching" in page.text("note"), "the sentence")
     assert page.focus == before
     hidden = "return [...document.querySelectorAll('.hand')].every((e) => !e.offsetParent)"
     assert page.run(hidden)

@@ -163,7 +163,7 @@ def test_a_looker_turns_nothing_and_is_told_so(server, shared):
         async with peer(server, Role.LOOK) as it:
             await it.send(do="Focus", distance_m=2)
             await until(lambda: it.problems, "a sentence")
-            assert "may look" in it.problems[0] and it.hello["role"] == "look"
+            assert "only for watching" in it.problems[0] and it.hello["role"] == "look"
 
     asyncio.run(play())
     assert not shared.is_asked

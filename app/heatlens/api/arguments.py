@@ -121,7 +121,7 @@ def number(name: str, value: object, parse: Callable[[str], object] | None = Non
 
 
 def _number_meant(text: str, parse: Callable[[str], object] | None) -> str:
-    """Return ": write 1.8288" for the text "6ft", or "" for a text that is no number."""
+    """Return ": write 1.8288" for the text "6ft", or "" for a text that is not a number."""
     try:
         return f": write {(parse or float)(text):.6g}"
     except (InputError, ValueError):

@@ -10,7 +10,7 @@ HeatlensError
 ├── ShaderError   a shader that does not compile: the file, the line and the driver's message
 └── FaultError    a bug of heatlens itself, which only a new version fixes: exit code 70
 
-HeatlensWarning is no error: it tells Python callers of doubts, which commands print.
+HeatlensWarning is not an error: it tells Python callers of doubts, which commands print.
 """
 
 FAULT_CODE = 70  # EX_SOFTWARE of sysexits.h: an error within a program

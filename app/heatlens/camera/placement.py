@@ -29,7 +29,7 @@ def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
 
 
 def check_rigid(matrices: Sequence[Matrix], frames: Sequence[int]) -> None:
-    """Raise InputError that names the first frame whose matrix is no rotation and translation."""
+    """Raise InputError with the first frame whose matrix is not a rotation and translation."""
     for frame, is_one in zip(frames, are_rigid(np.array(matrices)), strict=True):
         if not is_one:
             raise InputError(

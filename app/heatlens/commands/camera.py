@@ -188,7 +188,7 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
         refuse_given(args, _TIMING, f"{args.source} sets how its scene is played")
         shot = read_shot(args.source)
     else:
-        refuse_given(args, _TIMING, f"{args.source} is no 3D scene")
+        refuse_given(args, _TIMING, f"{args.source} is not a 3D scene")
         _refuse_shot_options(args)
         camera = read_camera(args.source, unit_m or 1.0, args.up_axis or "y")
         _check_frames(args, camera)

@@ -79,7 +79,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="out/name.####.exr, .png, .jpg or .tif; or a movie: name.mov (ProRes), name.mp4 "
         "(H.264). All but EXR show the display window. One missing folder is made. Files of "
         "earlier exports are replaced where they are out of date; others need --overwrite. For a "
-        "reel, {shot} stands for the name of each shot; a movie without it is one of the cut",
+        "reel, {shot} stands for the name of each shot, and a movie whose name lacks it shows "
+        "the whole cut",
     )
     add_export_options(parser)
     add_reel_options(parser)
@@ -87,7 +88,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--after-export",
         metavar="COMMAND",
-        help="run this by the shell when all frames of a shot are written, with a line of JSON on "
+        help="run this shell command when all frames of a shot are written, with a line of JSON on "
         "its standard input: shot, files, frames, lens (a value for each frame) and timecode. If "
         "it fails, the export fails",
     )

@@ -62,7 +62,7 @@ def rim_kernel(name: str, rim: float) -> Kernel:
 
     Like all kernels it has the variance of a flat disc, so a disc with a bright rim is smaller, and
     one with a soft rim larger. The number of poles is that of the flat disc as well,
-    so that a rim costs nothing. Raises KeyError for a kernel that is no disc.
+    so that a rim costs nothing. Raises KeyError for a kernel that is not a disc.
     """
     flat, kernels = named_kernel(name), _rim_kernels()[name]
     if rim == 0.0:

@@ -205,7 +205,7 @@ class ScreenPictures:
     ) -> moderngl.Texture:
         """Return the colours of the overlay and the peaking for the current lens.
 
-        Peaking finds its edges in the picture that is `shown`, if that is no preview.
+        Peaking finds its edges in the picture that is `shown`, if that is not a preview.
         """
         lens, is_peaking = shot.lens_at(frame), view.is_peaking
         is_of_frame = shown.is_whole and lens.breathing == 1.0  # pixel for pixel

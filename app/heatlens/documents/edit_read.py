@@ -80,7 +80,7 @@ def _read(path: Path, rate: float | None) -> Any:
     """Return whatever a file holds for OpenTimelineIO. Raises InputError if that fails."""
     suffix = path.suffix.lower()
     if suffix == ".aaf" and file_bytes(path)[: len(_AAF)] != _AAF:  # its reader leaves it open
-        raise InputError(f"{path} cannot be read as an edit: it is no AAF file")
+        raise InputError(f"{path} cannot be read as an edit: it is not an AAF file")
     values = {"rate": rate or FRAMES_PER_SECOND} if suffix == ".edl" else {}
     adapters = otio().adapters
     try:

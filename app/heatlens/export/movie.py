@@ -156,7 +156,7 @@ class Movie:
         """Return (H, W, 3) with even sides for the encoder.
 
         The last row and column are repeated. Only one thread converts: with several, FFmpeg's bands
-        of rows write over each other's edges if the width is no multiple of what it works on.
+        of rows write over each other's edges if the width is not a multiple of what it works on.
         """
         height, width = display.shape[:2]
         even = np.pad(display, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")

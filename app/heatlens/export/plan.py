@@ -88,7 +88,7 @@ class ExportPlan:
 def frames_of(shot: Shot, text: str | None) -> tuple[int, ...]:
     """Return the frames in `text`, such as 1001-1100x2, or if None those from in to out, else all.
 
-    Raises InputError if the text is no frame range or the source is not found.
+    Raises InputError if the text is not a frame range or the source is not found.
     """
     return source_of(shot).frames_of(shot) if text is None else parse_frames(text)
 

@@ -74,7 +74,7 @@ class JsonEntry:
         raise InputError(f"{self.path}:{place} {sentence}")
 
     def check_version(self, entry: str, version: int, what: str) -> None:
-        """Refuse a file that is no `what` of heatlens or has another version than `version`.
+        """Refuse a file that is not a `what` of heatlens, or has another version than `version`.
 
         `entry` is the name of the entry that holds the version.
         """

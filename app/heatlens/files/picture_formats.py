@@ -41,7 +41,7 @@ def movie_frame_name(movie: Path, frame: int) -> str:
 def in_movie(path: Path) -> tuple[Path, int] | None:
     """Return the file of the movie of which `path` is a frame, and how many frames come before it.
 
-    The movie itself stands for its first frame. None if `path` is no movie.
+    The movie itself stands for its first frame. None if `path` is not a movie.
     """
     folder, found = movie_named(path.parent), _FRAME.fullmatch(path.name)
     if folder is not None and found is not None:

@@ -34,7 +34,7 @@ class Pose:
     position_m   in the world
     orientation  unit quaternion w, x, y, z: turns the camera's axes into the world's
 
-    Raises InputError for values that are no position or no rotation.
+    Raises InputError for values that are not a position or a rotation.
     """
 
     position_m: Vector = (0.0, 0.0, 0.0)

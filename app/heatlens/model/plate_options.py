@@ -302,8 +302,8 @@ class PlateOptions:
     depth_model: str | None = option_field(
         None,
         "depth model",
-        "estimate the depth by a network of your own, an ONNX file: Depth Anything, MiDaS, "
-        "Depth Pro, Metric3D and others, told by the name of the file; where distances are "
+        "estimate the depth with your own network, an ONNX file: Depth Anything, MiDaS, Depth "
+        "Pro, Metric3D and others, recognised by the name of the file; where distances are "
         "missing, give --near and --far, or --depth-known",
         metavar="FILE.onnx",
         parse=os.path.expanduser,

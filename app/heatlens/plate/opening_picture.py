@@ -55,8 +55,8 @@ def _read(path: Path, stamp: tuple[int, int]) -> OpeningImage:
     luminance, notes = _luminance(path)
     if not np.isfinite(luminance).all():
         raise InputError(
-            f"{path} cannot be an aperture image: some of its pixels are no finite numbers (NaN or "
-            "infinity)."
+            f"{path} cannot be an aperture image: some of its pixels are not finite numbers (NaN "
+            "or infinity)."
         )
     light = _in_square(np.maximum(luminance, 0.0))
     if seen_light(light).max() <= 0.0:

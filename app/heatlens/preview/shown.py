@@ -59,5 +59,5 @@ class Shown:
 
     @property
     def is_whole(self) -> bool:
-        """Return True if it equals the picture of `heatlens render`, and is no preview."""
+        """Return True if it equals the picture of `heatlens render`, and is not a preview."""
         return self.settings == self.shot.defocus

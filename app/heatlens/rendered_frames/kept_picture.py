@@ -89,7 +89,7 @@ def _picture(facts: dict[str, Any], data: bytes, offset: int) -> KeptPicture:
     is_whole = corners.dtype.kind == "i" and np.abs(corners).max() < 1 << 31
     is_possible = is_whole and 0 < aspect < math.inf and (corners[:, 2:] > corners[:, :2]).all()
     if not (is_possible and np.isfinite(pixels).all()):
-        raise ValueError("this is no rendered picture")
+        raise ValueError("this is not a rendered picture")
     data_window, display_window = (Box(*map(int, box)) for box in corners)
     return KeptPicture(pixels, data_window, display_window, aspect)
 

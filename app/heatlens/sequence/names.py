@@ -71,7 +71,7 @@ class NameForm:
 def form_of(name: str) -> tuple[NameForm, int | None]:
     """Return the form of `name`, and its frame number or None.
 
-    A version (`shot_v02.exr`) is no frame number, nor is one of more than 20 digits, and a minus
+    A version (`shot_v02.exr`) is not a frame number, nor is one of more than 20 digits, and a minus
     after a letter or digit is a hyphen.
     """
     match = _NUMBERED.fullmatch(name)
@@ -87,7 +87,7 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
     """Parse a notation such as `shot.1001-1100x2####.exr` into its form and its frames, if any.
 
     A single number after a letter belongs to the name, so `take2####.exr` is take 2. Returns None
-    if `name` is no notation. Raises InputError for more than 20 digits.
+    if `name` is not a notation. Raises InputError for more than 20 digits.
     """
     try:
         # In the default style of fileseq, one # stands for four digits.

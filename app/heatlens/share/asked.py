@@ -35,7 +35,7 @@ def parsed(text: str) -> dict[str, object]:
 
 
 def _constant(name: str) -> object:
-    raise ValueError(f"{name} is no JSON")
+    raise ValueError(f"{name} is not JSON")
 
 
 def _is_shallow(value: object, left: int) -> bool:
@@ -64,7 +64,7 @@ def check(message: Mapping[str, object], menus: Mapping[str, str]) -> None:
         and not is_command(name, menus.get(name, ""))
     ):
         raise InputError(
-            f"There is no {name!r} for a page; opening and writing files stays in the window."
+            f"A page has no {name!r}: files are opened and written only in the window."
         )
 
 

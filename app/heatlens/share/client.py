@@ -133,7 +133,7 @@ class Client:
             self._picture = None if self._picture and self._picture.is_whole else self._picture
             self._news.set()
         elif self.role is not Role.HAND:
-            raise InputError("This link may look, and turns nothing.")
+            raise InputError("This link is only for watching: it cannot change the lens.")
         else:
             self._shared.ask(self.name, message, self._reply)
 

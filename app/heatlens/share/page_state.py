@@ -94,5 +94,5 @@ def _of_histogram(histogram: DepthHistogram) -> dict[str, object]:
 
 
 def _of_command(command: CommandState) -> list[object]:
-    """Return whether it is on, None if it is no switch, and why it is barred, or ""."""
+    """Return whether it is on, None if it is not a switch, and why it is barred, or ""."""
     return [command.is_on, command.barred]

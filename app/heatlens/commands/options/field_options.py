@@ -61,7 +61,7 @@ def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()
 
 
 def fill_fields(args: argparse.Namespace, record: object) -> None:
-    """Give options that were not typed the values of `record`, where these are no defaults."""
+    """Give options that were not typed the values of `record`, where these are not defaults."""
     kind: Any = type(record)
     for name, told in options_of(kind).items():
         typed, value = getattr(args, _attribute(told)), getattr(record, name)

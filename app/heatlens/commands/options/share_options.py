@@ -17,7 +17,7 @@ def add_share_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--new-links",
         action="store_true",
-        help="end the links of earlier times; otherwise they go on working",
+        help="make all earlier links invalid; otherwise they keep working",
     )
 
 

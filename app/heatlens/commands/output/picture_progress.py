@@ -96,7 +96,7 @@ def picture_progress(
 ) -> Iterator[Callable[[str], None]]:
     """Yield a function for the name of each step of a picture; it prints progress and time left.
 
-    Nothing is printed if `stream` (default stderr) is no terminal.
+    Nothing is printed if `stream` (default stderr) is not a terminal.
     """
     if shot.defocus.method.needs_scene:
         with view_progress(shot, stream) as tell_view:

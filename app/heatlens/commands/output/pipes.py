@@ -26,7 +26,7 @@ _MAGIC = {
 def file_of_input(path: Path) -> Iterator[Path]:
     """Yield `path`; for `-` a temporary file with the content of standard input.
 
-    Raises InputError if it is no picture, or if standard input is a terminal.
+    Raises InputError if it is not a picture, or if standard input is a terminal.
     """
     if str(path) != DASH:
         yield path

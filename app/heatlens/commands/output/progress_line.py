@@ -16,7 +16,7 @@ _WIPE = "\r\x1b[K"
 def progress_line(stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
     """Yield a function that replaces the text of the line; "" clears it.
 
-    Nothing is shown if `stream` (default stderr) is no terminal, or with `--quiet`.
+    Nothing is shown if `stream` (default stderr) is not a terminal, or with `--quiet`.
     """
     out = stream or sys.stderr
     if not shows_progress(out):

@@ -68,7 +68,7 @@ def refuse_reel_options(args: argparse.Namespace) -> None:
     names = ("media", "edit_fps", "handles", "edit_out")
     given = [name for name in names if getattr(args, name)]
     if given and not is_reel(args.shot):
-        refuse_given(args, given, f"{args.shot} is no reel and no edit")
+        refuse_given(args, given, f"{args.shot} is neither a reel nor an edit")
 
 
 def checked_for_export(args: argparse.Namespace, reel: Reel) -> None:
@@ -124,6 +124,6 @@ def _frames_there(source: str) -> FrameRange | None:
     named = read_shot(Path(source)).source if is_shot_file(source) else source
     try:
         sequence = find_sequence(named or "")
-    except InputError:  # a scene that is no file, or plates that are missing, which the plan tells
+    except InputError:  # a missing scene, or missing plates, which the plan tells
         return None
     return None if sequence.is_single else FrameRange(sequence.first, sequence.last)

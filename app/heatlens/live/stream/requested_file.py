@@ -25,7 +25,7 @@ def requested_file(name: str, is_of_this_machine: bool) -> Path:
     if not path.is_absolute():
         raise InputError(f"{said}: a file is opened only by its full path.")
     try:
-        is_there = path.is_file()  # a pipe or a device is no picture
+        is_there = path.is_file()  # a pipe or a device is not a picture
     except (OSError, ValueError):  # not a valid file name
         is_there = False
     if not is_there:

@@ -105,7 +105,7 @@ def write_difference(
 ) -> None:
     """Write `result` and `truth`, scene-linear, and `error`, display values, from left to right.
 
-    All three are (H, W, 3). Raises InputError for a name that is no PNG or cannot be written.
+    All three are (H, W, 3). Raises InputError for a name that is not a PNG or cannot be written.
     """
     check_is_png(path)
     strip = np.concatenate([srgb_encoded(result), srgb_encoded(truth), error], axis=1)

@@ -289,8 +289,8 @@ class DeepPart:
     def _refuse_many(self) -> None:
         height, width = self.shape
         raise InputError(
-            f"{self._path} holds more than {SAMPLES_MOST:,} samples, which is what heatlens takes: "
-            f"{SAMPLES_MOST // (height * width):,} a pixel would fit. Merge samples where it is "
+            f"{self._path} holds more than {SAMPLES_MOST:,} samples, the most that heatlens "
+            f"takes: about {SAMPLES_MOST // (height * width):,} a pixel. Merge samples where it is "
             "written, or write a smaller picture."
         )
 

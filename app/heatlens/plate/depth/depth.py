@@ -25,7 +25,7 @@ from heatlens.plate.depth.depth_guess import (
 from heatlens.plate.depth.repair import repair_depth
 from heatlens.plate.plate import DepthReport, FloatImage
 
-# A few values of the wrong sign come from filtering at edges; more mean it is no depth channel.
+# A few values of the wrong sign come from filtering at edges; more mean it is not a depth channel.
 MAX_WRONG_SIGN_FRACTION = 0.25
 # NaN in a larger part of the frame marks a sky; in a smaller part they are scattered faults.
 NAN_SKY_FRACTION = 0.05

@@ -134,7 +134,7 @@ def _session(path: Path) -> Any:
             str(path), options, providers=runtime.get_available_providers()
         )
     except Exception as error:  # the runtime raises errors of its own for each kind of failure
-        raise InputError(f"{path} is no network that can be run: {one_line(error)}") from error
+        raise InputError(f"{path} is not a network that can be run: {one_line(error)}") from error
 
 
 def _takes_picture(shape: list[Any]) -> bool:

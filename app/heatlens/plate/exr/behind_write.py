@@ -12,7 +12,7 @@ from heatlens.sequence.names import form_of, parse_pattern
 def behind_path(pattern: Path, plate: Path) -> Path:
     """Return the file for a plate: a pattern takes the frame number in the plate's name.
 
-    Raises InputError for a name that is no EXR, and where the plate has no number.
+    Raises InputError for a name that is not an EXR, and where the plate has no number.
     """
     if pattern.suffix.lower() != ".exr":
         raise InputError(f"{pattern}: --behind-out writes an EXR file, because it has a depth.")

@@ -21,14 +21,14 @@ _SMALLER_MOST = {0: 1, 1: 70, 2: 1100, 3: 1100, 4: 1100, 5: 1500, 6: 4, 7: 16}
 
 
 def for_library(path: str | os.PathLike[str]) -> str | io.BytesIO:
-    """Return the name of a file for the OpenEXR library, or the content if the name is no UTF-8."""
+    """Return the name of a file for the OpenEXR library, or the content if that is not UTF-8."""
     name = os.fspath(path)
     is_utf8 = os.fsencode(name) == name.encode("utf-8", "backslashreplace")
     return name if is_utf8 else io.BytesIO(Path(path).read_bytes())
 
 
 def check_exr(path: Path) -> None:
-    """Raise InputError for a file that is no EXR, or whose header claims an impossible size.
+    """Raise InputError for a file that is not an EXR, or whose header claims an impossible size.
 
     The error names the file, what was found and the limit.
     """

@@ -18,7 +18,7 @@ OpenEXR.set_global_thread_count(min(4, os.cpu_count() or 1))
 def read_parts(path: str | os.PathLike[str]) -> list[Part]:
     """Read the header and the channels, by their names in the part, of every part of a file.
 
-    Raises InputError if it is no EXR file, damaged, cut short or too large for a GPU.
+    Raises InputError if it is not an EXR file, damaged, cut short or too large for a GPU.
     """
     path = Path(path)
     check_exr(path)

@@ -64,7 +64,7 @@ class Cryptomatte:
                 return int(name[1:], _HEX)
             except ValueError:
                 raise InputError(
-                    f"{name} is no id: write it as # and hexadecimal digits."
+                    f"{name} is not an id: write it as # and hexadecimal digits."
                 ) from None
         return self.ids.get(name, hashed(name))
 

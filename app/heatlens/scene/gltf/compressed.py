@@ -52,7 +52,7 @@ def draco_parts(
         faces = np.asarray(mesh.faces).reshape(-1, 3).astype(np.uint32)
         parts = {part["unique_id"]: np.asarray(part["data"]) for part in mesh.attributes}
     except Exception as error:  # DracoPy raises any exception for damaged bytes, or for points
-        record.refuse(f"its bytes are no mesh of Draco ({_short(error)}); export it again")
+        record.refuse(f"its bytes are not a Draco mesh ({_short(error)}); export it again")
     return faces, parts
 
 

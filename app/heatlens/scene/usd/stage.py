@@ -64,7 +64,7 @@ class UsdStage:
 
 
 def open_stage(path: Path) -> UsdStage:
-    """Open a stage; raise InputError if it is no stage, is damaged, or has no unit."""
+    """Open a stage; raise InputError if it is not a stage, is damaged, or has no unit."""
     usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
     stage = open_usd(path)
     prims = list(stage.Traverse(usd.TraverseInstanceProxies()))

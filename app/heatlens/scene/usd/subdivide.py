@@ -31,7 +31,7 @@ class Subdivision:
     def refined(self, what: str, mesh: object, cage: Polygons) -> Polygons | None:
         """Return the subdivision surface of `cage`; None if the cage itself is drawn.
 
-        Raises InputError if its creases are no numbers.
+        Raises InputError if its creases are not numbers.
         """
         if not self._is_wanted(mesh):
             return None

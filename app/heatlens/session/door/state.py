@@ -22,7 +22,7 @@ class MarkState:
 
 @dataclass(frozen=True)
 class CommandState:
-    """A named command: whether it is on (None if it is no switch), and why it is barred, or ""."""
+    """A named command: whether it is on (None: it is not a switch), and why it is barred, or ""."""
 
     name: str
     label: str

@@ -51,7 +51,7 @@ class PictureFeed:
 
     @property
     def scene(self) -> Scene | None:
-        """The 3D scene with the shot's placement; None if the source is no scene."""
+        """The 3D scene with the shot's placement; None if the source is not a scene."""
         return None
 
     @property
