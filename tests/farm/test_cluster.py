@@ -6,11 +6,12 @@ import sys
 from dataclasses import replace
 
 import pytest
+from distributed.comm import CommClosedError
 
 from heatlens.base.errors import InputError
 from heatlens.commands.worker import made_part
 from heatlens.documents.shot_file import write_shot
-from heatlens.farm.cluster import PartTask, connected
+from heatlens.farm.cluster import ClusterMaker, PartTask, connected
 from heatlens.version import __version__
 from support.dask_cluster import dask_cluster, wait_for
 from support.exports import MANY, exported, files_in, shot_of, write_plates
@@ -182,6 +183,17 @@ def test_a_stopped_export_goes_on_where_it_was(capsys, many, tmp_path, lost, how
     assert export.returncode == (130 if how == signal.SIGINT else -9)
     lost.exported(many, "-o", out / "n.####.exr")
     assert files_in(out) == files_in(tmp_path / "whole")
+
+
+def test_a_connection_that_breaks_in_the_middle_of_an_answer_is_told():
+    class Lost:
+        def nthreads(self):
+            raise CommClosedError("in <TCP (closed)>: Stream is closed")
+
+    task = PartTask((), "", "", False, "")
+    maker = ClusterMaker(Lost(), lambda task: [], task, None, print)
+    with pytest.raises(InputError, match="The scheduler has gone"):
+        list(maker([]))
 
 
 @pytest.mark.parametrize("made", [1, 7])

@@ -25,6 +25,7 @@ from heatlens.sequence.names import frames_text
 PATIENCE_S = 10  # time limit for an answer of the scheduler
 _ADDRESS = re.compile(r"(tcp|tls|wss?)://(\[[\da-f:.]+\]|[^\s/:]+):\d{1,5}")
 NO_ANSWER = (OSError, ValueError, TimeoutError)  # raised if there is no answer
+_LOSSES = ("FutureCancelledError", "CancelledError", "CommClosedError")  # the scheduler has died
 _LOOK_S = 2.0  # interval between checks for lost workers
 _TASKS_OF_A_WORKER, _FRAMES_MOST = 4, 8  # tasks are short, so that all workers end at one time
 
@@ -113,6 +114,10 @@ class ClusterMaker:
 
     def __call__(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
         """Yield the frames as they are finished. Raises InputError where one fails."""
+        with _loss_told():
+            yield from self._made(frames)
+
+    def _made(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
         self._wait_for_workers()
         waiting = {frame.frame: frame.path for frame in frames}
         self._client.subscribe_topic(self._task.topic, lambda event: self._news.put(event[1]))
@@ -170,13 +175,20 @@ def _result(future: Any) -> list[PartDone]:
             f"{name}: the workers that made them died, {error.last_worker.address} the last; "
             "their memory may be too small. Finished frames are kept."
         ) from error
+    return found
+
+
+@contextmanager
+def _loss_told() -> Iterator[None]:
+    """Turn the errors of Dask after the loss of its scheduler into an InputError."""
+    try:
+        yield
     except Exception as error:
-        if type(error).__name__ not in ("FutureCancelledError", "CancelledError"):
+        if type(error).__name__ not in _LOSSES:
             raise
         raise InputError(
             "The scheduler has gone. Finished frames are kept; start it and export again."
         ) from error
-    return found
 
 
 def _stored(done: PartDone, path: Path) -> FrameDone:
