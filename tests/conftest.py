@@ -142,6 +142,7 @@ def _release_unheld(ctx: "moderngl.Context") -> None:
     import moderngl
 
     gc.collect()
+    gc.freeze()  # what is alive now is not looked at again: late in a run that takes seconds
     while ctx.objects:
         unheld = ctx.objects.popleft()
         if not isinstance(unheld, moderngl.InvalidObject):  # released by its owner before

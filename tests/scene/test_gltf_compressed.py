@@ -38,7 +38,7 @@ def test_without_its_library_plain_data_are_read_or_the_command_is_told(tmp_path
 
 @pytest.mark.parametrize("data", [b"", b"DRACO\x02\x02", bytes(100)])
 def test_damaged_bytes_of_draco_are_named(tmp_path, data):
-    with pytest.raises(InputError, match=r"a\.glb.*no mesh of Draco"):
+    with pytest.raises(InputError, match=r"a\.glb.*not a Draco mesh"):
         read_scene(draco(data).write(tmp_path / "a.glb"))
 
 
