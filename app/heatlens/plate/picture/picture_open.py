@@ -26,6 +26,7 @@ from heatlens.files.limits import allow_for, is_bounded
 from heatlens.files.picture_formats import in_movie
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.exr.exr_limits import MAX_SIDE_PX
+from heatlens.plate.picture.capture import capture_info
 from heatlens.plate.picture.movie_picture import movie_info, movie_values
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
@@ -69,7 +70,7 @@ def open_picture(path: Path) -> RawPicture:
         upright = ImageOps.exif_transpose(image)
         upright = upright.convert(_MODES[upright.mode]) if upright.mode in _MODES else upright
         values = np.array(upright)
-        info = _info(image)
+        info = _info(image) | capture_info(path, upright.size)
     return RawPicture(values if values.ndim == 3 else values[:, :, None], info)
 
 
@@ -87,7 +88,8 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
         if image is None:  # floating point: Pillow knows all other kinds
             height, width = _by_openimageio(path).shape[:2]
             return (width, height), {"is_light": True}
-        return image.size, _info(image) | {"is_light": image.mode == "F"}
+        info = _info(image) | capture_info(path, image.size)
+        return image.size, info | {"is_light": image.mode == "F"}
 
 
 def _is_for_own_process(path: Path) -> bool:
