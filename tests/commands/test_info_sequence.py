@@ -65,6 +65,14 @@ def test_what_several_frames_say_is_said_once(capsys, shot):
     )
 
 
+def test_what_depth_files_say_is_said_once(capsys, shot):
+    for frame in (1001, 1002, 1005):
+        write_file(shot / f"d.{frame}.exr", {"R": np.full((3, 4), 3.0, "f4")})
+    words = (shot / "s.####.exr", "--depth", shot / "d.####.exr")
+    (found,) = (it for it in facts_of(capsys, *words, code=1)["notes"].items() if "4 x 3" in it[0])
+    assert found[0].startswith("d.####.exr is 4 x 3 pixels") and found[1] == "1001-1002,1005"
+
+
 def test_the_exit_code_is_that_of_a_check_before_a_farm(capsys, tmp_path):
     """Frames that are missing or cannot be rendered are found; one plate is told as it is."""
     for frame in (1, 2, 3):

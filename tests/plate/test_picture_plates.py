@@ -290,7 +290,7 @@ def test_the_output_is_not_the_depth(photo, depth_map, capsys):
 
 
 def test_a_photo_without_depth_says_how_to_bring_one(photo):
-    with pytest.raises(InputError, match=r"no depth channel.*--depth "):
+    with pytest.raises(InputError, match=r"no depth:.*--depth FILE.*--depth-side"):
         read_plate(photo)
 
 

@@ -11,6 +11,7 @@ from heatlens.model.plate_options import (
     DepthConvention,
     DepthKind,
     DepthModelOutput,
+    DepthSide,
     KnownDistance,
     PictureCurve,
 )
@@ -107,3 +108,4 @@ class ReadingOptions(TypedDict, total=False):
     depth_model: str | None
     depth_model_output: DepthModelOutput | Literal["auto", "disparity", "metres", "inverse"]
     depth_known: KnownDistance | str | None
+    depth_side: DepthSide | Literal["none", "right", "left", "bottom", "top"]

@@ -10,6 +10,7 @@ from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import span_doubts
 from heatlens.plate.plate import BehindReport, Plate, depth_span
+from heatlens.sequence.depth_files import PlateFiles
 from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import Sequence
 
@@ -58,6 +59,7 @@ class _Survey:
 
     def __init__(self, options: PlateOptions) -> None:
         self._options = options
+        self._beside = {Path(it).name: PlateFiles((it,)) for it in options.files_beside}
         self._sizes: dict[str, list[int]] = {}
         self._readings: dict[str, list[int]] = {}
         self._notes: dict[str, list[int]] = {}
@@ -78,13 +80,21 @@ class _Survey:
             self._behind.setdefault(report.name, []).append(report)
         reported_already = {report.sentence for report in plate.behind}
         for note in (*plate.notes, *doubtful):
-            if note in reported_already:
-                continue
-            self._notes.setdefault(_without_path(note, plate.path), []).append(frame)
+            if note not in reported_already:
+                self._notes.setdefault(self._without_paths(note, plate.path), []).append(frame)
         if span.has_surfaces:
             near, far = (span.near_m, frame), (span.far_m, frame)
             self._near = near if self._near is None else min(self._near, near)
             self._far = far if self._far is None else max(self._far, far)
+
+    def _without_paths(self, note: str, path: Path) -> str:
+        """Name the files of a frame alike in all frames, so that the same sentence is equal."""
+        names = {path: path.name}
+        for name, files in self._beside.items():
+            names |= dict.fromkeys(files(path)[1:], name)
+        for file, name in names.items():
+            note = note.replace(f"{file}: ", "").replace(str(file), name)
+        return note
 
     def facts(self) -> Facts:
         """Return all of it."""
@@ -112,8 +122,3 @@ def _mean_words(reports: list[BehindReport]) -> str:
 def _by_frames(found: dict[str, list[int]]) -> dict[str, str]:
     """Return each thing with the frames that have it."""
     return {name: frames_text(tuple(frames)) for name, frames in found.items()}
-
-
-def _without_path(note: str, path: Path) -> str:
-    """Remove the path, so that the same sentence on another frame is equal."""
-    return note.replace(f"{path}: ", "").replace(str(path), path.name)

@@ -126,6 +126,16 @@ class PictureCurve(StrEnum):
     LOG3G10 = "log3g10", "Log3G10 REDWideGamutRGB"
 
 
+class DepthSide(StrEnum):
+    """The half of a picture that holds its depth, as in side-by-side footage."""
+
+    NONE = "none"
+    RIGHT = "right"
+    LEFT = "left"
+    BOTTOM = "bottom"
+    TOP = "top"
+
+
 class DepthModelOutput(StrEnum):
     """What the values of a network are."""
 
@@ -322,6 +332,11 @@ class PlateOptions:
         metavar="X,Y=DISTANCE",
         parse=parse_known_distance,
     )
+    depth_side: DepthSide = option_field(
+        DepthSide.NONE,
+        "depth side",
+        "half of the picture that holds its depth in grey, as in side-by-side footage",
+    )
 
     @property
     def files_beside(self) -> tuple[str, ...]:
@@ -335,6 +350,7 @@ class PlateOptions:
             "depth_kind": DepthKind,
             "picture_curve": PictureCurve,
             "depth_model_output": DepthModelOutput,
+            "depth_side": DepthSide,
         }
         for name, kind in kinds.items():
             object.__setattr__(self, name, _member(kind, name, getattr(self, name)))

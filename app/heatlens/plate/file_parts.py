@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
+from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plate_options import DepthSide, PlateOptions
 from heatlens.plate.deep.deep_plate import flattened_part
 from heatlens.plate.exr.deep_file import is_deep_file
 from heatlens.plate.exr.exr_read import read_parts
@@ -17,7 +18,9 @@ def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:
     A deep file gives one part, its flattened picture. Raises InputError as `read_parts` does.
     """
     if is_picture(path):
-        return color_parts(path, options.picture_curve)
+        return color_parts(path, options.picture_curve, options.depth_side)
+    if options.depth_side is not DepthSide.NONE:
+        raise InputError(f"{path} is an EXR, which has depth channels: leave --depth-side out.")
     return [flattened_part(path)] if is_deep_file(path) else read_parts(path)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plate_options import DepthSide, PlateOptions
 from heatlens.plate.behind import (
     behind_layers,
     behind_paths,
@@ -114,13 +114,15 @@ def depth_of(
 
     Raises InputError as `read_depth_of` and `estimated_depth` do.
     """
+    is_read = options.depth_source is not None or options.depth_channel is not None
+    sides = options.depth_side is not DepthSide.NONE
+    if is_read + sides + (options.depth_model is not None) > 1:
+        raise InputError(
+            f"{path}: its depth is in a file or channel, in a half of the picture, or estimated: "
+            "give one of --depth or --depth-channel, --depth-side and --depth-model."
+        )
     if options.depth_model is None:
         return read_depth_of(path, parts, choice, options)
-    if options.depth_source is not None or options.depth_channel is not None:
-        raise InputError(
-            f"{path}: its depth is either read or estimated: leave --depth and --depth-channel "
-            "out, or --depth-model."
-        )
     if choice is None:
         raise InputError(f"{path} has no colour from which a depth could be estimated.")
     light = read_color(path, parts, choice)[0]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.files.picture_formats import is_picture
 from heatlens.model.other_names import or_meant
 from heatlens.plate.header.channels import (
     ChannelRef,
@@ -280,6 +281,11 @@ def _no_color_sentence(path: Path, headers: Sequence[Header]) -> str:
 
 def _no_depth_sentence(path: Path, headers: Sequence[Header], view: str) -> str:
     """Return a sentence on the channels looked for, those found, and the option to name one."""
+    if is_picture(path):
+        return (
+            f"{path} has no depth: name its file with --depth FILE or the half of the picture "
+            "that holds it with --depth-side, or estimate it with --depth-model FILE.onnx."
+        )
     found = listed(ref.full_name for ref in list_channels(headers))
     of_view = f" of the view {view}" if view else ""
     return (

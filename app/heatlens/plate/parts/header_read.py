@@ -24,7 +24,7 @@ def read_color_header(path: str | os.PathLike[str], options: PlateOptions = _AS_
     Raises InputError if the file is missing, damaged or no EXR, or does not have these colours.
     """
     if is_picture(Path(path)):
-        return picture_header(Path(path), options.picture_curve)
+        return picture_header(Path(path), options.picture_curve, options.depth_side)
     layer, eye = options.color_layer, options.eye
     headers = read_headers(path)
     if is_deep_file(Path(path)):

@@ -4,7 +4,7 @@ Colour becomes scene-linear and premultiplied. Facts about the camera and the pr
 into the header under their EXR names; facts about a depth, under `PICTURE_FACTS`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +16,7 @@ from PIL import Image, ImageCms
 
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import DepthConvention, PictureCurve
+from heatlens.model.plate_options import DepthConvention, DepthSide, PictureCurve
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.header.channels import Header, Part
 from heatlens.plate.header.primaries import P3_D65
@@ -37,6 +37,7 @@ _FULL_FRAME_MM = (36.0, 24.0)
 _EXIF_FOCAL_35MM = 0xA405
 # Channels of a grey picture may differ by this part of the range: JPEG adds a little colour.
 _SHARE_COLORED = 0.02
+_AFTER = (DepthSide.RIGHT, DepthSide.BOTTOM)  # the depth is the second half
 
 Kind = Literal["color", "depth"]
 
@@ -63,14 +64,23 @@ def picture_facts(header: Header) -> PictureFacts | None:
     return facts if isinstance(facts, PictureFacts) else None
 
 
-def color_parts(path: Path, curve: PictureCurve) -> list[Part]:
-    """Read R, G, B and A of a picture as linear light, and Z if the picture holds a depth."""
+def color_parts(path: Path, curve: PictureCurve, side: DepthSide = DepthSide.NONE) -> list[Part]:
+    """Read R, G, B and A of a picture as linear light, and Z if the picture holds a depth.
+
+    The half at `side` is that depth. Raises InputError if the picture cannot be halved.
+    """
     raw = open_picture(path)
+    depth = None
+    if side is not DepthSide.NONE:
+        raw, depth = _halves(path, raw, side)
     straight, notes = _linear(path, raw, curve)
     if straight.shape[2] in (2, 4):
         straight[:, :, :-1] *= straight[:, :, -1:]
     names = {1: "Y", 2: "YA", 3: "RGB", 4: "RGBA"}[straight.shape[2]]
     channels = {name: np.ascontiguousarray(straight[:, :, i]) for i, name in enumerate(names)}
+    if depth is not None:
+        channels["Z"] = depth
+        return [_part(channels, raw, PictureFacts(notes, raw.full_scale), curve)]
     found = inner_depth(path, raw.info)
     if found is None:
         return [_part(channels, raw, PictureFacts(notes), curve)]
@@ -85,6 +95,12 @@ def depth_parts(path: Path) -> list[Part]:
     Raises InputError for a coloured picture, because the colours of a colour map have no order.
     """
     raw = open_picture(path)
+    facts = PictureFacts(full_scale=raw.full_scale)
+    return [_part({"Z": _grey(path, raw)}, raw, facts)]
+
+
+def _grey(path: Path, raw: RawPicture) -> FloatImage:
+    """Return the values (H, W) of a grey picture; raise InputError for a coloured one."""
     values = raw.values[:, :, : 3 if raw.values.shape[2] >= 3 else 1].astype(np.float32)
     spread = float((values.max(axis=2) - values.min(axis=2)).max())
     if spread > _SHARE_COLORED * (raw.full_scale or max(float(np.ptp(values)), 1e-30)):
@@ -92,13 +108,36 @@ def depth_parts(path: Path) -> list[Part]:
             f"{path} is coloured, so it is not a depth, or a depth shown with a colour map: export "
             "it in grey, best with 16 bits."
         )
-    facts = PictureFacts(full_scale=raw.full_scale)
-    return [_part({"Z": np.ascontiguousarray(values[:, :, 0])}, raw, facts)]
+    return np.ascontiguousarray(values[:, :, 0])
 
 
-def picture_header(path: Path, curve: PictureCurve = PictureCurve.AUTO) -> Header:
+def _halves(path: Path, raw: RawPicture, side: DepthSide) -> tuple[RawPicture, FloatImage]:
+    """Return the picture without the half at `side`, and the depth in that half."""
+    height, width = raw.values.shape[:2]
+    half = _half_size((width, height), side)
+    if (2 * half[0], height) != (width, height) and (width, 2 * half[1]) != (width, height):
+        raise InputError(
+            f"{path} is {width} x {height} pixels, which cannot be halved: leave --depth-side out."
+        )
+    first = replace(raw, values=raw.values[: half[1], : half[0]])
+    second = replace(raw, values=raw.values[-half[1] :, -half[0] :])
+    color, depth = (first, second) if side in _AFTER else (second, first)
+    return color, _grey(path, depth)
+
+
+def _half_size(size: tuple[int, int], side: DepthSide) -> tuple[int, int]:
+    """Return (width, height) without the half at `side`."""
+    across = 2 if side in (DepthSide.LEFT, DepthSide.RIGHT) else 1
+    down = 2 if side in (DepthSide.TOP, DepthSide.BOTTOM) else 1
+    return size[0] // across, size[1] // down
+
+
+def picture_header(
+    path: Path, curve: PictureCurve = PictureCurve.AUTO, side: DepthSide = DepthSide.NONE
+) -> Header:
     """Read the header that `color_parts` would give, without the pixels."""
     size, info = picture_info(path)
+    size = _half_size(size, side)
     is_for_eye = not info.get("is_light") and curve.color_space is None
     header = _header((), size, info, PictureFacts()) | _for_the_eye(is_for_eye)
     return _in_rec709(header) if curve.color_space is not None else header
