@@ -17,6 +17,7 @@
 #ifdef SHAPED
 #define LEAST_WEIGHT 1e-6   // weight of a view that the barrel hides: it counts only until another is visible
 #include "lib/aperture.lib.glsl"
+#include "lib/lean.lib.glsl"
 #include "lib/sides.lib.glsl"
 #endif
 
@@ -36,7 +37,7 @@ uniform vec2 lens_at;
 uniform vec4 colors;
 
 void add_view(ivec2 at, inout Sides sides) {
-    float dioptres = focus_dioptres - 1.0 / texelFetch(depth_tx, at, 0).r;
+    float dioptres = focus_dioptres + lean_at(at) - 1.0 / texelFetch(depth_tx, at, 0).r;
     vec2 place = pinhole_place(vec2(at) + 0.5, lens_at, focal_px * dioptres, aperture_axes);
     add_light(sides, texelFetch(view_tx, at, 0), lens_at, place, dioptres > 0.0, colors);
 }

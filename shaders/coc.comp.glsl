@@ -1,22 +1,21 @@
-// Converts depth to the signed circle of confusion, with one multiply-add on 1/z.
+// Converts depth to the signed circle of confusion, see lib/coc.lib.glsl.
 //
 // Input
 //   depth_tx     planar depth in metres, infinity where nothing was hit
 // Output
 //   out_coc_img  diameter in pixels, negative in front of the focus plane
 
+#include "lib/coc.lib.glsl"
+
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 uniform sampler2D depth_tx;
-uniform float at_infinity_px;   // diameter of a point infinitely far away
-uniform float per_dioptre_px;   // change of the diameter per dioptre (1/m)
 layout(r32f) uniform writeonly image2D out_coc_img;
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, textureSize(depth_tx, 0)))) return;
-    float depth_m = texelFetch(depth_tx, at, 0).r;
-    float coc_px = at_infinity_px + per_dioptre_px / depth_m;
+    float coc_px = coc_of(texelFetch(depth_tx, at, 0).r, at);
     imageStore(out_coc_img, at, vec4(clamp(coc_px, -COC_MOST_PX, COC_MOST_PX)));
 }

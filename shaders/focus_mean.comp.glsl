@@ -18,7 +18,7 @@ uniform sampler2D depth_tx;
 uniform sampler2D mean_tx;
 layout(rgba32f) uniform writeonly image2D out_img;
 
-float share_at(ivec2 pixel) { return focus_share(texelFetch(depth_tx, pixel, 0).r); }
+float share_at(ivec2 pixel) { return focus_share(texelFetch(depth_tx, pixel, 0).r, pixel); }
 
 vec4 mean_in_focus(Footprint footprint) {
     vec4 sum = vec4(0.0);

@@ -8,6 +8,7 @@
 //   out_far_img   rgb of the far fragment, a coverage of the near one
 //   out_near_img  rgb of the near fragment, a its signed coc
 
+#include "lib/lean.lib.glsl"
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
@@ -116,6 +117,7 @@ bool is_beside_thin(ivec2 at, float coc) {
 
 void split_far(ivec2 at) {
     if (kind_at(at) != FAR_RIM) return;
+    stand_at(at);
     float coc = coc_at(at);
     vec3 x = color_at(at), far = x;
     FarSide unmixed = far_side(at, coc);

@@ -6,6 +6,7 @@
 //   out_kind_img  the kind, see lib/kind.lib.glsl
 //   pixel list    both rims, for fragments_far and fragments_near
 
+#include "lib/lean.lib.glsl"
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
@@ -37,6 +38,7 @@ void store(ivec2 at, float kind) { imageStore(out_kind_img, at, vec4(kind)); }
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
+    stand_at(at);
     float coc = coc_at(at);
     bool beside_nearer = false, beside_farther = false;
     bool guessed = !is_told(at);

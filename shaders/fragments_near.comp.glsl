@@ -39,6 +39,7 @@ void split_thin(ivec2 at, vec3 x, float coc) {
 
 void split_near(ivec2 at) {
     if (kind_at(at) != NEAR_RIM) return;
+    stand_at(at);
     float coc = coc_at(at);
     vec3 x = color_at(at), near;
     if (!unmixed_near(at, near)) {

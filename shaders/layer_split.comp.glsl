@@ -18,6 +18,7 @@
 // listed share of the layer, and
 //   out_listed_img r share known from the list, g depth visible behind the silhouette, pixels
 
+#include "lib/lean.lib.glsl"
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
@@ -149,7 +150,7 @@ void add_list(inout Sum sum, List list, float front_coc, float seen, float unkno
     }
     if (!is_open || list.first == list.end || unknown <= 0.0) return;
     Content nothing = whole_of(vec3(0.0), fragment.coc, max(visibility(fragment.coc), THIN));
-    add_known(sum, nothing, is_farthest ? 1.0 : 0.0, unknown, seen, at_infinity_px - front_coc);
+    add_known(sum, nothing, is_farthest ? 1.0 : 0.0, unknown, seen, infinity_px - front_coc);
 }
 #endif
 
@@ -157,6 +158,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
     float coc = texelFetch(coc_tx, at, 0).r;
 #ifdef LISTS
     List list = list_at(at);
+    stand_at(at);
 #endif
     vec3 x = texelFetch(color_tx, at, 0).rgb;
     float seen = visibility(coc), visible = max(seen, THIN), has_near = 0.0;

@@ -13,6 +13,8 @@
 #define PEAKING 0  // 1: areas in focus are coloured over that
 #endif
 
+#include "lib/coc.lib.glsl"
+
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D depth_tx;
@@ -23,8 +25,6 @@ uniform vec3 peaking_rgb;
 uniform bool is_peaking_all;       // the whole area in focus, not only its edges
 layout(rgba8) uniform writeonly image2D out_overlay_img;
 uniform bool is_coc;
-uniform float at_infinity_px;      // signed coc over dioptres: at_infinity + per_dioptre / depth
-uniform float per_dioptre_px;
 uniform float sharp_px;            // a diameter up to this counts as in focus
 uniform vec2 range_px;             // least and greatest signed coc of the plate
 uniform float layer_limits_px[LAYERS_MAX]; // signed coc between layers, ascending; unused ones are huge
@@ -33,7 +33,7 @@ const float TINT = 0.42;  // alpha of a tint: the picture stays readable under i
 
 float coc_at(ivec2 at) {
     float depth = texelFetch(depth_tx, clamp(at, ivec2(0), textureSize(depth_tx, 0) - 1), 0).r;
-    return is_coc ? depth : at_infinity_px + per_dioptre_px / depth;
+    return is_coc ? depth : coc_of(depth, at);
 }
 
 vec4 no_color(ivec2 at, float coc) { return vec4(0.0); }

@@ -37,6 +37,6 @@ void main() {
     vec3 preview = texture(picture_tx, place).rgb, coarse = texture(coarse_tx, place).rgb;
     vec3 apart = abs(preview - coarse);
     float hidden = smoothstep(BARE, HIDDEN, max(apart.r, max(apart.g, apart.b)));
-    float share = (1.0 - hidden) * focus_share(texelFetch(depth_tx, texel, 0).r);
+    float share = (1.0 - hidden) * focus_share(texelFetch(depth_tx, texel, 0).r, texel);
     out_color = vec4(preview + share * (texture(plate_tx, place).rgb - coarse), 1.0);
 }

@@ -17,6 +17,7 @@
 #include "lib/random.lib.glsl"
 #include "lib/bvh.lib.glsl"
 #include "lib/aperture.lib.glsl"
+#include "lib/lean.lib.glsl"
 #ifdef SHAPED
 #define LEAST_WEIGHT 1e-6   // weight of a ray that the barrel stops: it only counts until another passes
 #include "lib/sides.lib.glsl"
@@ -26,7 +27,7 @@ layout(local_size_x = RAY_GROUP, local_size_y = RAY_GROUP) in;
 
 uniform mat4 world_from_camera;
 uniform float focal_px;
-uniform float focus_dioptres;   // 0 with focus at infinity
+uniform float focus_dioptres;   // in the middle of the picture; 0 with focus at infinity
 uniform vec2 depths_m;          // near and far clipping distances
 uniform vec2 lens_middle_m;
 uniform vec2 pixel_middle_px;   // 0 for its actual place
@@ -57,6 +58,7 @@ vec3 light_at(Hit hit, vec3 to_eye) {
 }
 
 vec3 light_through(vec2 px, vec2 size, vec2 lens_m, float focus, out float dioptres) {
+    focus += lean_at(px);
     vec2 slope = (px - 0.5 * size) / focal_px * vec2(1.0, -1.0) - lens_m * focus;
     vec3 along = mat3(world_from_camera) * vec3(slope, -1.0);
     vec3 start = (world_from_camera * vec4(lens_m, 0.0, 1.0)).xyz;

@@ -8,6 +8,7 @@ import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.gaps import gaps_of
+from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.passes import DefocusPasses
@@ -26,14 +27,16 @@ from heatlens.gpu.context import (
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.breathing import as_seen, plate_ratio
-from heatlens.model.coc import COC_MOST_PX, axial_px, coc_line
+from heatlens.model.coc import COC_MOST_PX, axial_px
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.framing import Pose
+from heatlens.model.lean import LEVEL
 from heatlens.model.lens import Lens
 from heatlens.model.picture_field import PictureField
 from heatlens.model.settings import Method, Quality
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.model.value_bins import ValueBins
+from heatlens.plate.coc_line import lean_in, line_of
 from heatlens.plate.overscan_need import frame_centre_px, room_of
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
@@ -69,6 +72,7 @@ class FrameRenderer:
         self._loaded: Pinhole | None = None
         self._checked_size = (0, 0)
         self._is_software = is_software(ctx)
+        self._leans = LeanSurvey(ctx)
 
     @property
     def loaded(self) -> Pinhole:
@@ -271,7 +275,7 @@ class FrameRenderer:
         picture = yield from pipeline.steps(
             color,
             loaded.depth,
-            optics_of(loaded.plate, loaded.bins, self._seen(shot, frame).lens_at(frame)),
+            pinhole_optics(self._leans, loaded, self._seen(shot, frame).lens_at(frame)),
             shot.defocus,
             loaded.plate.has_alpha,
             loaded.fragments,
@@ -292,9 +296,12 @@ class FrameRenderer:
         if layers_for(shot.defocus) > 1 and overscan is self.loaded.overscan:
             peeled = self.loaded.peeled
         seen = overscan if peeled is None else peeled
-        bins = seen.bins
-        optics = optics_of(plate, bins, shot.lens_at(frame), self.loaded.bins)
-        margin, fine = overscan.used_px(optics), overscan.fine
+        fine, lens = overscan.fine, shot.lens_at(frame)
+        lean = lean_in(plate, lens).moved((overscan.margin_px,) * 2).scaled(fine)
+        held = seen.depth, None if peeled is None else peeled.fragments, seen.bins
+        bins = self._leans.bins(*held, lean)
+        optics = optics_of(plate, bins, lens, self.loaded.bins if lean.is_level else bins)
+        margin = overscan.used_px(optics)
         part, scratch, crop = overscan.part(margin), pipeline.scratch, self._passes.crop
         size = part.width, part.height
         self._check_fits(size)
@@ -327,13 +334,17 @@ class FrameRenderer:
 
     def optics(self, shot: Shot, frame: int = 0) -> Optics:
         """Return the optics of the shot's lens at `frame` for the source, in full-size pixels."""
-        lens = self._seen(shot, frame).lens_at(frame)
-        return optics_of(self.loaded.plate, self.loaded.bins, lens)
+        return pinhole_optics(self._leans, self.loaded, self._seen(shot, frame).lens_at(frame))
 
     def _check(self, shot: Shot) -> None:
         """Refuse pictures too large for this machine, and methods that the source forbids."""
         size = proxy_size(self._source.size(shot), shot.defocus.proxy)
         self._source.check_method(shot.defocus.method)
+        if shot.defocus.method is Method.ACCUMULATION and shot.lens.split_dioptres:
+            raise InputError(
+                "The method accumulation draws whole views, each with one plane of focus, and so "
+                "no split diopter: use raytraced."
+            )
         self._check_fits(size)
 
     def _check_fits(self, size: tuple[int, int]) -> None:
@@ -360,10 +371,19 @@ def drained(steps: Steps[Result], tell: Callable[[str], None] = lambda _: None) 
             return end.value  # type: ignore[no-any-return]
 
 
+def pinhole_optics(leans: LeanSurvey, pinhole: Pinhole, lens: Lens) -> Optics:
+    """Return the optics of a lens in front of a picture on the GPU."""
+    plate = pinhole.plate
+    lean = lean_in(plate, lens) if plate.has_distances else LEVEL
+    bins = leans.bins(pinhole.depth, pinhole.fragments, pinhole.bins, lean)
+    return optics_of(plate, bins, lens, None if lean.is_level else bins)
+
+
 def optics_of(plate: Plate, bins: ValueBins, lens: Lens, seen: ValueBins | None = None) -> Optics:
     """Return the optics of a lens in front of a plate, in pixels of its display window.
 
-    `bins` are of all surfaces, `seen` of those in the frame, where these are not the plate's own.
+    `bins` are of all surfaces, `seen` of those in the frame, where these are not the plate's own;
+    both as `LeanSurvey` has them.
     """
     shown, aspect = plate.display_window, plate.pixel_aspect_ratio
     aside = (shown.x0 - plate.data_window.x0, shown.y0 - plate.data_window.y0)
@@ -374,7 +394,7 @@ def optics_of(plate: Plate, bins: ValueBins, lens: Lens, seen: ValueBins | None 
     occupied, gaps = bins.occupied, gaps_of(seen)
     if plate.coc_px is not None:
         return Optics(None, occupied, disc, gaps_px=gaps)
-    line = coc_line(lens, shown.width)
+    line = line_of(plate, lens)
     coc, ends = (line.at_infinity_px + line.per_dioptre_px * it for it in (occupied, gaps))
     np.clip(coc, -COC_MOST_PX, COC_MOST_PX, out=coc)
     # More dioptres, less coc.

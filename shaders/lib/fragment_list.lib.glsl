@@ -5,6 +5,8 @@
 //               an extra entry ends the last list
 // fragment_buf  three words a fragment: colour and coverage as halfs, dioptres as a float
 
+#include "lib/lean.lib.glsl"
+
 layout(std430) readonly buffer start_block { uint start_buf[]; };
 layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };
 uniform ivec2 lists_origin;   // index of the picture's first pixel, and pixels in a row, where the
@@ -26,7 +28,10 @@ struct List {
     bool has_front;
 };
 
+float list_lean = 0.0;  // of the pixel whose list was last asked for
+
 List list_at(ivec2 at) {
+    list_lean = lean_at(at);
     ivec2 place = lists_origin + at;
     uint pixel = uint(place.y * lists_stride + place.x), start = start_buf[pixel];
     return List(start >> 1, start_buf[pixel + 1u] >> 1, (start & 1u) == 1u);
@@ -35,6 +40,6 @@ List list_at(ivec2 at) {
 Fragment fragment_of(uint number) {
     uint at = WORDS * number;
     vec2 red_green = unpackHalf2x16(fragment_buf[at]), blue_cover = unpackHalf2x16(fragment_buf[at + 1u]);
-    float coc = fragment_line.x + fragment_line.y * uintBitsToFloat(fragment_buf[at + 2u]);
+    float coc = fragment_line.x + fragment_line.y * uintBitsToFloat(fragment_buf[at + 2u]) + list_lean;
     return Fragment(is_alpha ? vec3(1.0) : vec3(red_green, blue_cover.x), blue_cover.y, coc);
 }

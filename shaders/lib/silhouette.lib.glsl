@@ -1,10 +1,15 @@
 // Finds where one surface ends in front of another, from the circle of confusion alone: it is linear
-// in 1/z, so differences and ratios of 1/z are those of coc - at_infinity_px.
+// in 1/z, so differences and ratios of 1/z are those of coc - infinity_px, once `stand_at` was called.
 
 #include "lib/kind.lib.glsl"
+#include "lib/lean.lib.glsl"
 
 uniform sampler2D coc_tx;
-uniform float at_infinity_px;  // signed coc of a point infinitely far away
+uniform float at_infinity_px;  // signed coc of a point infinitely far away, in the middle of the picture
+
+float infinity_px;  // the same at a pixel
+
+void stand_at(ivec2 at) { infinity_px = at_infinity_px + lean_at(at); }
 
 #define JUMP_PX 3.0        // a smaller step in coc may be a slanted surface
 #define DEPTH_RATIO 0.95   // depths within this ratio are the same surface
@@ -18,7 +23,7 @@ const float OUTLINE_WEIGHT[9] =
 ivec2 inside(ivec2 at) { return clamp(at, ivec2(0), textureSize(coc_tx, 0) - 1); }
 ivec2 neighbour(ivec2 at, int k) { return inside(at + ivec2(k % 3, k / 3) - 1); }  // k 0..8
 float coc_at(ivec2 at) { return texelFetch(coc_tx, inside(at), 0).r; }
-float inverse_depth(float coc) { return at_infinity_px - coc; }  // up to a factor
+float inverse_depth(float coc) { return infinity_px - coc; }  // up to a factor
 
 bool is_in_front(float coc, float of) {
     return abs(coc - of) > JUMP_PX && inverse_depth(coc) * DEPTH_RATIO > inverse_depth(of);

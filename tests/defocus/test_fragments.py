@@ -6,6 +6,7 @@ import pytest
 
 from heatlens.defocus.fragment_pass import FragmentPass, Fragments
 from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments
+from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.gpu.textures import FloatArray, new_texture, upload
 from heatlens.model.coc import CocLine
@@ -30,7 +31,8 @@ def split(
     kind, far, near = (new_texture(ctx, size, count, "f2") for count in channels)
     picture = Fragments(color_tx, coc_tx, kind, far, near, lists)
     pixels = ctx.buffer(reserve=list_bytes(size))
-    list(FragmentPass(ctx).steps(picture, AT_INFINITY_PX, pixels))
+    optics = Optics(CocLine(AT_INFINITY_PX, PER_DIOPTRE_PX), np.array([0.0]))
+    list(FragmentPass(ctx).steps(picture, optics, pixels))
 
     def read(texture: moderngl.Texture) -> FloatArray:
         return np.frombuffer(texture.read(), np.float16).astype(np.float32).reshape(*coc.shape, -1)

@@ -43,6 +43,7 @@ def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
         {"cat_eye": 1.0, "rim": -0.8},
         {"axial_colour_mm": 0.6},
         {"aperture_image": letter(), "cat_eye": 0.8, "axial_colour_mm": 0.3},
+        {"cat_eye": 1.0, "rim": 0.8, "tilt_deg": 5.0, "tilt_direction_deg": 70.0},
     ],
 )
 def test_rays_agree_with_views(

@@ -12,8 +12,8 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import Method
 from heatlens.model.shot import LensParameter
 from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay
+from heatlens.plate.coc_line import focused_at
 from heatlens.session.keys.key_rows import CAMERA, RowChoice
-from heatlens.session.lens.lens_commands import focused_at
 from heatlens.session.loop.messages import SHOWN_S, Messages, Problem
 from heatlens.session.session import Session
 from heatlens.session.shot.start import GivenOptions, Start

@@ -1,6 +1,7 @@
 """The plan: what lies in front of the camera, from above, in metres."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.model.boxes import Box
+from heatlens.model.lean import lean_of
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.session.marks.plan import PlanDrawer
@@ -29,6 +31,7 @@ def plate_of(depth: np.ndarray, x0: int = 0) -> SimpleNamespace:
         pixels=SimpleNamespace(depth_in=depth_in),
         data_window=Box(x0, 0, x0 + width, height),
         display_window=Box(0, 0, WIDTH, HEIGHT),
+        pixel_aspect_ratio=1.0,
         asked=asked,
     )
 
@@ -83,3 +86,18 @@ def test_a_plate_is_looked_at_once_whatever_the_lens():
     for focal_length_mm in (24.0, 85.0):
         drawer.plan(plate, lens(focal_length_mm), (), WIDTH)
     assert len(plate.asked) == 1
+
+
+def test_a_swung_plane_of_focus_leans_on_the_plan_and_lights_what_lies_in_it():
+    """A wall in the plane of focus is sharp in every point, and the plane lies on the wall."""
+    leaning = replace(lens(), tilt_deg=1.0, tilt_direction_deg=90.0)
+    lean = lean_of(leaning, (WIDTH, HEIGHT))
+    wall_m = 1 / (1 / 3.0 + lean.dioptres_at(np.arange(WIDTH) + 0.5, 0.0))
+    plan = PlanDrawer().plan(plate_of(np.tile(wall_m, (HEIGHT, 1))), leaning, (), WIDTH)
+    np.testing.assert_allclose(1 / plan.points[:, 1] - plan.nearer, 1 / 3.0, rtol=1e-5)
+    assert np.ptp(plan.points[:, 1]) > 1.0
+    columns = np.linspace(0, WIDTH, len(plan.plane))[1:-1]
+    seen = np.interp(columns, np.arange(WIDTH) + 0.5, 1 / wall_m)
+    np.testing.assert_allclose(1 / 3.0 + plan.plane[1:-1], seen, rtol=1e-9)
+    level = PlanDrawer().plan(plate_of(np.tile(wall_m, (HEIGHT, 1))), lens(), (), WIDTH)
+    assert not level.nearer.any() and not level.plane.any()

@@ -62,6 +62,12 @@ class RenderOptions(TypedDict, total=False):
     rim: float
     axial_colour_mm: float
     aperture_image: Path | OpeningImage | None
+    tilt_deg: float
+    tilt_direction_deg: float
+    split_dioptres: float
+    split_position: float
+    split_direction_deg: float
+    split_softness: float
     bokeh: Bokeh | Literal["heat", "gaussian", "disc"]
     quality: Quality | Literal["draft", "preview", "film"]
     layers: int | None

@@ -12,6 +12,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.option import Values
 from heatlens.model.settings import DefocusSettings
+from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.header.header_lens import plate_lens
 from heatlens.plate.opening_picture import opening_notes
@@ -43,7 +44,8 @@ class Request:
         values = {**told, **self.given}
         if self.focus_at is not None:
             values["focus_distance_m"] = depth_at_m(plate, *self.focus_at)
-        return plate_lens(plate, values).lens
+        lens = plate_lens(plate, values).lens
+        return lens if self.focus_at is None else focused_at_pixel(plate, lens, *self.focus_at)
 
     def notes(self, plate: Plate) -> tuple[str, ...]:
         """Return sentences on arguments without effect on a plate, and on the aperture image."""

@@ -20,7 +20,7 @@ from heatlens.gpu.textures import FloatArray
 from heatlens.model.frames import check_within
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensCurves, Shot
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.plate.plate import Plate
 from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
 from heatlens.render import FrameRenderer
@@ -272,8 +272,8 @@ class Scene(Source):
         ENGINE.load(self, first.scene, renderer.load_scene)
         shot = _with_values(_seen(first.shot, request), at, request.given)
         if request.focus_at is not None:
-            found_m = depth_at_m(renderer.look(shot, at).plate, *request.focus_at)
-            shot = _with_values(shot, at, {"focus_distance_m": found_m})
+            plate = renderer.look(shot, at).plate
+            shot = _with_lens(shot, focused_at_pixel(plate, shot.lens_at(at), *request.focus_at))
         self._notes.warn(*first.scene.notes, *breathing_notes(shot.lens_at(at), None))
         return shot, at
 

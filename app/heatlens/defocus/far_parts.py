@@ -53,10 +53,12 @@ def _ring(count: int, middle: float) -> NDArray[np.float64]:
 def is_in_parts(optics: Optics, settings: DefocusSettings, has_alpha: bool) -> bool:
     """Return whether the far field is blurred in parts.
 
-    Only round or squeezed openings and pictures without alpha are cut into parts.
+    Only round or squeezed openings, level focus and pictures without alpha are cut into parts.
     """
     is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
-    return settings.parts > 1 and is_far and optics.disc.is_plain and not has_alpha
+    is_level = optics.line is None or optics.line.lean.is_level
+    is_simple = is_level and optics.disc.is_plain and not has_alpha
+    return settings.parts > 1 and is_far and is_simple
 
 
 def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:

@@ -11,6 +11,7 @@ from heatlens.defocus.listed_fragments import (
     list_buffers,
     list_uniforms,
 )
+from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import Slices, clear_list
 from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram
@@ -59,16 +60,11 @@ class FragmentPass:
         self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
-    def steps(
-        self, picture: Fragments, at_infinity_px: float, pixels: moderngl.Buffer
-    ) -> Iterator[None]:
-        """Split the silhouette pixels of `picture`; `pixels` is scratch memory.
-
-        `at_infinity_px` is the coc of a point at infinity.
-        """
+    def steps(self, picture: Fragments, optics: Optics, pixels: moderngl.Buffer) -> Iterator[None]:
+        """Split the silhouette pixels of `picture`; `pixels` is scratch memory."""
         clear_list(pixels)
         buffers = {"pixel_list_block": pixels}
-        uniforms: dict[str, object] = {"at_infinity_px": at_infinity_px}
+        uniforms = optics.infinity_uniforms
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
         lists = picture.lists
         of_lists = {} if lists is None else {"is_measured": lists.is_measured}

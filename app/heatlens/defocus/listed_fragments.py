@@ -79,6 +79,7 @@ class ListedFragments:
             "lists_origin": self.held.origin,
             "lists_stride": self.held.stride or self.held.size[0],
             "fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px),
+            **self.line.lean_uniforms,
             "is_open": self.is_open,
             "is_alpha": self.is_alpha,
         }

@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.model.coc import CocLine
+from heatlens.model.coc import NO_LINE, CocLine
 from heatlens.model.disc_shape import DiscShape
 
 _UNCOVERED_MARGIN_PX = 8  # the tail of a kernel, and the neighbourhood used by the fill
@@ -54,6 +54,11 @@ class Optics:
         return self.farthest_px if self.line is None else self.line.at_infinity_px
 
     @property
+    def infinity_uniforms(self) -> dict[str, object]:
+        """The uniforms of lib/silhouette.lib.glsl."""
+        return (self.line or NO_LINE).lean_uniforms | {"at_infinity_px": self.at_infinity_px}
+
+    @property
     def uncovered_px(self) -> int:
         """How far behind a silhouette hidden content can show.
 
@@ -81,12 +86,9 @@ class Optics:
 
     def scaled(self, proxy: float) -> "Optics":
         """Return the optics for a picture scaled by `proxy`."""
-        line = self.line and CocLine(
-            self.line.at_infinity_px * proxy, self.line.per_dioptre_px * proxy
-        )
         return replace(
             self,
-            line=line,
+            line=self.line and self.line.scaled(proxy),
             occupied_px=self.occupied_px * proxy,
             gaps_px=self.gaps_px * proxy,
             disc=self.disc.scaled(proxy),
@@ -94,4 +96,5 @@ class Optics:
 
     def moved(self, px: tuple[float, float]) -> "Optics":
         """Return the optics for a picture that begins this many pixels farther left and up."""
-        return replace(self, disc=self.disc.moved(px))
+        line = self.line and replace(self.line, lean=self.line.lean.moved(px))
+        return replace(self, line=line, disc=self.disc.moved(px))

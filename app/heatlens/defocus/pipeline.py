@@ -312,7 +312,7 @@ class DefocusPipeline:
             around,
         )
         rims = scratch.buffer("rim list", list_bytes(size))
-        apart = self._passes.fragments.steps(picture, optics.at_infinity_px, rims)
+        apart = self._passes.fragments.steps(picture, optics, rims)
         yield from self._named("fragments", apart)
         return picture
 

@@ -39,10 +39,7 @@ class CocPass:
             uniforms: dict[str, object] = {"shift_px": shift_px}
         else:
             program, read = self._program, {"depth_tx": depth}
-            uniforms = {
-                "at_infinity_px": line.at_infinity_px,
-                "per_dioptre_px": line.per_dioptre_px,
-            }
+            uniforms = line.uniforms
         written = {"out_coc_img": out_coc}
         return self._bands.run(program, out_coc.size, uniforms, textures=read, images=written)
 

@@ -3,7 +3,7 @@
 import moderngl
 
 from heatlens.gpu.program import ComputeProgram, pixel_groups
-from heatlens.model.coc import CocLine
+from heatlens.model.coc import NO_LINE, CocLine
 
 
 class FocusMeanPass:
@@ -37,7 +37,6 @@ def focus_uniforms(line: CocLine | None, texel_px: float) -> dict[str, object]:
     """Return the uniforms of lib/focus_share.lib.glsl."""
     return {
         "is_coc": line is None,
-        "at_infinity_px": line.at_infinity_px if line else 0.0,
-        "per_dioptre_px": line.per_dioptre_px if line else 0.0,
+        **(line or NO_LINE).uniforms,
         "texel_px": texel_px,
     }

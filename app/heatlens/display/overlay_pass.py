@@ -4,6 +4,7 @@ import moderngl
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.model.coc import NO_LINE
 from heatlens.model.peaking import USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.model.settings import LAYERS_MAX
 from heatlens.model.view import Overlay
@@ -53,8 +54,7 @@ class OverlayPass:
             images={"out_overlay_img": out},
             uniforms={
                 "is_coc": line is None,
-                "at_infinity_px": line.at_infinity_px if line else 0.0,
-                "per_dioptre_px": line.per_dioptre_px if line else 0.0,
+                **(line or NO_LINE).uniforms,
                 "sharp_px": sharp_px,
                 "range_px": (near, far),
                 "layer_limits_px": limits,

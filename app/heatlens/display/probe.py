@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
-from heatlens.model.coc import coc_line, coc_px, far_limit_m, near_limit_m
+from heatlens.model.coc import coc_px, far_limit_m, lean_coc_px, near_limit_m
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
+from heatlens.plate.coc_line import line_of
 from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown
 
@@ -132,7 +133,8 @@ def _coc_at(plate: Plate, lens: Lens, row: int, column: int, depth_m: float | No
     if depth_m is None:
         assert plate.coc_px is not None
         return float(plate.coc_px[row, column])
-    return float(coc_px(depth_m, coc_line(lens, plate.display_window.width)))
+    line, here = line_of(plate, lens), Box(column, row, column + 1, row + 1)
+    return float(np.squeeze(coc_px(depth_m, line) + lean_coc_px(line, here)))
 
 
 def probe_text(probe: Probe, unit: str, lens: Lens) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Collection
 import moderngl
 
 from heatlens.defocus.layer_cuts import layer_cuts
+from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.defocus.quality import layers_for
@@ -18,7 +19,7 @@ from heatlens.model.coc import CocLine, sharp_px
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown
-from heatlens.render import optics_of
+from heatlens.render import optics_of, pinhole_optics
 from heatlens.source.pinhole import Pinhole
 
 MIPMAPS_UNDER = 0.6  # screen pixels per texel below which a picture without mipmaps would alias
@@ -57,6 +58,7 @@ class ScreenPictures:
         self._ctx = ctx
         self.display = DisplayPass(ctx)
         self._overlays = OverlayPass(ctx)
+        self._leans = LeanSurvey(ctx)
         self._proxy, self._focus_mean = ProxyPass(ctx), FocusMeanPass(ctx)
         self._mean_of: tuple[Pinhole, tuple[int, int]] | None = None  # what "coarse plate" holds
         self._enlarge = EnlargePass(ctx)
@@ -216,7 +218,7 @@ class ScreenPictures:
         if self._overlay.needs(plate.depth.size, key):
             out = self._overlay.texture
             assert out is not None
-            optics = optics_of(plate.plate, plate.bins, lens)
+            optics = pinhole_optics(self._leans, plate, lens)
             limits = layer_limits_px(optics, shot)
             sharp = sharp_px(lens, plate.plate.display_window.width)
             self._overlays.run(

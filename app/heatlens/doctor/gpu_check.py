@@ -268,6 +268,7 @@ def _elsewhere() -> dict[str, Variants]:
     peaking: Variants = ({"PEAKING": 0}, {"PEAKING": 1})
     return {
         "accumulate.comp.glsl": pass_list.SHAPES,
+        "lean_bins.comp.glsl": either("LISTS"),
         "peel_lists.comp.glsl": either("COUNT"),
         "ray_trace.comp.glsl": crossed(pass_list.SHAPES, scene),
         "scene_cover.frag.glsl": peeled,

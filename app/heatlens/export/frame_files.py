@@ -14,9 +14,11 @@ from heatlens.export.options import ExportOptions
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
-from heatlens.model.coc import coc_line, coc_px
+from heatlens.model.boxes import Box
+from heatlens.model.coc import coc_px, lean_coc_px
 from heatlens.model.frames import exact_rate
 from heatlens.model.timecode import Timecode
+from heatlens.plate.coc_line import line_of
 from heatlens.plate.deep.deep_write import write_deep
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.header.timecode import exr_timecode, timecode_of
@@ -134,8 +136,9 @@ def _coc_px(frame: RenderedFrame) -> FloatImage:
     if plate.coc_px is not None:
         return plate.coc_px
     assert plate.depth_m is not None
-    line = coc_line(frame.planned.lens, plate.display_window.width)
-    return coc_px(plate.depth_m, line).astype(np.float32)
+    line, area = line_of(plate, frame.planned.lens), plate.data_window
+    lean = lean_coc_px(line, Box(0, 0, area.width, area.height))
+    return (coc_px(plate.depth_m, line) + lean).astype(np.float32)
 
 
 def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:

@@ -58,7 +58,8 @@ class Aperture(OpeningFields):
     @property
     def is_plain(self) -> bool:
         """Return whether it is a circle or an ellipse, the same for all of the picture."""
-        return self == Aperture(squeeze=self.squeeze, stopped_down=self.stopped_down)
+        leans = {name: getattr(self, name) for name in LEAN_FIELDS}
+        return self == Aperture(squeeze=self.squeeze, stopped_down=self.stopped_down, **leans)
 
     @property
     def diaphragm(self) -> Blades:
@@ -145,6 +146,8 @@ class Aperture(OpeningFields):
 
 
 APERTURE_FIELDS = tuple(options_of(Aperture))  # those that a person sets
+# Those of them that are of the focus, and leave the opening as it is.
+LEAN_FIELDS = tuple(name for name in APERTURE_FIELDS if name.startswith(("tilt_", "split_")))
 
 
 def shape_uniforms(aperture: Aperture) -> dict[str, object]:

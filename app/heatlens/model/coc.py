@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from heatlens.model.boxes import Box
+from heatlens.model.lean import LEVEL, Lean
 from heatlens.model.lens import Lens
 
 # Sixty times the width of the largest plate; sums over wider discs would overflow on a GPU.
@@ -31,10 +33,36 @@ class CocLine:
 
     at_infinity_px   diameter of a point at infinity, in pixels across; 0 with focus at infinity
     per_dioptre_px   pixels for each 1/m that the point is nearer; always negative
+    lean             what a tilt or a split adds at a pixel, in dioptres
     """
 
     at_infinity_px: float
     per_dioptre_px: float
+    lean: Lean = LEVEL
+
+    @property
+    def uniforms(self) -> dict[str, object]:
+        """The uniforms of lib/coc.lib.glsl."""
+        ends = {"at_infinity_px": self.at_infinity_px, "per_dioptre_px": self.per_dioptre_px}
+        return ends | self.lean_uniforms
+
+    @property
+    def lean_uniforms(self) -> dict[str, object]:
+        """The uniforms of lib/lean.lib.glsl, in pixels."""
+        return self.lean.uniforms(-self.per_dioptre_px)
+
+    def scaled(self, scale: float) -> "CocLine":
+        """Return the line in the picture at another size."""
+        ends = self.at_infinity_px * scale, self.per_dioptre_px * scale
+        return CocLine(*ends, self.lean.scaled(scale))
+
+    def lean_px(self, area: Box) -> tuple[float, float]:
+        """Return limits of what the lean adds in an area of pixels."""
+        least, most = self.lean.ends(area)
+        return -self.per_dioptre_px * least, -self.per_dioptre_px * most
+
+
+NO_LINE = CocLine(0.0, 0.0)  # for a plate that holds the coc itself
 
 
 def coc_line(lens: Lens, display_width_px: int) -> CocLine:
@@ -49,8 +77,19 @@ def coc_line(lens: Lens, display_width_px: int) -> CocLine:
 
 
 def coc_px(depth_m: ArrayLike, line: CocLine) -> NDArray[np.float64]:
-    """Return signed diameters in pixels, in the shape of `depth_m`; the sky's may be infinite."""
+    """Return signed diameters in pixels, in the shape of `depth_m`; the sky's may be infinite.
+
+    They are those of a level focus: `lean_coc_px` is to be added.
+    """
     return np.asarray(line.at_infinity_px + line.per_dioptre_px / np.asarray(depth_m, np.float64))
+
+
+def lean_coc_px(line: CocLine, area: Box) -> NDArray[np.float64] | float:
+    """Return what the lean adds to the coc of the pixels of an area, (height, width), or 0."""
+    if line.lean.is_level:
+        return 0.0
+    x, y = np.arange(area.x0, area.x1) + 0.5, np.arange(area.y0, area.y1)[:, None] + 0.5
+    return -line.per_dioptre_px * line.lean.dioptres_at(x, y)
 
 
 def lens_diameter_m(lens: Lens) -> float:

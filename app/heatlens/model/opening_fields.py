@@ -1,4 +1,4 @@
-"""The settings of a lens opening: the only list of these fields.
+"""The settings of a lens opening, and of where its focus leans: the only list of these fields.
 
 `Aperture`, `Lens` and the `LensCharacter` of a kit inherit them. Camera files, the rows of the
 panel, the command line and the arguments of Python derive from them by their metadata.
@@ -10,6 +10,7 @@ from heatlens.model.opening_image import OpeningImage
 from heatlens.model.option import Values, option_field, options_of
 
 BLADES_LEAST, BLADES_MOST = 3, 16
+_TURNED: Values = {"metavar": "DEGREES", "least": -360.0, "most": 360.0, "slider": (-180.0, 180.0)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -18,6 +19,7 @@ class OpeningFields:
 
     `cat_eye` is the distance of the two circles of the barrel, as the corner of the picture sees
     them, in radii of the widest opening. An image replaces the blades, and their rotation turns it.
+    Tilt and split do not change the opening, but where its discs are small; see `model/lean.py`.
     """
 
     squeeze: float = option_field(
@@ -101,6 +103,72 @@ class OpeningFields:
         metavar="FILE",
         label="image",
         tip="A picture in place of the blades: white lets light through.",
+    )
+
+    tilt_deg: float = option_field(
+        0.0,
+        "tilt",
+        "degrees by which the lens leans, as a tilt lens has them engraved: the plane of focus "
+        "leans with it, about a line at focal length / sin(tilt) from the lens (default 0)",
+        metavar="DEGREES",
+        least=-20.0,
+        most=20.0,
+        tip="Degrees by which the lens leans. The plane of focus leans much more.",
+        slider=(-10.0, 10.0),
+        shown="%.1f°",
+    )
+    tilt_direction_deg: float = option_field(
+        0.0,
+        "tilt direction",
+        "where a tilted lens leans to, degrees anticlockwise in the picture: at 0 (default) down, "
+        "so that the ground can be sharp, at 90 to the right",
+        label="leans to",
+        tip="0 down, so that the ground can be sharp; 90 to the right, 180 up.",
+        shown="%.0f°",
+        **_TURNED,
+    )
+    split_dioptres: float = option_field(
+        0.0,
+        "split dioptres",
+        "strength of a split diopter, a close-up lens over a part of the picture, where the "
+        "focus is nearer by so many 1/m (default 0: none)",
+        metavar="D",
+        least=-5.0,
+        most=5.0,
+        label="split diopter",
+        tip="A close-up lens over a part of the picture: its strength in dioptres.",
+    )
+    split_position: float = option_field(
+        0.0,
+        "split position",
+        "distance of the split diopter's edge from the middle of the picture, in halves of its "
+        "width (default 0)",
+        metavar="P",
+        least=-1.0,
+        most=1.0,
+        label="edge at",
+        tip="0 the middle of the picture, 1 half its width away, towards the glass.",
+    )
+    split_direction_deg: float = option_field(
+        0.0,
+        "split direction",
+        "where the glass of the split diopter lies, degrees anticlockwise in the picture: at 0 "
+        "(default) on the right, at 90 above",
+        label="glass towards",
+        tip="0 on the right, 90 above, 180 on the left.",
+        shown="%.0f°",
+        **_TURNED,
+    )
+    split_softness: float = option_field(
+        0.05,
+        "split softness",
+        "width of the split diopter's edge, over which the focus goes from one distance to the "
+        "other, in widths of the picture (default 0.05)",
+        metavar="W",
+        least=0.0,
+        most=1.0,
+        label="edge width",
+        tip="The part of the picture's width over which the focus goes over.",
     )
 
     @property

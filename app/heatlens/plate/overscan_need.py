@@ -8,11 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
+from heatlens.model.boxes import Box
 from heatlens.model.breathing import plate_ratio
-from heatlens.model.coc import coc_line
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
+from heatlens.plate.coc_line import line_of
 from heatlens.plate.plate import Plate
 
 _STEP_PX = 8  # the suggested overscan is rounded up to a multiple of this
@@ -72,12 +73,14 @@ def overscan_px(plate: Plate) -> int:
 
 def _reach_px(plate: Plate, lens: Lens) -> float:
     """Return the radius of the widest disc, which is that of the nearest or the farthest point."""
-    line = coc_line(lens, plate.display_window.width)
+    line = line_of(plate, lens)
     report = plate.depth
     farthest = math.inf if report.infinite_count else report.far_m
     ends = [line.at_infinity_px + line.per_dioptre_px / z for z in (report.near_m, farthest)]
     half_extents = DiscShape(lens.aperture, plate.pixel_aspect_ratio).half_extents
-    return max(half_extents) * max(abs(end) for end in ends) / 2
+    data = plate.data_window
+    leans = line.lean_px(Box(0, 0, data.width, data.height))
+    return max(half_extents) * max(abs(end + lean) for end in ends for lean in leans) / 2
 
 
 def _runs(frames: list[int]) -> tuple[FrameRange, ...]:

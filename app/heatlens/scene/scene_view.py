@@ -15,6 +15,7 @@ import numpy as np
 
 from heatlens.model.coc import axial_dioptres, lens_diameter_m
 from heatlens.model.framing import Pose
+from heatlens.model.lean import LEVEL, Lean, lean_of
 from heatlens.model.lens import Lens
 from heatlens.model.pupil import Pupil
 from heatlens.scene.scene import Array
@@ -33,12 +34,14 @@ class SceneView:
     focus_m          planar distance that no point of the lens shifts; may be infinite
     near_m, far_m    planar depths between which things are drawn
     offset_m         (u, v): the point of the lens in the camera's x and y
+    lean             where the focus is nearer than that, in pixels of the view
     jitter_px        (x, y), to the right and down: the sample's offset from the pixel's middle
     sample           number of the sample within its pixel, so that partial coverage can cover
                      some of them; None for a single sample
     across           how many pixels of the view are samples of one picture pixel, along each axis
     first_row        first row of the picture that is drawn
     rows_above       rows above it in the texture, which belong to other draws
+    lean             where the focus is nearer than `focus_m`, in pixels of the view
     """
 
     world_to_camera: Array
@@ -53,6 +56,7 @@ class SceneView:
     across: int = 1
     first_row: int = 0
     rows_above: int = 0
+    lean: Lean = LEVEL
 
     @property
     def clip_from_world(self) -> Array:
@@ -66,11 +70,25 @@ class SceneView:
         near, far = self.near_m, self.far_m
         clip = np.zeros((4, 4))
         # A shift that is the same at every depth is a multiple of w = -z.
-        clip[0] = x, 0, 2 * self.jitter_px[0] / width - x * u / self.focus_m, -x * u
-        clip[1] = 0, -y, 2 * self.jitter_px[1] / height + y * v / self.focus_m, y * v
+        clip[0] = x, 0, -x * u / self.focus_m, -x * u
+        clip[1] = 0, -y, y * v / self.focus_m, y * v
+        clip[:2] += self._leaning(x, -y) @ clip[:2]
+        clip[0][2] += 2 * self.jitter_px[0] / width
+        clip[1][2] += 2 * self.jitter_px[1] / height
         clip[2] = 0, 0, (far + near) / (near - far), 2 * far * near / (near - far)
         clip[3] = 0, 0, -1, 0
         return np.asarray(clip @ self.world_to_camera)
+
+    def _leaning(self, x: float, y: float) -> Array:
+        """Return (2, 2) from where a level lens sees a point to how far off a tilted one does.
+
+        `x` and `y` are clip space for each tangent. Through the point u of a lens whose focus has
+        the gradient g, a line from u that a level lens sees at q meets the plane of focus at p with
+        p - u (g . p) = q.
+        """
+        tilt = np.array([self.lean.slope[0], -self.lean.slope[1]]) * self.focal_px
+        u, scale = np.array(self.offset_m), np.array([x, y])
+        return np.asarray(np.outer(scale * u, tilt / scale) / (1.0 - tilt @ u))
 
     @property
     def eye_m(self) -> Array:
@@ -85,13 +103,15 @@ def view_of(pose: Pose, lens: Lens, size: tuple[int, int], box_m: Array) -> Scen
     far = max(1.01 * float(depths.max()), 1e-3)
     near = max(0.99 * float(depths.min()), _NEAREST * far)
     focal_px = size[0] * lens.focal_length_mm / lens.sensor_width_mm
-    return SceneView(world_to_camera, size, focal_px, lens.focus_distance_m, near, far)
+    focus_m, lean = lens.focus_distance_m, lean_of(lens, size)
+    return SceneView(world_to_camera, size, focal_px, focus_m, near, far, lean=lean)
 
 
 def finer(view: SceneView, times: int) -> SceneView:
     """Return the same view with `times` as many pixels along each axis."""
     width, height = view.size
-    return replace(view, size=(times * width, times * height), focal_px=times * view.focal_px)
+    fine = times * width, times * height
+    return replace(view, size=fine, focal_px=times * view.focal_px, lean=view.lean.scaled(times))
 
 
 def pupil_of(lens: Lens) -> Pupil:

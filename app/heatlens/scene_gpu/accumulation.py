@@ -151,6 +151,7 @@ def _weighing(
     return pupil.uniforms(view.size) | {
         "lens_at": (offset_m[0] / across, offset_m[1] / up),
         "focus_dioptres": 1 / view.focus_m,
+        **view.lean.uniforms(1.0),
         "focal_px": view.focal_px,
         "colors": colors,
     }

@@ -77,6 +77,9 @@ class Overscan:
         if not self.margin_px:
             return 0
         ends = optics.line.at_infinity_px + optics.line.per_dioptre_px / self.ring_m
+        size = (side // self.fine - self.margin_px for side in self.color.size)
+        leans = optics.line.lean_px(Box(-self.margin_px, -self.margin_px, *size))
+        ends = np.concatenate([ends + lean for lean in leans], axis=1)
         widest_px = np.abs(ends).max(axis=1) + optics.disc.wider_px
         reach_px = max(optics.disc.half_extents) * widest_px / 2 + _SOFT_RIM_PX
         away_px = np.arange(1, len(self.ring_m) + 1) / self.fine

@@ -96,6 +96,7 @@ class RayTracer:
             self._raster.shading_uniforms()
             | pupil.uniforms(view.size)
             | colors
+            | view.lean.uniforms(1.0)
             | {
                 "world_from_camera": tuple(world_from_camera.T.ravel().tolist()),
                 "focal_px": view.focal_px,

@@ -18,6 +18,7 @@ from heatlens.model.measured_distance import measured_text
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.option import Values
 from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.plate.focus_pick import depth_at_m, no_distances
 from heatlens.plate.header.header_lens import MissingLensError, plate_lens
 from heatlens.plate.opening_picture import opening_notes, read_opening_image
@@ -116,7 +117,10 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
         "assumed full frame": f"assumed full frame; change it with {_FLAGS['sensor_width_mm']}"
     }
     told = {field: changed.get(source, source) for field, source in found.sources.items()}
-    lens = lens_of_kit(args, found.lens)
+    lens = found.lens
+    if args.focus_at is not None:
+        lens = focused_at_pixel(plate, lens, *pixel_of(args.focus_at))
+    lens = lens_of_kit(args, lens)
     return lens, f"lens: {lens_words(lens, {**told, **sources})}"
 
 

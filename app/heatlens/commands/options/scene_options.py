@@ -18,7 +18,7 @@ from heatlens.model.framing import Framing, SceneTiming, WorldAxis
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.model.units import parse_scene_unit_m
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.scene.placing import Placing
 
@@ -126,8 +126,8 @@ def load_scene(
     renderer.load_scene(first.scene)
     if args.focus_at is not None:
         plate = renderer.look(first.shot, frame).plate
-        focus_m = depth_at_m(plate, *pixel_of(args.focus_at))
-        first = _first_shot(args, text, {_FOCUS: focus_m})
+        focused = focused_at_pixel(plate, first.shot.lens_at(frame), *pixel_of(args.focus_at))
+        first = _first_shot(args, text, {_FOCUS: focused.focus_distance_m})
     _checked(args, text, first)
     said = (*first.scene.notes, said_of_lens(args, first, frame))
     return replace(first.shot, defocus=defocus), frame, said

@@ -8,7 +8,7 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import stepped
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, Quality
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.coc_line import focused_at, focused_at_pixel
 from heatlens.plate.header.start_lens import StartLens
 from heatlens.plate.plate import Plate
 from heatlens.session.lens.kit_commands import KitCommands
@@ -16,7 +16,6 @@ from heatlens.session.loop.messages import reported
 from heatlens.session.shared import Commands, Shared
 
 _NUDGE = 1 / 250  # one notch, as a share of the length of the focus bar
-_AT_INFINITY = 1e-4  # dioptres
 
 Choice = TypeVar("Choice", bound=StrEnum)
 
@@ -36,7 +35,7 @@ class LensCommands(Commands):
         if plate is None or not _is_inside(plate, pixel):
             return
         with reported(self._say):
-            self.focus(depth_at_m(plate, *pixel))
+            self._editing.edit_lens(focused_at_pixel(plate, self._editing.lens, *pixel))
 
     def focus(self, distance_m: float) -> None:
         """Focus at a distance in m."""
@@ -74,17 +73,6 @@ class LensCommands(Commands):
         shot = self._editing.shot
         defocus = replace(shot.defocus, bokeh=_next(list(Bokeh), shot.defocus.bokeh))
         self._editing.edit(replace(shot, defocus=defocus))
-
-
-def focused_at(lens: Lens, dioptres: float) -> Lens:
-    """Return the lens focused at `dioptres` (1/m); 0 is infinity.
-
-    The focus distance always stays beyond the focal length.
-    """
-    if dioptres <= _AT_INFINITY:
-        return replace(lens, focus_distance_m=float("inf"))
-    least_m = 1.02e-3 * lens.focal_length_mm
-    return replace(lens, focus_distance_m=max(1.0 / dioptres, least_m))
 
 
 def nudged(lens: Lens, histogram: DepthHistogram, notches: float) -> Lens:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
+from heatlens.model.lean import Lean, lean_of
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark, PointMark
 from heatlens.plate.plate import Plate
@@ -15,6 +16,7 @@ from heatlens.plate.plate import Plate
 _COLUMNS, _ROWS = 64, 36  # largest number of plotted pixels
 _SEEN_PART, _MEDIANS, _MARKS, _ROOM = 0.95, 3.0, 2.5, 1.12  # see `_reach_m`
 _LEAST_M = 0.5  # shortest reach
+_PLANE = 33  # places across the picture at which a leaning plane of focus is plotted
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,16 @@ class Plan:
     points        (N, 2): metres right of the axis and in front of the camera
     reach_m       the largest distance on the plan
     marks         the marks that have a distance at this frame
+    nearer        (N,) dioptres by which the focus is nearer at each point than in the middle
+    plane         the same from the left to the right end of the picture's middle row
     """
 
     half_tangent: float
     points: NDArray[np.float32]
     reach_m: float
     marks: tuple[PlanMark, ...]
+    nearer: NDArray[np.float64]
+    plane: NDArray[np.float64]
 
 
 class PlanDrawer:
@@ -48,7 +54,7 @@ class PlanDrawer:
 
     def __init__(self) -> None:
         self._made_of: object = None
-        self._surfaces = np.zeros((0, 2), np.float32)  # tangent right of the axis, distance
+        self._surfaces = np.zeros((0, 4), np.float32)  # see `_surfaces`
 
     def plan(
         self, plate: Plate, lens: Lens, marks: Iterable[tuple[Mark, float]], width_px: float
@@ -61,21 +67,30 @@ class PlanDrawer:
             self._surfaces, self._made_of = _surfaces(plate), plate
         half = lens.sensor_width_mm / lens.focal_length_mm / 2.0
         shown = tuple(_placed(mark, at_m, width_px, half) for mark, at_m in marks)
-        points = self._surfaces.copy()
+        points, (x, y) = self._surfaces[:, :2].copy(), self._surfaces[:, 2:].T
         points[:, 0] *= np.float32(half) * points[:, 1]
-        return Plan(half, points, _reach_m(points, shown), shown)
+        lean, display = _lean(plate, lens), plate.display_window
+        columns = np.linspace(0.0, display.width, 2 if lean.is_level else _PLANE)
+        plane = lean.dioptres_at(columns, display.height / 2)
+        nearer = lean.dioptres_at(x, y)
+        return Plan(half, points, _reach_m(points, shown), shown, nearer, plane)
+
+
+def _lean(plate: Plate, lens: Lens) -> Lean:
+    shown = plate.display_window
+    return lean_of(lens, (shown.width, shown.height), plate.pixel_aspect_ratio)
 
 
 def _surfaces(plate: Plate) -> NDArray[np.float32]:
-    """Return (N, 2) for some pixels: -1 to 1 over the display window, and the distance in m."""
+    """Return (N, 4) for some pixels: -1 to 1 over the display window, distance in m, and place."""
     data, display = plate.data_window, plate.display_window
     depth = plate.pixels.depth_in(Box(0, 0, data.width, data.height))
     rows = np.arange(0, data.height, max(data.height // _ROWS, 1))
     columns = np.arange(0, data.width, max(data.width // _COLUMNS, 1))
     far = depth[np.ix_(rows, columns)]
-    side = (columns + 0.5 + data.x0 - display.x0) / display.width * 2.0 - 1.0
-    sides = np.broadcast_to(side, far.shape)
-    found = np.stack([sides, far], axis=-1).reshape(-1, 2).astype(np.float32)
+    x, y = columns + 0.5 + data.x0 - display.x0, rows[:, None] + 0.5 + data.y0 - display.y0
+    told = np.broadcast_arrays(x / display.width * 2.0 - 1.0, far, x, y)
+    found = np.stack(told, axis=-1).reshape(-1, 4).astype(np.float32)
     return np.ascontiguousarray(found[np.isfinite(found[:, 1]) & (found[:, 1] > 0)])
 
 

@@ -12,8 +12,9 @@ from heatlens.model.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
+from heatlens.plate.coc_line import focused_at
 from heatlens.session.facts import Facts
-from heatlens.session.lens.lens_commands import focused_at, nudged
+from heatlens.session.lens.lens_commands import nudged
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale, engraved_m
 from heatlens.ui.probe import Rect

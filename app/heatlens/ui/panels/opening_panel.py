@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from heatlens.base.printable import printable
 from heatlens.model import opening
-from heatlens.model.aperture import APERTURE_FIELDS, Aperture
+from heatlens.model.aperture import APERTURE_FIELDS, LEAN_FIELDS, Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.lens import Lens
 from heatlens.model.opening_fields import BLADES_LEAST, BLADES_MOST
@@ -33,7 +33,11 @@ _SHAPE = (1600, 900)  # size of the picture whose corner is shown
 _CELLS = 64  # cells of the drawing of an aperture image, in each direction
 _GREYS = 32
 _TOLD = options_of(Lens)
-_DRAWN_ELSEWHERE = {"squeeze", "blades", "blade_rotation_deg", "blade_curvature", "aperture_image"}
+_HEADS = ("tilt_deg", "split_dioptres")
+_DRAWN_ELSEWHERE = {
+    *("squeeze", "blades", "blade_rotation_deg", "blade_curvature", "aperture_image"),
+    *LEAN_FIELDS,
+}
 
 Points = NDArray[np.float64]
 Say = Callable[[str], None]
@@ -45,8 +49,23 @@ def opening_panel(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
     `ask_image` opens the dialog for a picture that replaces the blades.
     """
     with reported(say):  # a change that gives an impossible lens is discarded
-        return _opening(lens, say, ask_image)
+        return _leaning(_opening(lens, say, ask_image))
     return lens
+
+
+def _leaning(lens: Lens) -> Lens:
+    flags = imgui.TreeNodeFlags_.default_open if lens.tilt_deg or lens.split_dioptres else 0
+    is_open = imgui.collapsing_header("Tilt and split diopter", flags)
+    probe.note("tilt and split diopter")
+    for name in LEAN_FIELDS if is_open else ():
+        with widgets.disabled(name not in _HEADS and not getattr(lens, _head_of(name))):
+            lens = _slid(lens, name)
+    return lens
+
+
+def _head_of(name: str) -> str:
+    """Return the field without which another one of the tilt or the split has no effect."""
+    return next(head for head in _HEADS if head.split("_")[0] == name.split("_")[0])
 
 
 def _opening(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:

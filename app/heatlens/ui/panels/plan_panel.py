@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
+import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
-from heatlens.model.coc import far_limit_m, near_limit_m
+from heatlens.model.coc import sharp_dioptres
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.units import FOOT_M
@@ -97,9 +99,8 @@ class _Drawing:
         self._list.push_clip_rect(self._corner, end, True)
         self._list.add_rect_filled(self._corner, end, theme.colors.groove, 2.0)
         self._draw_distances()
-        near_m, far_m = near_limit_m(self._lens), far_limit_m(self._lens)
-        self._draw_sharp(near_m, far_m)
-        self._draw_surfaces(near_m, far_m)
+        self._draw_sharp()
+        self._draw_surfaces()
         self._draw_camera()
         self._draw_marks()
         self._draw_focus()
@@ -118,18 +119,35 @@ class _Drawing:
             at = ImVec2(self._corner.x + 0.3 * self._em, y - self._em)
             self._list.add_text(at, theme.colors.text_dim, tick_text(distance_m, self._unit))
 
-    def _draw_sharp(self, near_m: float, far_m: float) -> None:
-        (a, b), (c, d) = self._across(near_m), self._across(far_m)
-        self._list.add_quad_filled(a, b, d, c, theme.colors.in_focus_band)
-        for first, last in ((a, b), (c, d)):
-            self._list.add_line(first, last, theme.colors.in_focus, _LINE_EM * self._em)
+    def _plane(self, dioptres: float) -> list[ImVec2]:
+        """Return points from left to right of what is `dioptres` nearer than the focus."""
+        sides = np.linspace(-1.0, 1.0, len(self._plan.plane)).tolist()
+        found = 1.0 / self._lens.focus_distance_m + self._plan.plane + dioptres
+        reach_m, half = self._plan.reach_m, self._plan.half_tangent
+        far_m = [min(1.0 / it, reach_m) if it > 0 else reach_m for it in found.tolist()]
+        return [self._at(side * half * at_m, at_m) for side, at_m in zip(sides, far_m, strict=True)]
 
-    def _draw_surfaces(self, near_m: float, far_m: float) -> None:
+    def _draw_plane(self, dioptres: float, color: int, width_em: float) -> None:
+        for first, last in pairwise(self._plane(dioptres)):
+            self._list.add_line(first, last, color, width_em * self._em)
+
+    def _draw_sharp(self) -> None:
+        sharp = sharp_dioptres(self._lens)
+        near, far = self._plane(sharp), self._plane(-sharp)
+        for (a, b), (c, d) in zip(pairwise(near), pairwise(far), strict=True):
+            self._list.add_quad_filled(a, b, d, c, theme.colors.in_focus_band)
+        for end in (sharp, -sharp):
+            self._draw_plane(end, theme.colors.in_focus, _LINE_EM)
+
+    def _draw_surfaces(self) -> None:
         reach, colors = _DOT_EM * self._em / 2, theme.colors
-        for side_m, distance_m in self._plan.points.tolist():
+        focus = 1.0 / self._lens.focus_distance_m + self._plan.nearer
+        off = np.abs(1.0 / self._plan.points[:, 1] - focus)
+        is_sharp = (off <= sharp_dioptres(self._lens)).tolist()
+        for (side_m, distance_m), sharp in zip(self._plan.points.tolist(), is_sharp, strict=True):
             if distance_m <= self._plan.reach_m:
                 at = self._at(side_m, distance_m)
-                color = colors.in_focus if near_m <= distance_m <= far_m else colors.histogram
+                color = colors.in_focus if sharp else colors.histogram
                 low = ImVec2(at.x - reach, at.y - reach)
                 self._list.add_rect_filled(low, ImVec2(at.x + reach, at.y + reach), color)
 
@@ -165,8 +183,8 @@ class _Drawing:
 
     def _draw_focus(self) -> None:
         em, distance_m = self._em, self._lens.focus_distance_m
-        first, last = self._across(distance_m)
-        self._list.add_line(first, last, theme.colors.accent, _NEEDLE_EM * em)
+        first, *_, last = self._plane(0.0)
+        self._draw_plane(0.0, theme.colors.accent, _NEEDLE_EM)
         words = measured_text(self._lens, distance_m, self._unit)
         width = imgui.calc_text_size(words).x + 0.6 * em
         low = ImVec2(max(first.x - width, self._corner.x), first.y - 0.6 * em)

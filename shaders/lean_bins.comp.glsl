@@ -1,0 +1,34 @@
+// Counts the surfaces in each of DEPTH_BINS even bins of dioptres, less those by which the focus is nearer at
+// their pixel: seen so, a lens that leans blurs like a level one.
+//
+// Inputs
+//   depth_tx    planar metres
+//   with LISTS, lib/fragment_list.lib.glsl with a fragment_line of (0, 1), so that its coc is dioptres
+// Output
+//   count_buf   zeros before the pass
+
+#include "lib/lean.lib.glsl"
+#ifdef LISTS
+#include "lib/fragment_list.lib.glsl"
+#endif
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D depth_tx;
+uniform float low;       // of the first bin
+uniform float per_step;  // bins a dioptre
+layout(std430) buffer count_block { uint count_buf[DEPTH_BINS]; };
+
+void count(float dioptres) {
+    atomicAdd(count_buf[clamp(int((dioptres - low) * per_step), 0, DEPTH_BINS - 1)], 1u);
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, textureSize(depth_tx, 0)))) return;
+    count(1.0 / texelFetch(depth_tx, at, 0).r + lean_at(at));
+#ifdef LISTS
+    List list = list_at(at);
+    for (uint i = list.first; i < list.end; ++i) count(fragment_of(i).coc);
+#endif
+}
