@@ -37,9 +37,13 @@ def write_movie(
     times: Sequence[int] | None = None,
     timecode: str = "",
     rate: int = RATE,
+    sound: np.ndarray | None = None,
     **tags: Any,
 ) -> Path:
-    """Write pictures of 16 bits, RGB or RGBA, tagged as Rec.709 unless `tags` say otherwise."""
+    """Write pictures of 16 bits, RGB or RGBA, tagged as Rec.709 unless `tags` say otherwise.
+
+    `sound` is (N, 2) int16 at 48 kHz.
+    """
     _, encoder, usual, own = CODECS[codec]
     fmt = pixel_format or usual
     tags = {"color_primaries": 1, "color_trc": 1, "colorspace": 1, "color_range": 1} | tags
@@ -52,10 +56,17 @@ def write_movie(
             setattr(stream.codec_context, name, value)
         if timecode:
             container.metadata["timecode"] = timecode
+        tracks = (
+            [] if sound is None else [container.add_stream("pcm_s16le", 48000, layout="stereo")]
+        )
         for at, pixels in enumerate(pictures):
             frame = _frame(pixels, fmt)
             frame.pts = at if times is None else times[at]
             container.mux(stream.encode(frame))
+        for track in tracks:
+            frame = av.AudioFrame.from_ndarray(sound.reshape(1, -1), "s16", "stereo")
+            frame.sample_rate, frame.pts = 48000, 0
+            container.mux(track.encode(frame))
         container.mux(stream.encode(None))
     return path
 

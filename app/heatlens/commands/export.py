@@ -25,6 +25,7 @@ from heatlens.commands.worker import made_part
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.export.job import read_job
+from heatlens.export.movie_sound import heard
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
 from heatlens.farm.cluster import ClusterMaker, PartTask, connected, new_topic
@@ -134,6 +135,8 @@ def _export_shot(args: argparse.Namespace, plan: ExportPlan, name: str) -> None:
     if args.submit is not None:
         submit(args, plan)
         return
+    if plan.makes_movie:
+        say(*filter(None, heard(plan, plan.job.shot.frames_per_second)[1:]))
     if not plan.job.output.is_exr:
         say_seen_through(plan.job.look.transform)
     with (

@@ -12,6 +12,7 @@ from heatlens.export.frame_files import RenderedFrame
 from heatlens.export.job import ExportJob
 from heatlens.export.kept_frames import read_kept
 from heatlens.export.movie import movie_file
+from heatlens.export.movie_sound import Spot, heard
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import ExportPlan, fingerprint_of_movie
 from heatlens.export.run import FrameDone, export_frames
@@ -76,8 +77,11 @@ def export_cut(
 
 
 def _join(cut: Cut) -> None:
-    black = None
-    with movie_file(_job_of(cut), cut.path, cut.fingerprint) as movie:
+    black, spots = None, list[Spot | None]()
+    for number, plan in enumerate(cut.parts):
+        spots += [None] * cut.gaps.get(number, 0)
+        spots += heard(plan, cut.reel.frames_per_second)[0]
+    with movie_file(_job_of(cut), cut.path, cut.fingerprint, spots) as movie:
         for number, plan in enumerate(cut.parts):
             if black is None:
                 black = _black_like(plan)

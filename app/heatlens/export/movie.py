@@ -5,7 +5,7 @@ is correct only for displays with the primaries of Rec.709; others are refused.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
@@ -18,6 +18,7 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, frame_timecode
 from heatlens.export.job import ExportJob
+from heatlens.export.movie_sound import MovieSound, Spot
 from heatlens.export.whole import is_whole
 from heatlens.files.atomic_file import replacing
 from heatlens.files.movie_read import av
@@ -61,8 +62,12 @@ _CODECS = {
 
 
 @contextmanager
-def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"]:
+def movie_file(
+    job: ExportJob, path: Path, fingerprint: str, spots: Sequence[Spot | None] = ()
+) -> Iterator["Movie"]:
     """Yield a movie to write frames to, in order; `path` is replaced when the block succeeds.
+
+    `spots` tells whose sound goes with each frame, see `movie_sound.heard`.
 
     Raises InputError if PyAV is missing, the display is not Rec.709 or writing fails.
     """
@@ -74,7 +79,7 @@ def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"
         options["write_tmcd"] = "1"  # MPEG-4 files have no timecode track by default
         with library.open(str(beside), "w", format=codec.container, options=options) as container:
             container.metadata["comment"] = f"{JOB_ATTRIBUTE}={fingerprint}"
-            movie = Movie(job, container, codec, rate, path.parent)
+            movie = Movie(job, container, codec, rate, path.parent, spots)
             yield movie
             movie.finish()
         if not is_whole(beside, path.suffix):
@@ -85,8 +90,17 @@ class Movie:
     """Writes frames of one size to an open container."""
 
     def __init__(
-        self, job: ExportJob, container: Any, codec: Codec, rate: Fraction, folder: Path
+        self,
+        job: ExportJob,
+        container: Any,
+        codec: Codec,
+        rate: Fraction,
+        folder: Path,
+        spots: Sequence[Spot | None] = (),
     ) -> None:
+        self._spots = iter(spots)
+        self._has_sound = any(spots)
+        self._sound: MovieSound | None = None
         self._job = job
         self._folder = folder
         self._coded_bytes = self._coded_frames = 0
@@ -109,6 +123,8 @@ class Movie:
             is_square = self._job.look.guides.desqueeze is not None
             self._stream = self._new_stream(1.0 if is_square else frame.plate.pixel_aspect_ratio)
             self._begin_timecode(frame)
+            if self._has_sound:
+                self._sound = MovieSound(self._container, self._job.output.suffix, self._rate)
         if self._size != (width, height):
             first = "x".join(map(str, self._size))
             raise InputError(
@@ -117,6 +133,8 @@ class Movie:
             )
         self._check_room()
         self._encode(self._coded(frame.pixels))
+        if self._sound is not None:
+            self._sound.add(next(self._spots))
 
     def _check_room(self) -> None:
         """Check the disk space, first by the least size of the codec, later by the actual size."""
@@ -133,6 +151,8 @@ class Movie:
         """Write the frames that the encoder still holds."""
         if self._stream is not None:
             self._encode(None)
+        if self._sound is not None:
+            self._sound.finish()
 
     def _new_stream(self, pixel_aspect_ratio: float) -> object:
         stream = self._container.add_stream(

@@ -16,6 +16,7 @@ from heatlens.export.finished import check_replaced, is_finished, is_movie_finis
 from heatlens.export.frame_files import RenderedFrame, write_frame
 from heatlens.export.kept_frames import KeptOrRendered, is_joined, remove_kept, write_kept
 from heatlens.export.movie import movie_file
+from heatlens.export.movie_sound import heard
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.rendering import FrameRendering
 from heatlens.export.sequence_check import Remark
@@ -158,7 +159,8 @@ def _files(plan: ExportPlan) -> Iterator[Write]:
     if not plan.makes_movie:
         yield write_kept if plan.job.output.is_movie else partial(write_frame, plan.job)
         return
-    with movie_file(plan.job, plan.frames[0].path, plan.movie_fingerprint) as movie:
+    spots, _ = heard(plan, plan.job.shot.frames_per_second)
+    with movie_file(plan.job, plan.frames[0].path, plan.movie_fingerprint, spots) as movie:
         yield movie.write
     remove_kept(plan)
 

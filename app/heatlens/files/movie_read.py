@@ -67,6 +67,7 @@ class Movie:
     timecode      of the first frame; "" if there is none
     codec         the name of the codec for people
     pixel_aspect  width of a pixel over its height
+    has_sound     it has a track of sound
     """
 
     def __init__(self, path: Path) -> None:
@@ -100,6 +101,7 @@ class Movie:
                 f"{self._path} has frames of {context.width} x {context.height} pixels; heatlens "
                 f"takes 1 to {_MAX_SIDE_PX} a side."
             )
+        self.has_sound = bool(self._container.streams.audio)
         self.pixel_aspect = float(self._stream.sample_aspect_ratio or 1)
 
     def frame(self, number: int) -> MovieFrame:

@@ -15,6 +15,7 @@ from heatlens.commands.reels.reel_options import checked_for_export, reel_of, sh
 from heatlens.documents.edit_write import Exported, check_edit_out, write_edit
 from heatlens.export.cut import Cut, export_cut, kept_movie
 from heatlens.export.job import ExportJob
+from heatlens.export.movie_sound import heard
 from heatlens.export.output import parse_output
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.files.output_check import make_folder
@@ -61,6 +62,7 @@ def _export_cut(args: argparse.Namespace, reel: Reel) -> None:
         job = replace(job_of(own), output=kept_movie(output, number, shot.name))
         parts.append(planned(job, job.frames))
     cut, count = Cut(reel, output, tuple(parts)), sum(len(plan.frames) for plan in parts)
+    say(*filter(None, (heard(plan, reel.frames_per_second)[1] for plan in parts)))
     names = {id(plan): shot.name for plan, shot in zip(cut.parts, reel.shots, strict=True)}
     with progress_line() as show, closing(export_cut(cut, headless_renderer)) as steps:
         for number, (plan, done) in enumerate(steps, start=1):
