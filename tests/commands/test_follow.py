@@ -2,12 +2,14 @@
 
 import pytest
 
+from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.marks import MatteMark, MattePart, ObjectMark
+from heatlens.model.marks import Click, MatteMark, MattePart, ObjectMark
 from support.command_line import stderr_of_run
 from support.mattes import matte_plate
 from support.session_files import write_scene
+from support.walks import Walk
 
 LENS = ("--focal-length", "50", "--sensor-width", "36", "--f-stop", "1.4")
 WALK_M = {1: 3.0, 2: 3.5, 3: None, 4: 4.5}
@@ -76,3 +78,27 @@ def test_what_cannot_be_followed_is_refused(plates, tmp_path, capsys, words, tol
     out = tmp_path / "s.heatlens.json"
     said = stderr_of_run(capsys, 2, "shot", "new", plates, *LENS, *words, "-o", out)
     assert told in said and not out.exists()
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory):
+    folder, walk = tmp_path_factory.mktemp("tracked"), Walk(post=(160.0, 190.0))
+    for frame in range(1, walk.frames + 1):
+        walk.write(folder / f"card.{frame:04d}.exr", frame)
+    return walk, folder / "card.####.exr"
+
+
+def test_a_tracked_surface_is_followed_and_kept_in_the_shot(walk, tmp_path, capsys):
+    card, plates = walk
+    x, y = card.pixel(1)
+    words = (plates, *LENS, "--follow", f"A=track:{x:.0f},{y:.0f}@1")
+    shot, said = made(capsys, tmp_path, *words)
+    (mark,) = shot.marks
+    assert mark.clicks == (Click(1, round(x), round(y)),)
+    assert len(mark.places) == card.frames and "hidden" in said
+    for frame in range(1, card.frames + 1):
+        lens = shot.lens_at(frame)
+        off = abs(1 / lens.focus_distance_m - 1 / card.at(frame)[2])
+        assert off <= 0.51 * sharp_dioptres(lens), frame
+    assert main(["shot", "show", str(tmp_path / "s.heatlens.json")]) == 0
+    assert "surface at pixel" in capsys.readouterr().out

@@ -6,6 +6,7 @@ from heatlens.model.coc import sharp_dioptres
 from heatlens.model.marks import MatteMark, PointMark
 from support.evening import begun, settled, until
 from support.mattes import matte_plate
+from support.walks import WALL_M, Walk
 
 FIRST, COUNT = 1, 7
 DISTANCES_M = {frame: 3.0 + 0.25 * frame for frame in range(FIRST, FIRST + COUNT)}
@@ -69,3 +70,59 @@ def test_an_unknown_thing_is_told(walk):
     walk.time.marks.follow(MatteMark("Z", "cryptomatte:nobody"))
     until(walk, lambda: not walk.time.marks.is_reading, "the end")
     assert "nobody" in walk.messages.text and not walk.editing.shot.key_frames
+
+
+@pytest.fixture
+def card(tmp_path):
+    """A session with a card that walks behind a post, without ids, and the card."""
+    walk = Walk(frames=10, end=(0.4, 0.0, 3.4), post=(150.0, 165.0))
+    for frame in range(1, walk.frames + 1):
+        walk.write(tmp_path / f"card.{frame:04d}.exr", frame)
+    session = begun(tmp_path / "preferences", str(tmp_path / "card.####.exr"))
+    settled(session)
+    yield session, walk
+    session.close()
+
+
+def tracked(session):
+    until(session, lambda: not session.time.marks.is_reading, "the track")
+    return session.editing.shot.marks[-1]
+
+
+def test_a_point_becomes_a_tracked_surface_that_the_focus_follows(card):
+    session, walk = card
+    marks = session.time.marks
+    x, y = walk.pixel(1)
+    point = marked(session, (round(x), round(y)))
+    marks.track(point, point)
+    mark = tracked(session)
+    assert [place.frame for place in mark.places] == list(range(1, 11))
+    assert "seen" in session.messages.text
+    assert marks.distance_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
+    (track,) = session.time.mark_tracks()
+    assert len(track.lines) == 2 == 1 + len(track.bridges)  # hidden in the middle
+    marks.follow(mark)
+    lens = session.editing.shot.lens_at(10)
+    assert abs(1 / lens.focus_distance_m - 1 / walk.at(10)[2]) <= 0.51 * sharp_dioptres(lens)
+    session.editing.undo()
+    session.editing.undo()
+    assert session.editing.shot.marks == (point,)
+
+
+def test_a_click_corrects_a_tracked_surface(card):
+    session, walk = card
+    marks = session.time.marks
+    wall = marked(session, (20, 20))
+    marks.track(wall, wall)
+    mark = tracked(session)
+    assert marks.distance_m(mark, 10) == pytest.approx(WALL_M)
+    session.time.timeline.go(10)
+    until(session, lambda: session.editing.frame == 10, "the last frame")
+    settled(session)
+    marks.correct(mark)
+    x, y = walk.pixel(10)
+    session.time.marks.set_point((round(x), round(y)))
+    mark = tracked(session)
+    assert [click.frame for click in mark.clicks] == [1, 10]
+    assert marks.distance_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
+    assert len(session.editing.shot.marks) == 1

@@ -28,7 +28,7 @@ from heatlens.model.interpolation import Ease, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.model.look import Look
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, PointMark, TrackMark
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
@@ -196,15 +196,19 @@ def _key_json(key: Key) -> dict[str, object]:
     return {name: value for name, value in record_to_json(key).items() if value != default}
 
 
+# The entry that only one kind of mark has, and the kind.
+_MARKS: dict[str, type[Mark]] = {
+    "distance_m": DistanceMark,
+    "object_name": ObjectMark,
+    "matte": MatteMark,
+    "clicks": TrackMark,
+}
+
+
 def _mark(entry: JsonEntry) -> Mark:
-    """Return the mark of an entry: on a distance, an object, a thing, or a point of the picture."""
-    if isinstance(entry.value, dict) and "distance_m" in entry.value:
-        return entry.record(DistanceMark)
-    if isinstance(entry.value, dict) and "object_name" in entry.value:
-        return entry.record(ObjectMark)
-    if isinstance(entry.value, dict) and "matte" in entry.value:
-        return entry.record(MatteMark)
-    return entry.record(PointMark)
+    """Return the mark of an entry, of the kind that its entries tell; else a point."""
+    told = entry.value if isinstance(entry.value, dict) else {}
+    return entry.record(next((kind for name, kind in _MARKS.items() if name in told), PointMark))
 
 
 def _focus_word(scale: Scale) -> str:

@@ -16,6 +16,7 @@ from heatlens.model.frames import FrameRange
 DepthAt = Callable[[int, float, float], float]
 
 _SMOOTH_FRAMES_MOST = 1001
+_DOUBTED = 0.5  # likeness below which a tracked surface should be looked at
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +102,79 @@ class MatteMark:
             )
 
 
-Mark = DistanceMark | PointMark | ObjectMark | MatteMark
+@dataclass(frozen=True, slots=True)
+class Click:
+    """Where somebody pointed at a surface: a frame and a pixel, counted as that of a PointMark."""
+
+    frame: int
+    x_px: float
+    y_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class TrackPlace:
+    """Where a tracked surface is at a frame.
+
+    distance_m  metres; None where it is hidden or out of the picture
+    likeness    how much it looks as it did where it was clicked, 0 to 1
+    """
+
+    frame: int
+    x_px: float
+    y_px: float
+    distance_m: float | None = None
+    likeness: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.distance_m is not None and not self.distance_m > 0:
+            raise InputError(f"The distance must be above 0 m, got {self.distance_m:g} m.")
+
+
+@dataclass(frozen=True, slots=True)
+class TrackMark:
+    """A surface of a plate that is followed through the frames.
+
+    clicks  where it was pointed at: the first time, and each correction, at different frames
+    places  where it was found, one for each frame in order; none until it has been followed
+    """
+
+    name: str
+    clicks: tuple[Click, ...]
+    places: tuple[TrackPlace, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_name(self.name)
+        if not self.clicks or len({click.frame for click in self.clicks}) < len(self.clicks):
+            raise InputError(f"Mark {self.name}: give one pixel for each frame, as X,Y@FRAME.")
+        for click in self.clicks:
+            PointMark(self.name, click.x_px, click.y_px)  # checks the pixel
+        frames = [place.frame for place in self.places]
+        if sorted(set(frames)) != frames:
+            raise InputError(f"Mark {self.name}: its places must be in the order of their frames.")
+
+    def place_at(self, frame: int) -> TrackPlace | None:
+        """Return where the surface is at a frame; None where nobody has looked."""
+        return next((place for place in self.places if place.frame == frame), None)
+
+    def distance_at_m(self, frame: int) -> float | None:
+        """Return its distance at a frame; None where it is hidden or out of the picture."""
+        place = self.place_at(frame)
+        return None if place is None else place.distance_m
+
+    @property
+    def doubted(self) -> list[int]:
+        """The frames at which it is seen, but looks unlike what was clicked."""
+        seen = [place for place in self.places if place.distance_m is not None]
+        return [place.frame for place in seen if place.likeness < _DOUBTED]
+
+    def corrected(self, click: Click) -> "TrackMark":
+        """Return the mark with one more click, to be followed again."""
+        others = [it for it in self.clicks if it.frame != click.frame]
+        clicks = sorted([*others, click], key=lambda it: it.frame)
+        return TrackMark(self.name, tuple(clicks))
+
+
+Mark = DistanceMark | PointMark | ObjectMark | MatteMark | TrackMark
 
 
 def next_mark_name(marks: Iterable[Mark]) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from heatlens.model.following import Distances
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, TrackMark
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.mattes.matte_distance import thing_m
 from heatlens.plate.mattes.mattes import UnknownThingError
@@ -18,7 +18,7 @@ def mark_on_plate_m(plate: Plate, mark: Mark) -> float | None:
     """
     if isinstance(mark, DistanceMark):
         return mark.distance_m
-    if isinstance(mark, ObjectMark):
+    if isinstance(mark, ObjectMark | TrackMark):  # these are known without the plate
         return None
     if isinstance(mark, MatteMark):
         return thing_m(plate, mark.matte, mark.part)

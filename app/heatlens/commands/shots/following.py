@@ -9,6 +9,7 @@ from heatlens.commands.output.say import say
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.model.following import Follow, followed
 from heatlens.model.lens import Lens
+from heatlens.model.marks import TrackMark
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.sequence.names import frames_text
 
@@ -39,6 +40,24 @@ def followed_name(args: argparse.Namespace) -> str | None:
     if any(text.startswith("focus@") for text in args.key):
         raise InputError("--follow sets the focus at every frame: leave --key focus@... out.")
     return str(args.follow).partition("=")[0].partition("@")[0]
+
+
+def shot_with_tracks(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with its tracked surfaces followed; say where they are in doubt.
+
+    Raises InputError where they cannot be followed.
+    """
+    marks = [
+        commands_for(args.plate).tracked(args, shot, mark) if isinstance(mark, TrackMark) else mark
+        for mark in shot.marks
+    ]
+    for mark in marks:
+        if isinstance(mark, TrackMark) and (frames := mark.doubted):
+            say(
+                f"{mark.name} looks different at frames {frames_text(frames)}: look there, and "
+                "correct it with one more X,Y@FRAME if it is wrong."
+            )
+    return replace(shot, marks=tuple(marks))
 
 
 def shot_that_follows(args: argparse.Namespace, shot: Shot, name: str) -> Shot:

@@ -36,6 +36,7 @@ from heatlens.commands.shots.following import (
     add_follow_options,
     followed_name,
     shot_that_follows,
+    shot_with_tracks,
 )
 from heatlens.commands.sources.shot_plate import on_frames_of_plate
 from heatlens.commands.sources.source_commands import commands_for
@@ -44,7 +45,16 @@ from heatlens.model.curve import Key
 from heatlens.model.frames import FRAMES_PER_SECOND, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, ObjectMark, PointMark
+from heatlens.model.marks import (
+    Click,
+    DistanceMark,
+    Mark,
+    MatteMark,
+    MattePart,
+    ObjectMark,
+    PointMark,
+    TrackMark,
+)
 from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
 from heatlens.model.other_names import or_meant
 from heatlens.model.pull import frames_too_close
@@ -75,8 +85,9 @@ KEYED = {
 }
 _KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
 _MARK = re.compile(r"([^@=]+)(=|@)(.+)")
+_CLICK = re.compile(r"(-?\d{1,6}(?:\.\d+)?),(-?\d{1,6}(?:\.\d+)?)@(-?\d{1,9})")
 
-_OBJECT, _NEAREST = "object:", "nearest:"
+_OBJECT, _NEAREST, _TRACK = "object:", "nearest:", "track:"
 Keys = dict[LensParameter, list[Key]]
 
 
@@ -145,8 +156,9 @@ def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
         metavar="NAME=DISTANCE",
         help="focus mark at a distance, at a pixel of the picture as NAME@X,Y, or on a thing as "
         "NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, its nearest part as "
-        "NAME=nearest:cryptomatte:THING, or on an object of a scene "
-        "as NAME=object:OBJECT; may be repeated",
+        "NAME=nearest:cryptomatte:THING, on a surface that is tracked from a pixel of a frame as "
+        "NAME=track:X,Y@FRAME (more pixels correct it, X,Y@FRAME/X,Y@FRAME), or on an object of "
+        "a scene as NAME=object:OBJECT; may be repeated",
     )
 
 
@@ -189,6 +201,7 @@ def new_shot(args: argparse.Namespace) -> Shot:
         shot = with_camera(shot, _from_pupil(camera, shot.lens), kept)
         say(*camera.notes, said_of(camera, shot, args.camera, kept))
     shot = _with_keys(shot, keys)
+    shot = shot_with_tracks(given, shot)
     if follows is not None:
         shot = shot_that_follows(given, shot, follows)
     _say_outside(shot)
@@ -328,6 +341,8 @@ def mark_of(text: str) -> Mark:
         return ObjectMark(name, place.removeprefix(_OBJECT))
     if sign == "=" and place.startswith(_NEAREST):
         return MatteMark(name, place.removeprefix(_NEAREST), MattePart.NEAREST)
+    if sign == "=" and place.startswith(_TRACK):
+        return TrackMark(name, _clicks(place.removeprefix(_TRACK)))
     if sign == "=" and ":" in place:
         return MatteMark(name, place)
     if sign == "=":
@@ -337,3 +352,12 @@ def mark_of(text: str) -> Mark:
     except ValueError:
         raise InputError(f"--mark takes a pixel as NAME@X,Y, got {text!r}.") from None
     return PointMark(name, x, y)
+
+
+def _clicks(text: str) -> tuple[Click, ...]:
+    found = [_CLICK.fullmatch(part) for part in text.split("/")]
+    if None in found:
+        raise InputError(
+            f"A surface is followed from a pixel of a frame, as track:X,Y@FRAME; got {text!r}."
+        )
+    return tuple(Click(int(it[3]), float(it[1]), float(it[2])) for it in found if it)

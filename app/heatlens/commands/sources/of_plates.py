@@ -1,7 +1,7 @@
 """Plates on the command line."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ from heatlens.frame_cache.reader import SequenceReader, settled_options
 from heatlens.model.following import Distances
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens_model import LensModel
-from heatlens.model.marks import Mark
+from heatlens.model.marks import Mark, TrackMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
@@ -32,6 +32,7 @@ from heatlens.plate.inspection import inspect
 from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
+from heatlens.plate.tracking.tracked_mark import tracked
 from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import find_sequence
 
@@ -95,25 +96,42 @@ class PlateCommands(SourceCommands):
 
     def distances_m(self, args: argparse.Namespace, shot: Shot, mark: Mark) -> Distances:
         """Read the plates and measure the mark on each."""
-        sequence = find_sequence(args.plate)
-        frames = shot.frames or FrameRange(sequence.first, sequence.last)
+        frames, plate_at = _plates_of(args, shot)
+        if isinstance(mark, TrackMark):
+            return {frame: mark.distance_at_m(frame) for frame in frames}
         with progress_line() as show:
 
             def plates() -> Iterator[tuple[int, Plate]]:
-                read = SequenceReader(shot.plate_options, sequence.path_at(sequence.present[0]))
                 for frame in frames:
-                    shown = sequence.shown_frame(frame, "hold")
-                    assert shown is not None  # a sequence that was found has a file
                     show(f"measuring {mark.name} at frame {frame} of {frames}")
-                    yield frame, read(sequence.path_at(shown))
+                    yield frame, plate_at(frame)
 
             return mark_over_plates_m(plates(), mark)
+
+    def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
+        """Read the plates and follow the surface of the mark."""
+        frames, plate_at = _plates_of(args, shot)
+        with progress_line() as show:
+            return tracked(mark, frames, plate_at, show)
 
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
         """Return what is in the file and how it would be read."""
         with file_of_input(Path(text)) as path:
             facts = inspect(path, plate_options(args))
         return facts, plate_lines(facts)
+
+
+def _plates_of(args: argparse.Namespace, shot: Shot) -> tuple[FrameRange, Callable[[int], Plate]]:
+    """Return the frames of a shot, and what reads the plate of one; a missing one is held."""
+    sequence = find_sequence(args.plate)
+    read = SequenceReader(shot.plate_options, sequence.path_at(sequence.present[0]))
+
+    def plate_at(frame: int) -> Plate:
+        shown = sequence.shown_frame(frame, "hold")
+        assert shown is not None  # a sequence that was found has a file
+        return read(sequence.path_at(shown))
+
+    return shot.frames or FrameRange(sequence.first, sequence.last), plate_at
 
 
 def _read_named(path: Path, options: PlateOptions, behind_out: Path | None) -> Plate:

@@ -20,16 +20,23 @@ from heatlens.commands.sources.source_commands import Facts, Line, SourceCommand
 from heatlens.model.following import Distances
 from heatlens.model.frames import FrameRange, parse_frame_range
 from heatlens.model.framing import Framing
-from heatlens.model.marks import Mark, ObjectMark
+from heatlens.model.marks import Mark, ObjectMark, TrackMark
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.scene.first_shot import FirstShot, first_shot
-from heatlens.scene.scene import SceneCamera
+from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, object_depth_m, object_names, track_of
 
 if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
 _NAMES_MOST = 8  # object names in one line
+
+
+def _no_object(scene: Scene, mark: Mark) -> InputError:
+    return InputError(
+        f"Mark {mark.name}: in a scene, name an object to follow, as in "
+        f"{mark.name}=object:{object_names(scene)[0]}."
+    )
 
 
 class SceneCommands(SourceCommands):
@@ -66,15 +73,16 @@ class SceneCommands(SourceCommands):
         first = shot_of_scene(args, args.plate)
         frames = shot.frames or FrameRange(first.frame, first.frame)
         if not isinstance(mark, ObjectMark):
-            raise InputError(
-                f"--follow {mark.name}: in a scene, name an object to follow, as in "
-                f"{mark.name}=object:{object_names(first.scene)[0]}."
-            )
+            raise _no_object(first.scene, mark)
         framing, found = shot.framing or Framing(), {}
         for frame in frames:
             pose = track_of(first.scene, framing, shot.lens_at(frame)).pose_at(frame)
             found[frame] = object_depth_m(first.scene, mark.object_name, pose, frame)
         return found
+
+    def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
+        """Refuse: a scene tells where its objects are."""
+        raise _no_object(shot_of_scene(args, args.plate).scene, mark)
 
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
         """Return its cameras, frames, objects, triangles, lights and size."""

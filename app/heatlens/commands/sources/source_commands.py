@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
 from heatlens.model.following import Distances
-from heatlens.model.marks import Mark
+from heatlens.model.marks import Mark, TrackMark
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.source.kinds import kind_of
@@ -41,6 +41,10 @@ class SourceCommands:
 
     def distances_m(self, args: argparse.Namespace, shot: Shot, mark: Mark) -> Distances:
         """Return the distance of a mark at each frame of a shot of `args.plate` (shot new)."""
+        self._refuse(args.plate)
+
+    def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
+        """Return a mark whose surface is followed over the frames of `args.plate` (shot new)."""
         self._refuse(args.plate)
 
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:

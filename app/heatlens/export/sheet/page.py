@@ -34,7 +34,7 @@ from heatlens.export.sheet.rows import (
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.html_page import page_of
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import Mark, ObjectMark, PointMark
+from heatlens.model.marks import Mark, ObjectMark, PointMark, TrackMark
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
@@ -145,6 +145,8 @@ def _distance_m(shot: Shot, renderer: FrameRenderer, plate: Plate, mark: Mark, f
         if scene is None or pose is None:
             return 0.0
         return object_depth_m(scene, mark.object_name, pose, frame)
+    if isinstance(mark, TrackMark):
+        return mark.distance_at_m(frame) or 0.0
     if scene is None or not isinstance(mark, PointMark):
         return mark_on_plate_m(plate, mark) or 0.0
     return renderer.scene_depth_m(shot, frame, int(mark.x_px), int(mark.y_px))

@@ -9,14 +9,15 @@ from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.following import Distances, followed
 from heatlens.model.frames import FrameRange
 from heatlens.model.marks import (
+    Click,
     DistanceMark,
     Mark,
     MatteMark,
     ObjectMark,
     PointMark,
+    TrackMark,
     next_mark_name,
 )
-from heatlens.model.plate_options import PlateOptions
 from heatlens.model.pull import EASE_PERCENT, PullShape, held_focus, reversed_focus, shaped_pull
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.mark_distance import mark_over_plates_m
@@ -24,7 +25,8 @@ from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate
 from heatlens.session.loop.messages import reported
 from heatlens.session.loop.worker import Worker
-from heatlens.session.marks.mark_measuring import on_thing, plates_at, smoothed
+from heatlens.session.marks.mark_measuring import on_thing, plates_at, reading_options, smoothed
+from heatlens.session.marks.surface_tracking import SurfaceTracking
 from heatlens.session.scenes.point_following import Following
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shared import Commands, Shared
@@ -51,12 +53,14 @@ class MarkCommands(Commands, Worker):
         self._following: Following | None = None  # the measurement in progress, in a scene
         self._reader: Background[_Measured] = Background(self._wake)
         self._picker: Background[PointMark | MatteMark] = Background(self._wake)
+        self.tracking = SurfaceTracking(shared, self._take_tracked)
+        self.corrected: str | None = None  # the tracked mark that the next click corrects
         self.things = ThingDistances(self._wake)
 
     @property
     def is_reading(self) -> bool:
         """True while frames are read or drawn to follow a mark."""
-        return self._reader.is_busy or self._following is not None
+        return self._reader.is_busy or self.tracking.is_busy or self._following is not None
 
     # One mark
 
@@ -78,7 +82,10 @@ class MarkCommands(Commands, Worker):
             depth_at_m(plate, *self._source.feed.plate_px(self._editing.shot, pixel))
             name = next_mark_name(self._editing.shot.marks)
             point = PointMark(name, float(pixel[0]), float(pixel[1]))
-            if has_things(plate):
+            corrected, self.corrected = self.named(self.corrected), None
+            if isinstance(corrected, TrackMark):
+                self.track(corrected, point)
+            elif has_things(plate):
                 self._picker.start(lambda: on_thing(plate, point))
             else:
                 self._add(point)
@@ -87,6 +94,26 @@ class MarkCommands(Commands, Worker):
         self.pull_to = mark.name
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
         self._say(f"Mark {mark.name} is set. Shift+M pulls the focus to it.")
+
+    def track(self, mark: PointMark | TrackMark, point: PointMark) -> None:
+        """Follow the surface at a point of this frame over all frames, and put a mark on it.
+
+        For a mark that is tracked already this is a correction.
+        """
+        cache, frames = self._timeline.cache, self._timeline.frames
+        if cache is None or frames is None:
+            self._say("Only surfaces in a sequence of plates can be tracked.")
+            return
+        click = Click(self._editing.frame, point.x_px, point.y_px)
+        new = (
+            mark.corrected(click) if isinstance(mark, TrackMark) else TrackMark(mark.name, (click,))
+        )
+        self.tracking.start(mark, new, cache, frames)
+
+    def correct(self, mark: TrackMark) -> None:
+        """Let the next click that would set a mark tell where the surface is at its frame."""
+        self.corrected = mark.name
+        self._say(f"Ctrl+Shift+click where {mark.name} is at this frame.")
 
     def change(self, before: Mark, after: Mark) -> None:
         """Change the name or smoothing of a mark; raise HeatlensError if the name is in use."""
@@ -116,6 +143,8 @@ class MarkCommands(Commands, Worker):
         """
         if isinstance(mark, ObjectMark):
             return self._scenes.object_m(mark.object_name, frame)
+        if isinstance(mark, TrackMark):
+            return mark.distance_at_m(self._editing.frame if frame is None else frame)
         cache, plate = self._timeline.cache, self._source.plate
         if isinstance(mark, PointMark) and self._source.has_camera:
             return self._in_scene_m(mark, frame)
@@ -209,11 +238,14 @@ class MarkCommands(Commands, Worker):
         frame = self._editing.frame
         self._do(lambda shot: held_focus(shot, frame))
 
-    def follow(self, mark: PointMark | ObjectMark | MatteMark) -> None:
+    def follow(self, mark: PointMark | ObjectMark | MatteMark | TrackMark) -> None:
         """Keep the focus on a mark from in to out; read or draw frames that are not in memory."""
         frames = self._timeline.played
         if isinstance(mark, ObjectMark):
             self._scenes.follow(mark, frames)
+            return
+        if isinstance(mark, TrackMark):
+            self._take(mark, {frame: mark.distance_at_m(frame) for frame in frames})
             return
         if isinstance(mark, PointMark):
             self._following = self._scenes.following(mark, frames)
@@ -225,22 +257,30 @@ class MarkCommands(Commands, Worker):
             self._say("Only points in a sequence or a scene can be followed.")
 
     def _read(self, cache: FrameCache, mark: PointMark | MatteMark, frames: FrameRange) -> None:
-        opened = self._source.opened
-        options = PlateOptions() if opened is None else opened.settled
         reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if reads:
             self._say(f"Reading {reads} frames to follow {mark.name} ...")
-        plates = plates_at(cache, options, frames)
+        plates = plates_at(cache, reading_options(self._source), frames)
         self._reader.start(lambda: (mark, smoothed(mark, mark_over_plates_m(plates, mark), frames)))
+
+    def _take(self, mark: Mark, distances_m: Distances) -> None:
+        with reported(self._say):
+            self._editing.do(followed(self._editing.shot, distances_m))
+            self._say(f"The focus follows {mark.name} from {min(distances_m)} on.")
+
+    def _take_tracked(self, before: Mark, after: TrackMark) -> None:
+        if before in self._editing.shot.marks:  # it was not deleted meanwhile
+            self.change(before, after)
+            seen = sum(place.distance_m is not None for place in after.places)
+            doubts = f", {len(after.doubted)} of them to be looked at" if after.doubted else ""
+            self._say(f"{after.name} is seen at {seen} of {len(after.places)} frames{doubts}.")
 
     def poll(self) -> None:
         """Apply finished measurements; call this once a frame."""
         with reported(self._say):
             found = self._reader.poll() or self._drawn()
             if found is not None:
-                mark, distances_m = found
-                self._editing.do(followed(self._editing.shot, distances_m))
-                self._say(f"The focus follows {mark.name} from {min(distances_m)} on.")
+                self._take(*found)
             picked = self._picker.poll()
             if picked is not None:
                 self._add(picked)

@@ -12,6 +12,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.mattes.mattes import thing_at
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
+from heatlens.session.opened.open_source import OpenSource
 
 
 def on_thing(plate: Plate, point: PointMark) -> PointMark | MatteMark:
@@ -31,14 +32,23 @@ def smoothed(mark: PointMark | MatteMark, distances_m: Distances, frames: FrameR
     return {frame: distance_at_m(mark, frame, depth_at, frames) for frame in frames}
 
 
+def reading_options(source: OpenSource) -> PlateOptions:
+    """Return the options with which the plates of the open source are read."""
+    return PlateOptions() if source.opened is None else source.opened.settled
+
+
 def plates_at(
     cache: FrameCache, options: PlateOptions, frames: FrameRange
 ) -> Iterator[tuple[int, Plate]]:
-    """Read the plate of each frame that is not in memory. Raise HeatlensError for a damaged one."""
-    for frame in frames:
-        stands_in = cache.sequence.shown_frame(frame)
-        assert stands_in is not None  # a sequence has at least one frame to hold
-        found = cache.get(stands_in)
-        if isinstance(found, Damaged):
-            raise InputError(found.sentence)
-        yield frame, found or read_plate(cache.sequence.path_at(stands_in), options)
+    """Return the plate of each frame, see `plate_at`."""
+    return ((frame, plate_at(cache, options, frame)) for frame in frames)
+
+
+def plate_at(cache: FrameCache, options: PlateOptions, frame: int) -> Plate:
+    """Return the plate of a frame from memory, or read it. Raise HeatlensError if it is damaged."""
+    stands_in = cache.sequence.shown_frame(frame)
+    assert stands_in is not None  # a sequence has at least one frame to hold
+    found = cache.get(stands_in)
+    if isinstance(found, Damaged):
+        raise InputError(found.sentence)
+    return found or read_plate(cache.sequence.path_at(stands_in), options)

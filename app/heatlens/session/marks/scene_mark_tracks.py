@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from itertools import groupby
 
 from heatlens.base.errors import HeatlensError
 from heatlens.model.frames import FrameRange
@@ -11,7 +10,7 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.loop.worker import Worker
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shared import Commands, Shared
-from heatlens.session.time.focus_track import MarkTrack
+from heatlens.session.time.focus_track import MarkTrack, mark_track
 from heatlens.session.time.timeline import Timeline
 
 _SLICE_S = 0.02
@@ -116,15 +115,7 @@ class SceneMarkTracks(Commands, Worker):
         """Return the track of a mark, with gaps at frames without a distance."""
         known = self._known_of(mark)
         places = [(frame, known[frame]) for frame in self._frames if frame in known]
-        parts = groupby(places, key=lambda place: place[1] is None)
-        return MarkTrack(
-            mark.name,
-            tuple(
-                tuple((frame, place) for frame, place in part if place is not None)
-                for is_gap, part in parts
-                if not is_gap
-            ),
-        )
+        return mark_track(mark.name, [places])
 
 
 def _looked_at(shot: Shot) -> tuple[object, ...]:

@@ -1,7 +1,8 @@
 """The focus and its range of sharpness per frame, and the distances of marks, in dioptres."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import groupby, pairwise
 from weakref import WeakKeyDictionary
 
 from heatlens.base.background import Background
@@ -9,7 +10,7 @@ from heatlens.base.errors import HeatlensError
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, PointMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, PointMark, TrackMark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
@@ -18,7 +19,8 @@ from heatlens.plate.plate import Plate
 from heatlens.session.loop.worker import Worker
 from heatlens.session.time.frame_states import Run
 
-_Moving = PointMark | MatteMark
+_Moving = PointMark | MatteMark | TrackMark
+MarkLine = tuple[tuple[int, float], ...]  # (frame, 1/m)
 _WARNED_MOST = 2000  # frames that are checked for a focus that is too close
 
 
@@ -80,10 +82,29 @@ def _sample(shot: Shot, time: float) -> Sample:
 
 @dataclass(frozen=True)
 class MarkTrack:
-    """The distance of a mark in 1/m at the frames in memory, as lines without gaps."""
+    """The distance of a mark in 1/m at the frames in memory, as lines without gaps.
+
+    `bridges` go from the end of a line to the next one where the mark is hidden between them.
+    """
 
     name: str
-    lines: tuple[tuple[tuple[int, float], ...], ...]
+    lines: tuple[MarkLine, ...]
+    bridges: tuple[MarkLine, ...] = ()
+
+
+def mark_track(name: str, runs: Iterable[Iterable[tuple[int, float | None]]]) -> MarkTrack:
+    """Return the track of a mark from runs of frames; None where it is hidden."""
+    lines: list[MarkLine] = []
+    bridges: list[MarkLine] = []
+    for run in runs:
+        parts = [
+            tuple((frame, place) for frame, place in part if place is not None)
+            for _, part in groupby(run, key=lambda it: it[1] is None)
+        ]
+        seen = [part for part in parts if part]
+        lines += seen
+        bridges += [(before[-1], after[0]) for before, after in pairwise(seen)]
+    return MarkTrack(name, tuple(lines), tuple(bridges))
 
 
 _Thing = tuple[str, MattePart]
@@ -138,20 +159,22 @@ class MarkTracks:
         made_of = (id(cache), runs, marks, self._things.measured_count)
         if cache is not None and made_of != self._made_of:
             ready = [run for run in runs if run.state == "ready"]
-            moving = [mark for mark in marks if isinstance(mark, PointMark | MatteMark)]
+            moving = [mark for mark in marks if isinstance(mark, _Moving)]
             self._tracks = tuple(self._track(cache, ready, mark) for mark in moving)
             self._made_of = made_of
         return self._tracks
 
     def _track(self, cache: FrameCache, ready: list[Run], mark: _Moving) -> MarkTrack:
-        lines = []
-        for run in ready:
-            frames = range(run.first, run.last + 1)
-            places = [(f, self._dioptres(cache.get(f), mark)) for f in frames]
-            lines.append(tuple((f, place) for f, place in places if place is not None))
-        return MarkTrack(mark.name, tuple(line for line in lines if line))
+        if isinstance(mark, TrackMark):
+            far_m = ((it.frame, it.distance_m) for it in mark.places)
+            return mark_track(mark.name, [[(frame, it and 1.0 / it) for frame, it in far_m]])
+        runs = [
+            [(f, self._dioptres(cache.get(f), mark)) for f in range(run.first, run.last + 1)]
+            for run in ready
+        ]
+        return mark_track(mark.name, runs)
 
-    def _dioptres(self, plate: object, mark: _Moving) -> float | None:
+    def _dioptres(self, plate: object, mark: PointMark | MatteMark) -> float | None:
         if not isinstance(plate, Plate):
             return None
         if isinstance(mark, MatteMark):

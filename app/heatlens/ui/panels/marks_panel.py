@@ -6,13 +6,23 @@ from functools import partial
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, ObjectMark, PointMark
+from heatlens.model.marks import (
+    DistanceMark,
+    Mark,
+    MatteMark,
+    MattePart,
+    ObjectMark,
+    PointMark,
+    TrackMark,
+    TrackPlace,
+)
 from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
 from heatlens.session.desks import TimeDesk
 from heatlens.session.facts import Facts
 from heatlens.session.loop.messages import reported
+from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import probe, theme, topmost, widgets
 from heatlens.ui.state import UiState
@@ -24,6 +34,8 @@ _HERE = "here"
 _RADIUS_EM = 0.33  # radius of the ring around a point
 _PULL_MOST = 100_000  # frames
 _FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
+_TRACK_TIP = "Keeps the mark on the surface that is at its point now, at all frames."
+_CORRECT_TIP = "Ctrl+Shift+click then tells where the surface is at this frame."
 _PART_TIP = "The part of the object that is measured: its middle, or its nearest part."
 
 
@@ -75,6 +87,8 @@ def _meaning(mark: Mark) -> str:
         return f"The middle of {mark.object_name}, at this frame"
     if isinstance(mark, MatteMark):
         return f"The {mark.part} depth of the visible part of {mark.matte}, at this frame"
+    if isinstance(mark, TrackMark):
+        return "The surface that is tracked, at this frame"
     is_point = isinstance(mark, PointMark)
     return "The surface at its point, at this frame" if is_point else "At every frame"
 
@@ -88,6 +102,10 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
         with widgets.disabled(commands.is_reading):
             if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):
                 commands.follow(mark)
+    if isinstance(mark, PointMark | TrackMark) and desk.timeline.is_sequence:
+        imgui.same_line(0.0, 4.0)
+        with widgets.disabled(commands.is_reading):
+            _track_button(commands, mark)
     if isinstance(mark, MatteMark):
         imgui.same_line(0.0, 4.0)
         if widgets.button(f"{mark.part}##{mark.name}", f"part {mark.name}", _PART_TIP):
@@ -96,6 +114,14 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
     imgui.same_line(0.0, 4.0)
     if widgets.button(f"x##{mark.name}", f"delete {mark.name}"):
         commands.delete(mark)
+
+
+def _track_button(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
+    if isinstance(mark, TrackMark):
+        if widgets.button(f"correct##{mark.name}", f"correct {mark.name}", _CORRECT_TIP):
+            commands.correct(mark)
+    elif widgets.button(f"track##{mark.name}", f"track {mark.name}", _TRACK_TIP):
+        commands.track(mark, mark)
 
 
 def _close_focus(desk: TimeDesk, unit: str) -> None:
@@ -173,9 +199,10 @@ def draw_point_marks(facts: Facts, view: PictureView) -> None:
     """Draw the point marks as rings with names on the picture, in the current window."""
     draw = imgui.get_window_draw_list()
     for mark in facts.shot.marks:
-        if not isinstance(mark, PointMark):
+        place = mark.place_at(facts.frame) if isinstance(mark, TrackMark) else mark
+        if not isinstance(place, PointMark | TrackPlace):
             continue
-        middle = mark.x_px + 0.5, mark.y_px + 0.5
+        middle = place.x_px + 0.5, place.y_px + 0.5
         at_px = facts.picture_point(middle)
         x, y = view.geometry.window_at_picture(at_px)
         probe.note_at(f"point {mark.name}", (x, y, x, y))
@@ -184,5 +211,7 @@ def draw_point_marks(facts: Facts, view: PictureView) -> None:
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.shadow, 0, 0.2 * em)
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.mark, 0, 0.1 * em)
         at = ImVec2(x + radius + 0.2 * em, y - em / 2)
-        draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.OVER_PICTURE.shadow, printable(mark.name))
-        draw.add_text(at, theme.OVER_PICTURE.mark, printable(mark.name))
+        is_hidden = isinstance(place, TrackPlace) and place.distance_m is None
+        name = printable(mark.name) + " (hidden)" * is_hidden
+        draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.OVER_PICTURE.shadow, name)
+        draw.add_text(at, theme.OVER_PICTURE.mark, name)

@@ -218,6 +218,8 @@ def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
         for earlier in track.lines[:-1]:
             draw.add_polyline(_points(scale, heights, earlier), theme.colors.mark, 0.1 * em, 0)
         lines += [(track.name, line) for line in track.lines[-1:]]
+        for bridge in track.bridges:
+            _draw_dashes(_points(scale, heights, bridge), 0.5 * em)
     for mark in desk.editing.shot.marks:
         if isinstance(mark, DistanceMark):
             place = 1.0 / mark.distance_m
@@ -228,6 +230,15 @@ def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
         if heights.low <= line[-1][1] <= heights.high:
             names.draw(name, x, heights.y_at(line[-1][1]), theme.colors.mark)
     draw.pop_clip_rect()
+
+
+def _draw_dashes(ends: list[Any], dash: float) -> None:
+    """Draw a broken line, as for a thing that is hidden."""
+    start, end = ends
+    draw, count = imgui.get_window_draw_list(), max(int(math.dist(start, end) / dash), 1)
+    for at in range(0, count, 2):
+        a, b = (start + (end - start) * (it / count) for it in (at, min(at + 1, count)))
+        draw.add_line(a, b, theme.colors.mark, 0.2 * dash)
 
 
 @dataclass
