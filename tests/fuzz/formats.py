@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import charset_normalizer
+import footage_formats
 import numpy as np
 import OpenEXR
 import osc_packets
@@ -24,6 +25,7 @@ from heatlens.camera.csv_camera import read_csv_camera
 from heatlens.camera.rows import read_json_camera
 from heatlens.camera.usd_read import usd_camera
 from heatlens.color.color_config import load_color_config
+from heatlens.documents import edit_read
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.files.usd_library import usd_module
 from heatlens.live.stream.chosen_image import chosen_image
@@ -277,7 +279,7 @@ def without_slow_guesses() -> None:
 
 def without_own_processes() -> None:
     """Have libraries that the program runs apart damaged in this process, which is the fuzzer's."""
-    compressed.is_bounded = picture_open.is_bounded = lambda: True
+    compressed.is_bounded = picture_open.is_bounded = edit_read.is_bounded = lambda: True
 
 
 FORMATS = {
@@ -292,6 +294,9 @@ FORMATS = {
             ("heic", ".heic", photo_formats.heic, None),
         )
     },
+    "movie": Format(footage_formats.movies, footage_formats.shown_and_heard),
+    "edit": Format(footage_formats.edits, footage_formats.frames_of_edit),
+    "capture": Format(footage_formats.captures, footage_formats.lens_of_capture),
     "depth-inside": Format(photo_formats.with_depth_inside, _plate),
     "gltf": Format(_gltf, lambda path: _meshes(read_scene(path))),
     "gltf-packed": Format(

@@ -5,8 +5,8 @@
 
 A mutant is well answered when its reader refuses it with one sentence, or gives nothing but finite
 numbers, within ten seconds of a processor and two gigabytes. Everything else is counted, and kept
-where asked. USD is read by the program in a process of its own with bounds on time and memory, so
-a USD mutant that ends such a process, or goes beyond its bounds, is well answered too.
+where asked. USD and edits are read by the program in a process of its own with bounds on time and
+memory, so a mutant of these that ends such a process, or goes beyond its bounds, is well answered.
 
 A worker imports all readers once and forks the processes that read, so that a new one costs
 milliseconds when a mutant has ended the one before. All limits are of time that processors worked:
@@ -39,6 +39,7 @@ _ADDRESSES_MOST = 12_000_000_000  # bytes: ends a reader before it takes the mac
 _ADDRESSES_OF_USD = 3_000_000_000  # as the program allows
 Counts = collections.Counter[str]  # how many mutants came to each end
 GOOD = ("fine", "told")
+_APART = ("usd", "edit")  # formats that the program reads in a process of its own
 GOOD_APART = (*GOOD, "crash", "hang", "slow", "memory")
 _HERE = Path(__file__).resolve()
 _IN_MEMORY = Path("/dev/shm")  # mutants are written there where it exists: no disk is worn
@@ -87,7 +88,7 @@ class Fuzzer:
 
 def badly_answered(name: str, counts: Counts) -> dict[str, int]:
     """Return how many came to an end that no mutant of the format may come to."""
-    good = GOOD_APART if name.startswith("usd") else GOOD
+    good = GOOD_APART if name.startswith(_APART) else GOOD
     return {outcome: count for outcome, count in counts.items() if outcome not in good}
 
 

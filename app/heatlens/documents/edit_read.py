@@ -16,6 +16,8 @@ from heatlens.base.extras import import_extra
 from heatlens.base.paths import file_bytes, unreadable
 from heatlens.base.printable import one_line
 from heatlens.documents.edit_media import MediaFinder
+from heatlens.files.apart import called_apart
+from heatlens.files.limits import allow_for, is_bounded
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
 from heatlens.model.timecode import timecode_at
@@ -44,8 +46,26 @@ def otio() -> Any:
 
 
 def read_edit(path: Path, options: EditOptions) -> Reel:
-    """Return the reel of an edit. Raises InputError if it cannot be read, or shows no picture."""
+    """Return the reel of an edit. Raises InputError if it cannot be read, or shows no picture.
+
+    A damaged file can crash OpenTimelineIO, or keep it busy for ever.
+    """
+    if is_bounded():
+        return _bounded_reel((path, options))
+    return called_apart(_bounded_reel, (path, options), str(path))
+
+
+def _bounded_reel(asked: tuple[Path, EditOptions]) -> Reel:
+    path, options = asked
+    allow_for(path)
     timeline = read_timeline(path, options.rate)
+    try:
+        return _reel_of(path, timeline, options)
+    except (ArithmeticError, ValueError, TypeError) as error:
+        raise InputError(f"{path} holds something impossible: {one_line(error)}.") from error
+
+
+def _reel_of(path: Path, timeline: Any, options: EditOptions) -> Reel:
     track = otio().algorithms.flatten_stack(timeline.video_tracks())
     items = list(track)
     finder = MediaFinder(path, options.folders)
@@ -70,7 +90,8 @@ def read_timeline(path: Path, rate: float | None = None) -> Any:
     read, timeline = _read(path, rate), otio().schema.Timeline
     if isinstance(read, timeline):
         return read
-    found = next((one for one in read or () if isinstance(one, timeline)), None)
+    several = read if isinstance(read, otio().schema.SerializableCollection) else ()
+    found = next((one for one in several if isinstance(one, timeline)), None)
     if found is None:
         raise InputError(f"{path} holds no timeline.")
     return found

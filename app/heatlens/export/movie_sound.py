@@ -1,6 +1,7 @@
 """Take the sound of a movie along with its frames, in stereo at 48 kHz."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from fractions import Fraction
 from itertools import chain, pairwise
 from pathlib import Path
@@ -35,7 +36,7 @@ def heard(plan: ExportPlan, frames_per_second: float) -> tuple[tuple[Spot | None
     rate = exact_rate(frames_per_second)
     if movie.rate is None or abs(movie.rate / rate - 1) > 1e-4:
         return silent, f"The sound of {found[0]} is left out, because its frame rate is another."
-    if not _is_readable(*found):
+    if not has_whole_sound(found[0]):
         return silent, f"The sound of {found[0]} is left out, because it is damaged."
     if any(b is None or a is None or b != (a[0], a[1] + 1) for a, b in pairwise(spots)):
         return silent, f"The sound of {found[0]} is left out, because frames are left out too."
@@ -46,17 +47,13 @@ def _spot(files: Sequence[Any]) -> Spot | None:
     return in_movie(files[0].path) if files else None
 
 
-def _is_readable(path: Path, _frame: int) -> bool:
+def has_whole_sound(path: Path) -> bool:
     """Decode all of the sound, so that no export fails when most frames are made."""
-    reader = None
     try:
-        reader = _Reader(path)
-        return all(len(piece) >= 0 for piece in reader.pieces)
+        with closing(_Reader(path)) as reader:
+            return sum(map(len, reader.pieces)) > 0
     except (av().error.FFmpegError, ValueError):
         return False
-    finally:
-        if reader is not None:
-            reader.close()
 
 
 class MovieSound:
