@@ -15,7 +15,16 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
-from heatlens.model.marks import DistanceMark, MatteMark, MattePart, PointMark
+from heatlens.model.marks import (
+    Click,
+    DistanceMark,
+    MatteMark,
+    MattePart,
+    PointMark,
+    TrackMark,
+    TrackPlace,
+    WorldMark,
+)
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import LensCurves, Shot
@@ -61,9 +70,12 @@ LENSES = st.builds(
     widest_f_stop=st.none() | st.floats(0.5, 64),
 )
 MARK_NAMES = st.text(string.ascii_letters + "äß日", min_size=1, max_size=4)
+PLACES = st.just((TrackPlace(1, 2.5, 3, 4.25, 0.5), TrackPlace(2, 3.5, 3)))
 THINGS = st.builds(MatteMark, MARK_NAMES, st.just("cryptomatte:é"), st.sampled_from(MattePart))
 MARKS = (
     THINGS
+    | st.builds(WorldMark, MARK_NAMES, *[st.floats(-1e6, 1e6)] * 3)
+    | st.builds(TrackMark, MARK_NAMES, st.just((Click(1, 2.5, 3), Click(9, 4, 5))), PLACES)
     | st.builds(DistanceMark, MARK_NAMES, FOCUS_DISTANCES)
     | st.builds(
         PointMark, MARK_NAMES, st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.integers(1, 99)

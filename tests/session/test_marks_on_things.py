@@ -1,9 +1,10 @@
 """Marks on things of plates: picked by a click, measured on a thread, followed over frames."""
 
+import numpy as np
 import pytest
 
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.marks import MatteMark, PointMark
+from heatlens.model.marks import MatteMark, PointMark, WorldMark
 from support.evening import begun, settled, until
 from support.mattes import matte_plate
 from support.walks import WALL_M, Walk
@@ -126,3 +127,28 @@ def test_a_click_corrects_a_tracked_surface(card):
     assert [click.frame for click in mark.clicks] == [1, 10]
     assert marks.distance_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
     assert len(session.editing.shot.marks) == 1
+
+
+def test_a_point_is_put_on_its_place_in_the_world(tmp_path):
+    """The camera goes back by half a metre a frame, and looks along the axis of the world."""
+    walk, axes = Walk(frames=4), np.diag([1.0, 1.0, -1.0, 1.0])
+    for frame in range(1, walk.frames + 1):
+        matrix = np.eye(4)
+        matrix[2, 3] = -0.5 * frame
+        told = {"worldToCamera": np.ascontiguousarray((axes @ matrix).T, np.float32)}
+        walk.write(tmp_path / f"card.{frame:04d}.exr", frame, **told)
+    session = begun(tmp_path / "preferences", str(tmp_path / "card.####.exr"))
+    settled(session)
+    marks = session.time.marks
+    assert marks.has_world
+    marks.place(marked(session, (20, 20)))
+    (mark,) = session.editing.shot.marks
+    assert isinstance(mark, WorldMark)
+    session.time.timeline.go(4)
+    settled(session)
+    until(session, lambda: marks.distance_m(mark) == pytest.approx(WALL_M + 1.5), "the last frame")
+    marks.follow(mark)
+    until(session, lambda: not marks.is_reading, "all frames")
+    assert "follows A" in session.messages.text
+    assert session.editing.shot.lens_at(1).focus_distance_m == pytest.approx(WALL_M, rel=0.1)
+    session.close()

@@ -65,7 +65,9 @@ class Walk:
         color[..., :3] += grain
         return plate_of(color.astype(np.float32), depth.astype(np.float32))
 
-    def write(self, path, frame):
+    def write(self, path, frame, **header):
         plate = self.plate(frame)
         channels = dict(zip("RGB", np.moveaxis(plate.color, -1, 0), strict=False))
-        return write_file(path, {**{n: c.copy() for n, c in channels.items()}, "Z": plate.depth_m})
+        return write_file(
+            path, {**{n: c.copy() for n, c in channels.items()}, "Z": plate.depth_m}, **header
+        )

@@ -28,7 +28,15 @@ from heatlens.model.interpolation import Ease, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.model.look import Look
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, PointMark, TrackMark
+from heatlens.model.marks import (
+    DistanceMark,
+    Mark,
+    MatteMark,
+    ObjectMark,
+    PointMark,
+    TrackMark,
+    WorldMark,
+)
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
@@ -202,6 +210,7 @@ _MARKS: dict[str, type[Mark]] = {
     "object_name": ObjectMark,
     "matte": MatteMark,
     "clicks": TrackMark,
+    "z_m": WorldMark,
 }
 
 

@@ -174,7 +174,23 @@ class TrackMark:
         return TrackMark(self.name, tuple(clicks))
 
 
-Mark = DistanceMark | PointMark | ObjectMark | MatteMark | TrackMark
+@dataclass(frozen=True, slots=True)
+class WorldMark:
+    """A point that stands in the world of plates whose headers tell their camera, in metres."""
+
+    name: str
+    x_m: float
+    y_m: float
+    z_m: float
+
+    def __post_init__(self) -> None:
+        _check_name(self.name)
+        for axis, at in (("x", self.x_m), ("y", self.y_m), ("z", self.z_m)):
+            if not abs(at) < 1e9:
+                raise InputError(f"Mark {self.name}: {axis} cannot be {at:g} m.")
+
+
+Mark = DistanceMark | PointMark | ObjectMark | MatteMark | TrackMark | WorldMark
 
 
 def next_mark_name(marks: Iterable[Mark]) -> str:

@@ -2,8 +2,20 @@
 
 from collections.abc import Iterable
 
+import numpy as np
+
+from heatlens.base.errors import InputError
 from heatlens.model.following import Distances
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, TrackMark
+from heatlens.model.lens import Lens
+from heatlens.model.marks import (
+    DistanceMark,
+    Mark,
+    MatteMark,
+    ObjectMark,
+    PointMark,
+    TrackMark,
+    WorldMark,
+)
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.mattes.matte_distance import thing_m
 from heatlens.plate.mattes.mattes import UnknownThingError
@@ -22,6 +34,8 @@ def mark_on_plate_m(plate: Plate, mark: Mark) -> float | None:
         return None
     if isinstance(mark, MatteMark):
         return thing_m(plate, mark.matte, mark.part)
+    if isinstance(mark, WorldMark):
+        return _world_m(plate, mark)
     return depth_at_m(plate, int(mark.x_px), int(mark.y_px))
 
 
@@ -42,3 +56,40 @@ def mark_over_plates_m(plates: Iterable[tuple[int, Plate]], mark: Mark) -> Dista
     if unknown and len(unknown) == len(found):
         raise unknown[0]
     return found
+
+
+def _world_m(plate: Plate, mark: WorldMark) -> float | None:
+    """Return how far a point in the world lies in front of the camera; None behind it."""
+    if plate.world_to_camera is None:
+        raise _no_camera(plate, mark)
+    row = plate.world_to_camera[2]
+    depth_m = -float(row[:3] @ (mark.x_m, mark.y_m, mark.z_m) + row[3])
+    return depth_m if depth_m > 0 else None
+
+
+def world_mark(plate: Plate, mark: PointMark, lens: Lens) -> WorldMark:
+    """Return a mark on the place in the world that is at a point of the picture now.
+
+    `lens` counts where the header has none. Raises InputError outside the picture, on the sky, and
+    for a plate that does not tell where its camera stands.
+    """
+    depth_m = depth_at_m(plate, int(mark.x_px), int(mark.y_px))
+    if plate.world_to_camera is None:
+        raise _no_camera(plate, mark)
+    if not np.isfinite(depth_m):
+        raise InputError(f"Mark {mark.name} is on the sky, which has no place in the world.")
+    camera, box = plate.camera, plate.display_window
+    focal_mm = camera.focal_length_mm or lens.focal_length_mm
+    pitch = (camera.sensor_width_mm or lens.sensor_width_mm) / box.width / focal_mm
+    right = (mark.x_px + 0.5 - box.width / 2) * pitch
+    down = (mark.y_px + 0.5 - box.height / 2) * pitch / plate.pixel_aspect_ratio
+    ahead = np.array([right * depth_m, -down * depth_m, -depth_m, 1.0])
+    x, y, z, _ = np.linalg.inv(plate.world_to_camera) @ ahead
+    return WorldMark(mark.name, float(x), float(y), float(z))
+
+
+def _no_camera(plate: Plate, mark: Mark) -> InputError:
+    return InputError(
+        f"{plate.path} does not tell where its camera stands: mark {mark.name} needs the entry "
+        "worldToCamera in its header."
+    )

@@ -157,6 +157,7 @@ class Plate:
     missing_count: int = 0  # pixels whose depth a renderer has not sent yet
     # The same with more pixels on every side, from other frames: what blurs in across the border.
     beyond: "Plate | None" = None
+    world_to_camera: NDArray[np.float64] | None = None  # 4x4 in metres, where the header tells it
 
     @property
     def color(self) -> FloatImage:

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -32,6 +33,7 @@ from heatlens.plate.grain import despike_note
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.header.channel_choice import ColorChoice, NoDepthError, choose_color
 from heatlens.plate.header.channels import Header, Part, compression_name, list_channels, pixels_of
+from heatlens.plate.header.placement import rigid_at
 from heatlens.plate.header.views import views_of
 from heatlens.plate.parts.carried import carried
 from heatlens.plate.plate import FloatImage, Plate, read_pixels
@@ -46,6 +48,7 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     """
     path, options = Path(path), options or PlateOptions()
     plate, behind = _file_read(path, options)
+    plate = replace(plate, world_to_camera=rigid_at(plate.attributes, options.scene_unit_m))
     for number, other in enumerate(behind_paths(path, options)):
         own = file_options(options, number)
         own = deep_options(own) if is_deep_file(other) else own

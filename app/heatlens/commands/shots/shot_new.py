@@ -54,6 +54,7 @@ from heatlens.model.marks import (
     ObjectMark,
     PointMark,
     TrackMark,
+    WorldMark,
 )
 from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
 from heatlens.model.other_names import or_meant
@@ -87,7 +88,7 @@ _KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
 _MARK = re.compile(r"([^@=]+)(=|@)(.+)")
 _CLICK = re.compile(r"(-?\d{1,6}(?:\.\d+)?),(-?\d{1,6}(?:\.\d+)?)@(-?\d{1,9})")
 
-_OBJECT, _NEAREST, _TRACK = "object:", "nearest:", "track:"
+_OBJECT, _NEAREST, _TRACK, _WORLD = "object:", "nearest:", "track:", "world:"
 Keys = dict[LensParameter, list[Key]]
 
 
@@ -157,7 +158,8 @@ def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
         help="focus mark at a distance, at a pixel of the picture as NAME@X,Y, or on a thing as "
         "NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, its nearest part as "
         "NAME=nearest:cryptomatte:THING, on a surface that is tracked from a pixel of a frame as "
-        "NAME=track:X,Y@FRAME (more pixels correct it, X,Y@FRAME/X,Y@FRAME), or on an object of "
+        "NAME=track:X,Y@FRAME (more pixels correct it, X,Y@FRAME/X,Y@FRAME), at a point of the "
+        "world of plates that tell their camera as NAME=world:X,Y,Z in metres, or on an object of "
         "a scene as NAME=object:OBJECT; may be repeated",
     )
 
@@ -343,15 +345,26 @@ def mark_of(text: str) -> Mark:
         return MatteMark(name, place.removeprefix(_NEAREST), MattePart.NEAREST)
     if sign == "=" and place.startswith(_TRACK):
         return TrackMark(name, _clicks(place.removeprefix(_TRACK)))
+    if sign == "=" and place.startswith(_WORLD):
+        x, y, z = _point(text, place.removeprefix(_WORLD), 3)
+        return WorldMark(name, x, y, z)
     if sign == "=" and ":" in place:
         return MatteMark(name, place)
     if sign == "=":
         return DistanceMark(name, parse_distance_m(place))
-    try:
-        x, y = (float(part) for part in place.split(","))
-    except ValueError:
-        raise InputError(f"--mark takes a pixel as NAME@X,Y, got {text!r}.") from None
+    x, y = _point(text, place, 2)
     return PointMark(name, x, y)
+
+
+def _point(text: str, place: str, count: int) -> tuple[float, ...]:
+    try:
+        found = tuple(float(part) for part in place.split(","))
+    except ValueError:
+        found = ()
+    if len(found) != count:
+        how = "a pixel as NAME@X,Y" if count == 2 else "a point in metres as NAME=world:X,Y,Z"
+        raise InputError(f"--mark takes {how}, got {text!r}.")
+    return found
 
 
 def _clicks(text: str) -> tuple[Click, ...]:

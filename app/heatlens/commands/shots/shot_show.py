@@ -13,7 +13,7 @@ from heatlens.files.json_record import plain
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, TrackMark
+from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, TrackMark, WorldMark
 from heatlens.model.measured_distance import as_measured_m, measured_text
 from heatlens.model.pull import frames_too_close
 from heatlens.model.settings import DefocusSettings, Method
@@ -155,6 +155,8 @@ def _mark_row(mark: Mark, lens: Lens, unit: str) -> Row:
     if isinstance(mark, TrackMark):
         clicks = " and ".join(f"{it.x_px:g},{it.y_px:g} at {it.frame}" for it in mark.clicks)
         return mark.name, f"surface at pixel {clicks}"
+    if isinstance(mark, WorldMark):
+        return mark.name, f"world {mark.x_m:g},{mark.y_m:g},{mark.z_m:g} m"
     mean = f", mean of {mark.smooth_frames} frames" if mark.smooth_frames > 1 else ""
     return mark.name, f"pixel {mark.x_px:g},{mark.y_px:g}{mean}"
 

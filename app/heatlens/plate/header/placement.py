@@ -27,6 +27,15 @@ def placement_at(headers: Sequence[Header]) -> Array | None:
     return None
 
 
+def rigid_at(attributes: Header, scene_unit_m: float) -> Array | None:
+    """Return world to camera in metres as a header tells it; None where it does not, or cannot."""
+    told = placement_at([attributes])
+    if told is None:
+        return None
+    matrix, _ = from_exr(told, scene_unit_m)
+    return matrix if is_rigid(matrix) else None
+
+
 def is_rigid(matrix: Array) -> bool:
     """Return whether a (4, 4) matrix keeps lengths, angles and right-handedness."""
     return bool(are_rigid(matrix[None])[0])

@@ -15,6 +15,7 @@ ByteImage = NDArray[np.uint8]
 _LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
 _LEVELS, _MIDDLE = 255.0, 127.5
 _BESIDE_PX = 11  # width of the neighbourhood in which something nearer misleads the flow
+_FARTHEST = np.float32(1e-9)  # dioptres of the sky, of which logarithms are taken
 _DEPTH_OCTAVES = 6.0  # ratios of depth that eight bits span
 
 
@@ -77,7 +78,7 @@ def crop_of(plate: Plate, box: Box, tones: Tones) -> Crop | None:
         return None
     area = Box(seen.x0 - dx, seen.y0 - dy, seen.x1 - dx, seen.y1 - dy)
     depth_m = np.maximum(plate.pixels.depth_in(area), np.float32(1e-6))
-    dioptres: FloatImage = np.reciprocal(depth_m, dtype=np.float32)
+    dioptres = np.maximum(np.reciprocal(depth_m, dtype=np.float32), _FARTHEST)
     image = _image(plate.pixels.color_in(area)[..., :3], dioptres, tones)
     return Crop(seen.x0, seen.y0, image, dioptres)
 

@@ -20,12 +20,18 @@ from heatlens.model.marks import (
 )
 from heatlens.model.pull import EASE_PERCENT, PullShape, held_focus, reversed_focus, shaped_pull
 from heatlens.plate.focus_pick import depth_at_m
-from heatlens.plate.mark_distance import mark_over_plates_m
+from heatlens.plate.mark_distance import mark_over_plates_m, world_mark
 from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate
 from heatlens.session.loop.messages import reported
 from heatlens.session.loop.worker import Worker
-from heatlens.session.marks.mark_measuring import on_thing, plates_at, reading_options, smoothed
+from heatlens.session.marks.mark_measuring import (
+    Measured,
+    on_thing,
+    plates_at,
+    reading_options,
+    smoothed,
+)
 from heatlens.session.marks.surface_tracking import SurfaceTracking
 from heatlens.session.scenes.point_following import Following
 from heatlens.session.scenes.scene_commands import SceneCommands
@@ -33,7 +39,7 @@ from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.focus_track import ThingDistances, mark_m
 from heatlens.session.time.timeline import Timeline
 
-_Measured = tuple[PointMark | MatteMark, Distances]
+_Measured = tuple[Measured, Distances]
 PULL_FRAMES = 18  # first length of a pull: three quarters of a second at 24 fps
 
 
@@ -109,6 +115,19 @@ class MarkCommands(Commands, Worker):
             mark.corrected(click) if isinstance(mark, TrackMark) else TrackMark(mark.name, (click,))
         )
         self.tracking.start(mark, new, cache, frames)
+
+    @property
+    def has_world(self) -> bool:
+        """True where the header of the loaded plate tells its camera."""
+        plate = self._source.plate
+        return plate is not None and plate.world_to_camera is not None
+
+    def place(self, mark: PointMark) -> None:
+        """Put the mark on the place in the world that is at its point now."""
+        plate = self._source.plate
+        with reported(self._say):
+            if plate is not None:
+                self.change(mark, world_mark(plate, mark, self._editing.lens))
 
     def correct(self, mark: TrackMark) -> None:
         """Let the next click that would set a mark tell where the surface is at its frame."""
@@ -238,7 +257,7 @@ class MarkCommands(Commands, Worker):
         frame = self._editing.frame
         self._do(lambda shot: held_focus(shot, frame))
 
-    def follow(self, mark: PointMark | ObjectMark | MatteMark | TrackMark) -> None:
+    def follow(self, mark: Measured | ObjectMark | TrackMark) -> None:
         """Keep the focus on a mark from in to out; read or draw frames that are not in memory."""
         frames = self._timeline.played
         if isinstance(mark, ObjectMark):
@@ -256,7 +275,7 @@ class MarkCommands(Commands, Worker):
         else:
             self._say("Only points in a sequence or a scene can be followed.")
 
-    def _read(self, cache: FrameCache, mark: PointMark | MatteMark, frames: FrameRange) -> None:
+    def _read(self, cache: FrameCache, mark: Measured, frames: FrameRange) -> None:
         reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if reads:
             self._say(f"Reading {reads} frames to follow {mark.name} ...")

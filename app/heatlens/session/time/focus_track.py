@@ -10,7 +10,15 @@ from heatlens.base.errors import HeatlensError
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, MattePart, PointMark, TrackMark
+from heatlens.model.marks import (
+    DistanceMark,
+    Mark,
+    MatteMark,
+    MattePart,
+    PointMark,
+    TrackMark,
+    WorldMark,
+)
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
@@ -19,7 +27,7 @@ from heatlens.plate.plate import Plate
 from heatlens.session.loop.worker import Worker
 from heatlens.session.time.frame_states import Run
 
-_Moving = PointMark | MatteMark | TrackMark
+_Moving = PointMark | MatteMark | TrackMark | WorldMark
 MarkLine = tuple[tuple[int, float], ...]  # (frame, 1/m)
 _WARNED_MOST = 2000  # frames that are checked for a focus that is too close
 
@@ -146,9 +154,7 @@ class MarkTracks:
 
     def __init__(self, things: ThingDistances) -> None:
         self._things = things
-        self._measured: WeakKeyDictionary[Plate, dict[tuple[float, float], float]] = (
-            WeakKeyDictionary()
-        )
+        self._measured: WeakKeyDictionary[Plate, dict[Mark, float]] = WeakKeyDictionary()
         self._made_of: object = None
         self._tracks: tuple[MarkTrack, ...] = ()
 
@@ -174,19 +180,19 @@ class MarkTracks:
         ]
         return mark_track(mark.name, runs)
 
-    def _dioptres(self, plate: object, mark: PointMark | MatteMark) -> float | None:
+    def _dioptres(self, plate: object, mark: PointMark | MatteMark | WorldMark) -> float | None:
         if not isinstance(plate, Plate):
             return None
         if isinstance(mark, MatteMark):
             distance_m = self._things.distance_m(plate, mark)
             return None if distance_m is None else 1.0 / distance_m
-        known, at = self._measured.setdefault(plate, {}), (mark.x_px, mark.y_px)
-        if at not in known:
+        known = self._measured.setdefault(plate, {})
+        if mark not in known:
             distance_m = mark_m(plate, mark)
             if distance_m is None:
                 return None
-            known[at] = 1.0 / distance_m
-        return known[at]
+            known[mark] = 1.0 / distance_m
+        return known[mark]
 
 
 def mark_m(plate: Plate | None, mark: Mark) -> float | None:

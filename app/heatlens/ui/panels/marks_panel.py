@@ -15,6 +15,7 @@ from heatlens.model.marks import (
     PointMark,
     TrackMark,
     TrackPlace,
+    WorldMark,
 )
 from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.pull import PullShape
@@ -35,6 +36,7 @@ _RADIUS_EM = 0.33  # radius of the ring around a point
 _PULL_MOST = 100_000  # frames
 _FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
 _TRACK_TIP = "Keeps the mark on the surface that is at its point now, at all frames."
+_PLACE_TIP = "Keeps the mark at the place in the world that is at its point now."
 _CORRECT_TIP = "Ctrl+Shift+click then tells where the surface is at this frame."
 _PART_TIP = "The part of the object that is measured: its middle, or its nearest part."
 
@@ -89,6 +91,8 @@ def _meaning(mark: Mark) -> str:
         return f"The {mark.part} depth of the visible part of {mark.matte}, at this frame"
     if isinstance(mark, TrackMark):
         return "The surface that is tracked, at this frame"
+    if isinstance(mark, WorldMark):
+        return "A place in the world of the plates, at this frame"
     is_point = isinstance(mark, PointMark)
     return "The surface at its point, at this frame" if is_point else "At every frame"
 
@@ -102,10 +106,14 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
         with widgets.disabled(commands.is_reading):
             if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):
                 commands.follow(mark)
-    if isinstance(mark, PointMark | TrackMark) and desk.timeline.is_sequence:
+    if isinstance(mark, PointMark | TrackMark) and desk.timeline.cache is not None:
         imgui.same_line(0.0, 4.0)
         with widgets.disabled(commands.is_reading):
             _track_button(commands, mark)
+        if isinstance(mark, PointMark) and commands.has_world:
+            imgui.same_line(0.0, 4.0)
+            if widgets.button(f"place##{mark.name}", f"place {mark.name}", _PLACE_TIP):
+                commands.place(mark)
     if isinstance(mark, MatteMark):
         imgui.same_line(0.0, 4.0)
         if widgets.button(f"{mark.part}##{mark.name}", f"part {mark.name}", _PART_TIP):
