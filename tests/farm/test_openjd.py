@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.farm.job import FRAMES, FarmJob, Measured, Needs, Place, parts_of
+from heatlens.farm.job import FRAMES, FarmJob, Measured, Needs, Place, Step, parts_of
 from heatlens.farm.openjd import _yaml, job_template
 from heatlens.sequence.names import parse_frames
 from support.cube_config import cube_config
@@ -171,7 +171,8 @@ def job_of(parts: int, joins: bool = False, name: str = "n") -> FarmJob:
     place = Place("Out", Path("/x/out"), "DIRECTORY", "OUT")
     texts = tuple(map(str, range(1, parts + 1)))
     words = (("export",), ("--output=", place, "/n.exr"), ("--part=", FRAMES))
-    return FarmJob(name, (place,), words, texts, joins, Needs(2, 2, 1), ())
+    last = Step("Join", words[:-1]) if joins else None
+    return FarmJob(name, (place,), (Step("Export", words, texts),), last, Needs(2, 2, 1), ())
 
 
 def test_more_tasks_than_a_step_has_are_several_steps():

@@ -8,7 +8,7 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
-from heatlens.farm.job import FRAMES, FarmJob, Needs, Place
+from heatlens.farm.job import FRAMES, FarmJob, Needs, Place, Step
 from heatlens.farm.slurm import slurm_script
 from support.exports import MANY, exported, files_in, shot_of, write_plates, write_shot_file
 from support.slurm import Slurm, wait_for, why_not
@@ -120,7 +120,8 @@ def test_a_node_that_dies_comes_back_to_the_work(capsys, tmp_path, slurm, turn):
 @REAL
 def test_a_job_that_no_node_can_run_takes_its_frames_back(capsys, shot_file, tmp_path, slurm):
     """The frames of the first array were taken already when the second is refused."""
-    job = FarmJob("n", (), (("kits", FRAMES),), ("1",) * 1001, False, Needs(1, 1), ())
+    steps = (Step("Export", (("kits", FRAMES),), ("1",) * 1001),)
+    job = FarmJob("n", (), steps, None, Needs(1, 1), ())
     script = slurm_script(job).replace("--array=0-0", "--array=0-0 --mem=900G")
     run = slurm.submitted(script, tmp_path)
     assert run.returncode == 2 and "Nothing is left" in run.stderr
@@ -155,7 +156,8 @@ def test_ten_thousand_frames_are_ten_arrays_in_a_short_text():
     place = Place("Out", Path("/x/out"), "DIRECTORY", "OUT")
     words = (("export",), ("--output=", place, "/n.exr"), ("--part=", FRAMES))
     parts = tuple(map(str, range(1001, 11_001)))
-    script = slurm_script(FarmJob("n", (place,), words, parts, True, Needs(2, 2, 1), ()))
+    steps, last = (Step("Export", words, parts),), Step("Join", words[:-1])
+    script = slurm_script(FarmJob("n", (place,), steps, last, Needs(2, 2, 1), ()))
     assert len(script) < 1_000_000
     assert re.findall(r"--array=(\S+)", script) == ["0-999"] * 10
     told = [text for line in re.findall(r"^set -- (.*)$", script, re.M) for text in line.split()]

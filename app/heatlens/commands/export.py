@@ -20,7 +20,7 @@ from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, 
 from heatlens.commands.output.say import say
 from heatlens.commands.reels.reel_export import export_reel
 from heatlens.commands.reels.reel_options import add_reel_options, refuse_reel_options
-from heatlens.commands.submit import submit, task_words
+from heatlens.commands.submit import SentShot, submit, task_words
 from heatlens.commands.worker import made_part
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
@@ -116,11 +116,15 @@ def _export(args: argparse.Namespace) -> None:
     if args.send is not None and args.submit is not None:
         raise InputError("--send is for frames that are rendered here; --submit renders none.")
     if is_reel(args.shot):
-        export_reel(args, _export_shot)
+        export_reel(args, _export_shot, lambda shots: submit(args, [SentShot(*it) for it in shots]))
         return
     refuse_reel_options(args)
     job = job_of(args)
-    _export_shot(args, planned(job, part_of(args, job)), job.options.shot_name or _name_of(args))
+    plan = planned(job, part_of(args, job))
+    if args.submit is not None:
+        submit(args, [SentShot(args, plan)])
+        return
+    _export_shot(args, plan, job.options.shot_name or _name_of(args))
 
 
 def _name_of(args: argparse.Namespace) -> str:
@@ -129,12 +133,9 @@ def _name_of(args: argparse.Namespace) -> str:
 
 
 def _export_shot(args: argparse.Namespace, plan: ExportPlan, name: str) -> None:
-    """Make the frames, or print the job that makes them."""
-    if args.submit is None and is_shot_file(args.shot):
+    """Make the frames."""
+    if is_shot_file(args.shot):
         _say_of_shot(plan)
-    if args.submit is not None:
-        submit(args, plan)
-        return
     if plan.makes_movie:
         say(*filter(None, heard(plan, plan.job.shot.frames_per_second)[1:]))
     if not plan.job.output.is_exr:

@@ -2,8 +2,8 @@
 
 import argparse
 import os
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
@@ -11,9 +11,11 @@ from heatlens.commands.export_options import add_export_options
 from heatlens.commands.options.given_options import given
 from heatlens.commands.output.say import say, tell
 from heatlens.documents.lens_kits import kit_shelf
+from heatlens.documents.reel_file import REEL_SUFFIX, is_reel
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.export.finished import check_replaced
 from heatlens.export.movie import check_display
+from heatlens.export.output import parse_output
 from heatlens.export.plan import ExportPlan
 from heatlens.farm.inputs import config_files, files_beside, folder_of_source, images_of, plain_path
 from heatlens.farm.job import (
@@ -21,6 +23,7 @@ from heatlens.farm.job import (
     FarmJob,
     Needs,
     Place,
+    Step,
     Word,
     located,
     parts_of,
@@ -30,6 +33,7 @@ from heatlens.farm.measure import measured
 from heatlens.farm.openjd import job_template, relative_to, write_bundle
 from heatlens.farm.slurm import slurm_script
 from heatlens.model.opening_image import OpeningImage
+from heatlens.model.reel import SHOT_FIELD
 from heatlens.sequence.names import frames_text
 
 # Options that are set for each task, or are useless there.
@@ -46,16 +50,28 @@ _HOW: dict[str, Callable[[], str]] = {
     "openjd": lambda: f"Keep the template in {Path.cwd()}",
     "slurm": lambda: "Run the script with sh where Slurm takes jobs.",
 }
+_NAME_MOST = 40  # of a shot, in the name of a step, which may have 64 characters
 _CPUS = 2  # a task of a small plate fits a small node
 _FILES = ("--depth", "--behind", "--aperture-image")  # options that name files
 
 
-def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
-    """Print the job, or write its bundle, and say how to use it."""
-    check_replaced(plan)
-    _check(args, plan)
-    job = _measured_job(args, plan)
-    count = f"{len(plan.job.frames)} frames in {len(job.parts)} tasks"
+@dataclass(frozen=True)
+class SentShot:
+    """A shot of a job; `args` are the options of its own export, `name` is "" without a reel."""
+
+    args: argparse.Namespace
+    plan: ExportPlan
+    name: str = ""
+
+
+def submit(args: argparse.Namespace, shots: Sequence[SentShot]) -> None:
+    """Print the job that exports all shots, or write its bundle, and say how to use it."""
+    for shot in shots:
+        check_replaced(shot.plan)
+    _check(args, shots)
+    job = _measured_job(args, shots)
+    frames = sum(len(shot.plan.job.frames) for shot in shots)
+    count = f"{frames} frames in {job.count - (job.last is not None)} tasks"
     if args.bundle is not None:
         write_bundle(job, args.bundle)
         say(f"{count}. Submit them with: deadline bundle submit {args.bundle}")
@@ -69,10 +85,11 @@ def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
             say(f"the template cannot hold this path; give it on submission: {told}")
 
 
-def _check(args: argparse.Namespace, plan: ExportPlan) -> None:
+def _check(args: argparse.Namespace, shots: Iterable[SentShot]) -> None:
     if args.bundle is not None and args.submit != "openjd":
         raise InputError("--bundle is for --submit openjd.")
-    check_elsewhere(args, plan)
+    for shot in shots:
+        check_elsewhere(args, shot.plan)
 
 
 def check_elsewhere(args: argparse.Namespace, plan: ExportPlan) -> None:
@@ -91,82 +108,146 @@ def check_elsewhere(args: argparse.Namespace, plan: ExportPlan) -> None:
         )
 
 
-def _measured_job(args: argparse.Namespace, plan: ExportPlan) -> FarmJob:
-    """Return the job. The first frames are rendered to find a --chunk or --memory not given."""
-    job, cost = farm_job(args, plan), None
+def _measured_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJob:
+    """Return the job. Frames of the first shot are rendered to find a --chunk or --memory."""
+    job, first, cost = farm_job(args, shots), shots[0].plan.job, None
     if args.chunk is None or args.memory is None:
         say("rendering two frames to measure what a task needs; --chunk with --memory skips this")
-        cost = measured(job, plan.job.output.form.text, plan.job.frames)
+        cost = measured(job, first.output.form.text, first.frames)
         say(f"a frame takes {cost.frame_s:.2g} s here, and a task {cost.memory_bytes / 1e9:.1f} GB")
     memory = cost.memory_gib if cost is not None and args.memory is None else args.memory
-    parts = parts_of(plan.job.frames, args.chunk, cost)
-    return replace(job, parts=parts, needs=replace(job.needs, memory_gib=memory))
+    steps = tuple(
+        replace(step, parts=parts_of(shot.plan.job.frames, args.chunk, cost))
+        for step, shot in zip(job.steps, shots, strict=True)
+    )
+    return replace(job, steps=steps, needs=replace(job.needs, memory_gib=memory))
 
 
-def farm_job(args: argparse.Namespace, plan: ExportPlan) -> FarmJob:
-    """Return the job of an export as a single part, without the memory that it needs."""
-    config = None if plan.job.output.is_exr else args.ocio or os.environ.get("OCIO") or None
+def farm_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJob:
+    """Return the job, with the frames of a shot as one part, without the memory that it needs."""
+    output = plain_path(args.output.partition(SHOT_FIELD)[0] + "_").parent
+    config = None
+    if not shots[0].plan.job.output.is_exr:
+        config = args.ocio or os.environ.get("OCIO") or None
     tables = config_files(config)
-    beside = files_beside(plan)
-    shot = (plain_path(args.shot),) if is_shot_file(args.shot) else ()
+    beside = [path for shot in shots for path in files_beside(shot.plan)]
+    files = _files_of_shots(args, shots)
     places = (
-        *(Place("Shot", path, "FILE", "IN") for path in shot),
-        *_folders(plan, beside),
-        Place("Out", plain_path(plan.job.output.folder), "DIRECTORY", "OUT"),
+        *(Place("Shot", path, "FILE", "IN") for path in files[:1] if len(shots) == 1),
+        *_folders(shots, (*beside, *(() if len(shots) == 1 else files))),
+        Place("Out", output, "DIRECTORY", "OUT"),
         *(Place("Config", path, "FILE", "IN") for path in tables[:1]),
     )
     return FarmJob(
-        name=plan.job.output.form.text,
+        name=(Path(args.shot) if is_reel(args.shot) else shots[0].plan.job.output.pattern).name,
         places=places,
-        words=tuple(_words(args, plan, places, config)),
-        parts=(frames_text(plan.job.frames),),
-        joins=plan.job.output.is_movie or args.after_export is not None,
+        steps=tuple(_step(number, shot, places, config) for number, shot in enumerate(shots, 1)),
+        last=_last(args, shots, places, config),
         needs=Needs(processors=args.cpus or _CPUS, gpus=args.gpus or 0),
-        inputs=(*shot, *beside, *tables),
-        last=() if args.after_export is None else ((f"--after-export={args.after_export}",),),
+        inputs=tuple(dict.fromkeys((*files, *beside, *tables))),
     )
 
 
 def task_words(args: argparse.Namespace, plan: ExportPlan) -> tuple[Word, ...]:
     """Return the command line with which another process makes frames of this export."""
     check_elsewhere(args, plan)
-    return farm_job(args, plan).words[:-1]
+    return farm_job(args, [SentShot(args, plan)]).steps[0].words[:-1]
 
 
-def _folders(plan: ExportPlan, files: Iterable[Path]) -> Iterator[Place]:
-    """Yield the folder of the plates, then those of other files, each with all that lies below."""
-    plates = folder_of_source(plan)
-    tops = topmost((*(() if plates is None else (plates,)), *(path.parent for path in files)))
-    others = 1
+def _files_of_shots(args: argparse.Namespace, shots: Iterable[SentShot]) -> tuple[Path, ...]:
+    """Return the shot files, and the reel or edit that names them."""
+    named = (args.shot, *(shot.args.shot for shot in shots))
+    files = (plain_path(name) for name in named if is_shot_file(name) or is_reel(name))
+    return tuple(dict.fromkeys(files))
+
+
+def _folders(shots: Sequence[SentShot], files: Iterable[Path]) -> Iterator[Place]:
+    """Yield the folder of the plates, then those of other files, each with all that lies below.
+
+    The files of several shots keep their places to each other, in one folder if possible.
+    """
+    found = (folder_of_source(shot.plan) for shot in shots)
+    plates = [folder for folder in dict.fromkeys(found) if folder is not None]
+    tops = topmost((*plates, *(path.parent for path in files)))
+    if len(shots) > 1:
+        common = Path(os.path.commonpath(tops)) if tops else Path()
+        tops = tops if common == common.parent else (common,)
+    counts = {"Plates": 0, "Files": 0}
     for folder in tops:
-        is_first = plates is not None and (folder == plates or folder in plates.parents)
-        others += not is_first
-        name = "Plates" if is_first else "Files" if others == 2 else f"Files{others - 1}"
+        kind = "Plates" if any(folder in (it, *it.parents) for it in plates) else "Files"
+        counts[kind] += 1
+        name = kind if counts[kind] == 1 else f"{kind}{counts[kind]}"
         yield Place(name, folder, "DIRECTORY", "IN")
 
 
-def _words(
-    args: argparse.Namespace, plan: ExportPlan, places: tuple[Place, ...], config: str | None
+def _step(number: int, shot: SentShot, places: tuple[Place, ...], config: str | None) -> Step:
+    """Return the frames of a shot as one task."""
+    name = f"Export {number:03} {shot.name[:_NAME_MOST]}" if shot.name else "Export"
+    words = (*_words(shot, places, config), ("--part=", FRAMES))
+    return Step(name, words, (frames_text(shot.plan.job.frames),))
+
+
+def _last(
+    args: argparse.Namespace,
+    shots: Sequence[SentShot],
+    places: tuple[Place, ...],
+    config: str | None,
+) -> Step | None:
+    """Return the task that waits for all frames: the same export, which finds them finished."""
+    if not (parse_output(args.output).is_movie or args.after_export or args.edit_out):
+        return None
+    if shots[0].name:
+        words = _words_of_reel(args, places, config)
+    else:
+        words = _words(shots[0], places, config)
+    after = ((f"--after-export={args.after_export}",),) if args.after_export else ()
+    return Step("Join", (*words, *after))
+
+
+def _words_of_reel(
+    args: argparse.Namespace, places: tuple[Place, ...], config: str | None
 ) -> Iterator[Word]:
-    """Yield the words of a task."""
-    source, output = plan.source.files, plain_path(plan.job.output.pattern)
-    # A source without files is the built-in scene, which exists on every machine.
-    name, shot = str(plan.job.shot.source), is_shot_file(args.shot)
-    lead = "--plate=" if shot else ""
+    """Yield the words of the export of a whole reel."""
     yield ("export",)
-    if shot:
+    yield located(places, "", plain_path(args.shot))
+    yield located(places, "--output=", plain_path(args.output))
+    yield from _given_words(args, places)
+    for folder in args.media:
+        yield located(places, "--media=", plain_path(folder))
+    for place in () if args.shot.endswith(REEL_SUFFIX) else places:  # an edit may be moved
+        if place.kind == "DIRECTORY" and place.flow == "IN":
+            yield ("--media=", place)
+    if args.edit_out is not None:
+        yield located(places, "--edit-out=", plain_path(args.edit_out))
+    told = {"--edit-fps": args.edit_fps, "--handles": args.handles}
+    yield from ((f"{option}={value:g}",) for option, value in told.items() if value)
+    yield from _config_words(places, config)
+
+
+def _words(shot: SentShot, places: tuple[Place, ...], config: str | None) -> Iterator[Word]:
+    """Yield the words of the export of a shot."""
+    args, job = shot.args, shot.plan.job
+    source, output = shot.plan.source.files, plain_path(job.output.pattern)
+    # A source without files is the built-in scene, which exists on every machine.
+    name, has_file = str(job.shot.source), is_shot_file(args.shot)
+    lead = "--plate=" if has_file else ""
+    yield ("export",)
+    if has_file:
         yield located(places, "", plain_path(args.shot))
     yield (lead + name,) if source is None else located(places, lead, plain_path(source))
     yield located(places, "--output=", output)
-    if shot and (plan.job.shot.plate_options.files_beside or images_of(plan.job.shot)):
+    if has_file and (job.shot.plate_options.files_beside or images_of(job.shot)):
         yield from _moved(plain_path(args.shot).parent, places)
     yield from _given_words(args, places)
+    yield from _config_words(places, config)
+    yield (f"--frames={frames_text(job.frames)}",)
+
+
+def _config_words(places: tuple[Place, ...], config: str | None) -> Iterator[Word]:
     if config is not None and Path(config).is_file():
         yield located(places, "--ocio=", plain_path(config))
     elif config is not None:
         yield (f"--ocio={config}",)
-    yield (f"--frames={frames_text(plan.job.frames)}",)
-    yield ("--part=", FRAMES)
 
 
 def _moved(folder: Path, places: Iterable[Place]) -> Iterator[Word]:

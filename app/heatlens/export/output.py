@@ -63,12 +63,16 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
     return output
 
 
-def check_names(output: Output, frames: tuple[int, ...]) -> None:
-    """Raise InputError if several frames have the same name, or their folder cannot be made."""
+def check_names(output: Output, frames: tuple[int, ...], has_folder: bool = True) -> None:
+    """Raise InputError if several frames have the same name, or their folder cannot be made.
+
+    Without `has_folder`, any folder will be made.
+    """
     if len(frames) > 1 and not (output.is_movie or output.form.padding):
         name = Path(output.form.text)
         raise InputError(
             f"{output.pattern} is a single name for {len(frames)} frames. Write it as "
             f"{name.stem}.####{name.suffix}."
         )
-    check_folder(output.pattern)
+    if has_folder:
+        check_folder(output.pattern)

@@ -107,8 +107,8 @@ def planned(job: ExportJob, part: Sequence[int] | None = None) -> ExportPlan:
     """
     source, frames = source_of(job.shot), job.frames if part is None else part
     source.check(job.shot, tuple(frames), job.options.missing)
-    check_names(job.output, job.frames)
     is_part = part is not None
+    check_names(job.output, job.frames, has_folder=not is_part)
     made = tuple(_planned(job, source, frame, is_part) for frame in frames)
     plan = ExportPlan(job, source, made, is_part)
     _check_sources_stay(plan)

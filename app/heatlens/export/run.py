@@ -88,7 +88,7 @@ def export_frames(
     if is_joined(plan):
         yield from (FrameDone(frame.frame, frame.path, True) for frame in plan.frames)
         return
-    make_folder(plan.job.output.folder)
+    make_folder(plan.job.output.folder, plan.is_part)  # the task of a farm may be the first
     make_folder(plan.folder)
     check_writable(plan.frames[0].path)
     remove_leftovers(plan.folder)

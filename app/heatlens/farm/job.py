@@ -6,7 +6,7 @@ own names where paths differ between machines, and quote texts by its own rules.
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Literal
@@ -51,29 +51,52 @@ class Needs:
 
 
 @dataclass(frozen=True)
-class FarmJob:
-    """An export in tasks.
+class Step:
+    """Tasks that have one command line.
 
-    words   the words of each task after `heatlens`; FRAMES stands for its part of the frames
-    parts   the frames of each task
-    joins   a last task waits for the others: it makes a movie of their frames, or runs a command
+    words  those after `heatlens`; FRAMES stands for the frames of a task
+    parts  the frames of each task; () for a single task that names none
+    """
+
+    name: str
+    words: tuple[Word, ...]
+    parts: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """The number of tasks."""
+        return len(self.parts) or 1
+
+
+@dataclass(frozen=True)
+class FarmJob:
+    """An export of one or several shots in tasks.
+
+    steps   the frames of each shot, in any order
+    last    a task that waits for them: it makes movies of the frames, or runs a command
     inputs  every file that is read
-    last    more words of the last task
     """
 
     name: str
     places: tuple[Place, ...]
-    words: tuple[Word, ...]
-    parts: tuple[str, ...]
-    joins: bool
+    steps: tuple[Step, ...]
+    last: Step | None
     needs: Needs
     inputs: tuple[Path, ...]
-    last: tuple[Word, ...] = ()
 
     @property
-    def join_words(self) -> tuple[Word, ...]:
-        """Return the words of the last task, which names all frames."""
-        return (*(word for word in self.words if FRAMES not in word), *self.last)
+    def count(self) -> int:
+        """The number of tasks."""
+        return sum(step.count for step in (*self.steps, *([self.last] if self.last else [])))
+
+    def steps_of(self, most: int) -> tuple[Step, ...]:
+        """Return the steps, cut into several where they have over `most` tasks."""
+        return tuple(
+            replace(step, name=step.name if at == 0 else f"{step.name} {at // most + 1}", parts=it)
+            for step in self.steps
+            for at in range(0, step.count, most)
+            for it in [step.parts[at : at + most]]
+        )
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ def measured(job: FarmJob, name: str, frames: Sequence[int]) -> Measured:
     `name` is that of the output files. Raises InputError with the reason if that fails.
     """
     with temporary_folder() as folder:
-        words = (*typed(job.words, frames_text(frames[:2])), f"--output={folder / name}")
+        words = (*typed(job.steps[0].words, frames_text(frames[:2])), f"--output={folder / name}")
         line = [sys.executable, "-P", "-m", "heatlens", *words, "--progress=json"]
         begin = time.monotonic()
         with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.farm.job import FarmJob, Needs, Place, Word, word_text
+from heatlens.farm.job import FarmJob, Needs, Place, Step, Word, word_text
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.output_check import make_folder
 
@@ -29,8 +29,8 @@ def job_template(job: FarmJob, folder: Path | None) -> str:
     steps = _steps(job)
     if len(steps) > _STEPS_MOST:
         raise InputError(
-            f"{len(job.parts)} tasks are too many; a job has at most {_STEPS_MOST} steps of "
-            f"{_TASKS_MOST}. Give a larger --chunk."
+            f"{job.count} tasks of {len(job.steps)} shots are too many; a job has at most "
+            f"{_STEPS_MOST} steps of {_TASKS_MOST}. Give a larger --chunk, or fewer shots."
         )
     definitions = [_definition(place, folder) for place in job.places]
     return _document(
@@ -65,18 +65,17 @@ def write_bundle(job: FarmJob, folder: Path) -> None:
 
 
 def _steps(job: FarmJob) -> list[dict[str, object]]:
-    """Return steps with at most as many tasks as a step may have, then the one that joins them."""
-    starts = range(0, len(job.parts), _TASKS_MOST)
-    groups = [job.parts[start : start + _TASKS_MOST] for start in starts]
-    names = ["Export", *(f"Export {number}" for number in range(2, len(groups) + 1))]
-    steps = [
-        {"name": name, "parameterSpace": _parameters(group), **_script(job.words, job.needs)}
-        for name, group in zip(names, groups, strict=True)
-    ]
-    if job.joins:
-        waits = {"dependencies": [{"dependsOn": name} for name in names]}
-        steps.append({"name": "Join", **waits, **_script(job.join_words, job.needs)})
-    return steps
+    """Return steps with at most as many tasks as a step may have, then the one that waits."""
+    made = [_step(step, job.needs) for step in job.steps_of(_TASKS_MOST)]
+    if job.last is not None:
+        waits = {"dependencies": [{"dependsOn": step["name"]} for step in made]}
+        made.append({**_step(job.last, job.needs), **waits})
+    return made
+
+
+def _step(step: Step, needs: Needs) -> dict[str, object]:
+    space = {"parameterSpace": _parameters(step.parts)} if step.parts else {}
+    return {"name": _printable(step.name), **space, **_script(step.words, needs)}
 
 
 def _parameters(parts: Sequence[str]) -> dict[str, object]:

@@ -6,7 +6,7 @@ https://slurm.schedmd.com/sbatch.html
 from collections.abc import Sequence
 from shlex import quote
 
-from heatlens.farm.job import FarmJob, Needs, Word, word_text
+from heatlens.farm.job import FarmJob, Needs, Step, Word, word_text
 
 _ARRAY_MOST = 1000  # tasks of an array: MaxArraySize is 1001 unless a site changes it
 
@@ -36,15 +36,18 @@ def slurm_script(job: FarmJob) -> str:
     """Return the script. It begins with a variable for each place, which all tasks receive."""
     head = _HEAD.format(
         name=quote(job.name).replace("\n", " "),
-        tasks=len(job.parts) + job.joins,
+        tasks=job.count,
         options=" ".join(map(quote, _options(job.name, job.needs))),
     )
     places = [f"export heatlens_{place.name}={quote(str(place.path))}\n" for place in job.places]
-    starts = range(0, len(job.parts), _ARRAY_MOST)
-    arrays = [job.parts[start : start + _ARRAY_MOST] for start in starts]
-    tasks = [_submitted(_array(job.words, it), f"--array=0-{len(it) - 1}") for it in arrays]
-    joins = [_submitted(_command(job.join_words), '--dependency="afterok$(printf :%s $jobs)"')]
-    return "".join([head, *places, *tasks, *(joins if job.joins else ()), "echo $jobs\n"])
+    tasks = [
+        _submitted(_array(step), f"--array=0-{step.count - 1}")
+        for step in job.steps_of(_ARRAY_MOST)
+    ]
+    if job.last is not None:
+        waits = '--dependency="afterok$(printf :%s $jobs)"'
+        tasks.append(_submitted(_command(job.last.words), waits))
+    return "".join([head, *places, *tasks, "echo $jobs\n"])
 
 
 def _options(name: str, needs: Needs) -> list[str]:
@@ -64,8 +67,8 @@ def _submitted(script: str, option: str) -> str:
     return f"submit {option} <<'{end}'\n#!/bin/sh\n{script}{end}\n"
 
 
-def _array(words: Sequence[Word], parts: Sequence[str]) -> str:
-    return _TASKS.format(parts=" ".join(parts)) + _command(words)
+def _array(step: Step) -> str:
+    return _TASKS.format(parts=" ".join(step.parts)) + _command(step.words)
 
 
 def _command(words: Sequence[Word]) -> str:

@@ -24,15 +24,17 @@ def check_folder(path: Path) -> None:
         )
 
 
-def make_folder(folder: Path) -> None:
-    """Create the folder if it is missing, inside an existing one. Raises InputError.
+def make_folder(folder: Path, parents: bool = False) -> None:
+    """Create the folder if it is missing, inside an existing one, or with its `parents`.
+
+    Raises InputError.
 
     If the command is stopped, the folder is removed again unless it holds something.
     """
     try:
         if not folder.is_dir():
             folder_made(folder)
-        folder.mkdir(exist_ok=True)
+        folder.mkdir(exist_ok=True, parents=parents)
     except OSError as error:
         raise InputError(
             f"The folder {folder} cannot be made: {error.strerror or error}."

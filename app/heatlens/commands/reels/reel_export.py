@@ -1,7 +1,7 @@
 """`heatlens export` of a reel or an edit: each of its shots, or one movie of the cut."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -18,19 +18,23 @@ from heatlens.export.job import ExportJob
 from heatlens.export.movie_sound import heard
 from heatlens.export.output import parse_output
 from heatlens.export.plan import ExportPlan, planned
-from heatlens.files.output_check import make_folder
+from heatlens.files.output_check import check_folder, make_folder
 from heatlens.model.frames import FrameRange
 from heatlens.model.reel import SHOT_FIELD, Reel, ReelShot
 from heatlens.render import headless_renderer
 
-_HERE_ALONE = ("submit", "cluster", "processes", "send", "after_export", "edit_out", "handles")
+_HERE_ALONE = ("cluster", "processes", "send", "after_export", "edit_out", "handles")
+
+
+ShotToExport = tuple[argparse.Namespace, ExportPlan, str]
 
 
 def export_reel(
     args: argparse.Namespace,
     export_one: Callable[[argparse.Namespace, ExportPlan, str], None],
+    submit: Callable[[Iterable[ShotToExport]], None],
 ) -> None:
-    """Export the reel `args.shot`; `export_one` exports a shot of it.
+    """Export the reel `args.shot`; `export_one` exports a shot of it, `submit` writes a job of all.
 
     Every shot is planned before the first frame is made, so that what is missing is told at once.
     """
@@ -39,11 +43,14 @@ def export_reel(
     for shot in reel.shots:
         say(*(f"{shot.name}: {note}." for note in shot.notes))
     if SHOT_FIELD not in args.output:
-        _export_cut(args, reel)
+        _export_cut(args, reel, submit)
         return
     if args.edit_out is not None:
         check_edit_out(args.edit_out)
     jobs = [(shot, own, job_of(own)) for shot, own in shots_of(args, reel, args.output)]
+    if args.submit is not None:
+        submit((own, planned(job, job.frames), shot.name) for shot, own, job in jobs)
+        return
     make_folder(Path(args.output.partition(SHOT_FIELD)[0] + SHOT_FIELD).parent)
     plans = [(shot, own, planned(job)) for shot, own, job in jobs]
     for shot, own, plan in plans:
@@ -53,14 +60,21 @@ def export_reel(
         tell(str(args.edit_out))
 
 
-def _export_cut(args: argparse.Namespace, reel: Reel) -> None:
+def _export_cut(
+    args: argparse.Namespace, reel: Reel, submit: Callable[[Iterable[ShotToExport]], None]
+) -> None:
     """Export all shots as one movie."""
     refuse_given(args, _HERE_ALONE, "This is not possible with one movie of a cut")
     output = parse_output(args.output)
-    parts = []
+    check_folder(output.pattern)
+    parts, shots = [], []
     for number, (shot, own) in enumerate(shots_of(args, reel, args.output), start=1):
         job = replace(job_of(own), output=kept_movie(output, number, shot.name))
         parts.append(planned(job, job.frames))
+        shots.append((own, parts[-1], shot.name))
+    if args.submit is not None:
+        submit(shots)
+        return
     cut, count = Cut(reel, output, tuple(parts)), sum(len(plan.frames) for plan in parts)
     say(*filter(None, (heard(plan, reel.frames_per_second)[1] for plan in parts)))
     names = {id(plan): shot.name for plan, shot in zip(cut.parts, reel.shots, strict=True)}

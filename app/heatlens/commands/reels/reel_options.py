@@ -74,7 +74,6 @@ def refuse_reel_options(args: argparse.Namespace) -> None:
 def checked_for_export(args: argparse.Namespace, reel: Reel) -> None:
     """Raise InputError for options that are about one shot, and for missing media."""
     refuse_given(args, _ONE_SHOT, "The cut says which frames of its shots are exported")
-    refuse_given(args, ("submit",), "A job is written for one shot at a time")
     if reel.missing:
         named = "; ".join(f"{shot.name}: {shot.notes[0]}" for shot in reel.missing)
         raise InputError(f"{args.shot}: {named}. Give their folder with --media.")
