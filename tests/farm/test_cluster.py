@@ -1,5 +1,6 @@
 """`export --cluster` and `heatlens worker`: a Dask scheduler and workers on loopback."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -9,11 +10,12 @@ import pytest
 from distributed.comm import CommClosedError
 
 from heatlens.base.errors import InputError
+from heatlens.commands.main import main
 from heatlens.commands.worker import made_part
 from heatlens.documents.shot_file import write_shot
 from heatlens.farm.cluster import ClusterMaker, PartTask, connected
 from heatlens.version import __version__
-from support.dask_cluster import dask_cluster, wait_for
+from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.exports import MANY, exported, files_in, shot_of, write_plates
 
 
@@ -210,3 +212,28 @@ def test_a_scheduler_that_dies_is_told_and_nothing_is_lost(capsys, many, tmp_pat
     lost.work()
     lost.exported(many, "-o", out / "n.####.exr")
     assert files_in(out) == files_in(tmp_path / "whole")
+
+
+def test_one_worker_command_runs_several_processes(capsys, many, tmp_path):
+    """One of them is killed and the other goes on; Ctrl-C ends all that it started."""
+    exported(capsys, many, tmp_path / "whole" / "n.####.exr")
+    with dask_cluster(tmp_path / "cluster", workers=0) as cluster:
+        cluster.work("two", more=("--processes", "2", "--device", "0,0"))
+        wait_for(lambda: cluster.said("two").count("works for") == 2)
+        out = tmp_path / "out"
+        export = cluster.export("export", many, "-o", out / "n.####.exr", "--chunk", 2)
+        wait_for(lambda: len(list(out.glob("n.*"))) > 2)
+        (inner,) = children_of(cluster.process("two"))
+        workers = children_of(inner)
+        assert len(workers) == 2
+        os.kill(workers[0], signal.SIGKILL)
+        assert export.wait(60) == 0, cluster.said("export")
+        assert files_in(out) == files_in(tmp_path / "whole")
+        cluster.kill("two", signal.SIGINT)
+        wait_for(lambda: not any(os.path.exists(f"/proc/{worker}") for worker in workers))
+
+
+@pytest.mark.parametrize("words", [("--processes", "0"), ("--device", "0,1"), ("--device", "-1")])
+def test_a_worker_that_cannot_be_started_so(capsys, words):
+    assert main(["worker", "tcp://127.0.0.1:1", *words]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -30,9 +30,11 @@ class DaskCluster:
         self._start("scheduler", line)
         wait_for(lambda: "Scheduler at" in self.said("scheduler"))
 
-    def work(self, name: str = "one", limit: str = "", **environment: str) -> None:
+    def work(
+        self, name: str = "one", limit: str = "", more: Sequence[str] = (), **environment: str
+    ) -> None:
         """Start a worker; `limit` is a command of the shell before, such as ulimit."""
-        line = [*HEATLENS, "worker", self.address]
+        line = [*HEATLENS, "worker", self.address, *more]
         line = ["bash", "-c", f'{limit}; exec "$@"', "bash", *line] if limit else line
         self._start(name, line, environment)
 
@@ -58,6 +60,10 @@ class DaskCluster:
 
     def said(self, name: str) -> str:
         return (self.folder / f"{name}.log").read_text()
+
+    def process(self, name: str) -> int:
+        """Return the number of a running process."""
+        return self._running[name].pid
 
     def ended(self, name: str) -> int:
         """Wait until a process has ended by itself; return its exit code."""

@@ -13,6 +13,7 @@ from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.commands.after_export import run_after
 from heatlens.commands.export_options import add_export_options, job_of, part_of
 from heatlens.commands.options.display_options import say_seen_through
+from heatlens.commands.options.farm_options import use_device
 from heatlens.commands.options.field_options import fill_fields
 from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.output.export_progress import failure_reported, progress_of
@@ -20,6 +21,7 @@ from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, 
 from heatlens.commands.output.say import say
 from heatlens.commands.reels.reel_export import export_reel
 from heatlens.commands.reels.reel_options import add_reel_options, refuse_reel_options
+from heatlens.commands.same_program import renderer_of
 from heatlens.commands.submit import SentShot, submit, task_words
 from heatlens.commands.worker import made_part
 from heatlens.documents.reel_file import is_reel
@@ -113,6 +115,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _export(args: argparse.Namespace) -> None:
     _check_together(args)
+    use_device(args)
     if args.send is not None and args.submit is not None:
         raise InputError("--send is for frames that are rendered here; --submit renders none.")
     if is_reel(args.shot):
@@ -156,16 +159,18 @@ def _export_shot(args: argparse.Namespace, plan: ExportPlan, name: str) -> None:
 def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[FrameDone]]:
     """Yield an iterator over the finished frames, made by this process or by others."""
     if args.cluster is None and args.processes is None:
-        with closing(export_frames(plan, headless_renderer)) as steps:
+        with closing(export_frames(plan, renderer_of(args, plan))) as steps:
             yield steps
         return
     words = tuple(typed(task_words(args, plan)))
     with ExitStack() as stack:
-        make: Make = ProcessMaker(words, args.processes or 1, say)
+        make: Make = ProcessMaker(words, args.processes or 1, say, args.device)
         if args.cluster is not None:
             task = PartTask(words, "", __version__, args.fetch, new_topic())
             client = stack.enter_context(connected(args.cluster))
-            make = ClusterMaker(client, made_part, task, args.chunk, say)
+            make = ClusterMaker(
+                client, made_part, task, args.chunk, say, plan.job.shot.plate_options.strict
+            )
         yield stack.enter_context(closing(made_elsewhere(plan, make, headless_renderer)))
 
 

@@ -11,6 +11,7 @@ from heatlens.commands.options.display_options import (
     display_look,
     shot_header,
 )
+from heatlens.commands.options.farm_options import add_farm_options
 from heatlens.commands.options.field_options import (
     add_blur_options,
     add_fields,
@@ -29,7 +30,6 @@ from heatlens.commands.options.scene_options import (
     add_framing_options,
     with_framing,
 )
-from heatlens.commands.options.value_types import whole
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.burn_in import checked_template
@@ -54,7 +54,7 @@ def add_export_options(parser: argparse.ArgumentParser) -> None:
     add_lens_options(parser)
     add_plate_options(parser)
     _add_scene_options(parser)
-    _add_farm_options(parser)
+    add_farm_options(parser)
 
 
 def _add_frame_options(parser: argparse.ArgumentParser) -> None:
@@ -77,80 +77,6 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
 def _add_scene_options(parser: argparse.ArgumentParser) -> None:
     add_framing_options(parser, has_rate=True)
     add_pinhole_options(parser)
-
-
-def _add_farm_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("render farm")
-    _add_job_options(group)
-    _add_worker_options(group)
-
-
-def _add_job_options(group: "argparse._ArgumentGroup") -> None:
-    """Add what describes a job for other machines."""
-    group.add_argument(
-        "--submit",
-        choices=("openjd", "slurm"),
-        help="print the export as a job instead of rendering: openjd, a template of Open Job "
-        "Description (YAML); slurm, a shell script that submits it to Slurm",
-    )
-    group.add_argument(
-        "--bundle",
-        type=Path,
-        metavar="FOLDER",
-        help="with openjd: write a job bundle that lists the parameter values and all files to "
-        "read, for AWS Deadline Cloud",
-    )
-    group.add_argument(
-        "--chunk",
-        type=whole,
-        metavar="N",
-        help="frames of each task (default: about a minute of work, measured by rendering two "
-        "frames here)",
-    )
-    group.add_argument(
-        "--memory",
-        type=whole,
-        metavar="GIB",
-        help="memory of each task (default: measured in the same way, rounded up)",
-    )
-    group.add_argument("--cpus", type=whole, metavar="N", help="processors of a task (default 2)")
-    group.add_argument("--gpus", type=whole, metavar="N", help="GPUs of each task (default 0)")
-
-
-def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
-    """Add who makes the frames now, and which of them."""
-    group.add_argument(
-        "--processes",
-        type=whole,
-        metavar="N",
-        help="render with N processes on this machine, which uses many processors better",
-    )
-    group.add_argument(
-        "--cluster",
-        metavar="tcp://HOST:8786",
-        help="render with the workers of this Dask scheduler; `heatlens worker` starts one",
-    )
-    group.add_argument(
-        "--fetch",
-        action="store_true",
-        help="with --cluster: send frames back over the network, if the workers cannot reach the "
-        "output folder (default: they write there)",
-    )
-    group.add_argument(
-        "--part",
-        metavar="RANGE",
-        help="render only these frames of the export, as the tasks of a farm do; frames of a movie "
-        "are kept in a folder beside it until an export without --part joins them",
-    )
-    group.add_argument(
-        "--moved",
-        nargs=2,
-        action="append",
-        default=[],
-        metavar=("OLD", "NEW"),
-        help="look in the folder NEW for files that the shot names in the folder OLD; may be given "
-        "several times",
-    )
 
 
 def _add_exr_options(parser: argparse.ArgumentParser) -> None:
@@ -254,12 +180,15 @@ def _shot_of_options(args: argparse.Namespace) -> Shot:
 
 def _shot_in_file(args: argparse.Namespace) -> Shot:
     own = given(args, add_lens_options, add_plate_options)
+    is_strict = own.pop("--strict", False) is True
     if own:
         raise InputError(
             f"{args.shot} defines the lens and the plate, so {', '.join(own)} cannot be given."
         )
     refuse_given(args, ("clip", "first_frame"), f"{args.shot} sets the timing of its scene")
-    return read_shot(args.shot, args.moved)
+    shot = read_shot(args.shot, args.moved)
+    options = shot.plate_options
+    return replace(shot, plate_options=replace(options, strict=is_strict or options.strict))
 
 
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:

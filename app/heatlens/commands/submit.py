@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.commands.export_options import add_export_options
-from heatlens.commands.options.given_options import given
+from heatlens.commands.job_words import JobWords
 from heatlens.commands.output.say import say, tell
+from heatlens.commands.same_program import program_here
 from heatlens.documents.lens_kits import kit_shelf
-from heatlens.documents.reel_file import REEL_SUFFIX, is_reel
+from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.export.finished import check_replaced
 from heatlens.export.movie import check_display
 from heatlens.export.output import parse_output
 from heatlens.export.plan import ExportPlan
-from heatlens.farm.inputs import config_files, files_beside, folder_of_source, images_of, plain_path
+from heatlens.farm.inputs import config_files, files_beside, folder_of_source, plain_path
 from heatlens.farm.job import (
     FRAMES,
     FarmJob,
@@ -25,23 +25,15 @@ from heatlens.farm.job import (
     Place,
     Step,
     Word,
-    located,
     parts_of,
     topmost,
 )
 from heatlens.farm.measure import measured
 from heatlens.farm.openjd import job_template, relative_to, write_bundle
 from heatlens.farm.slurm import slurm_script
-from heatlens.model.opening_image import OpeningImage
 from heatlens.model.reel import SHOT_FIELD
 from heatlens.sequence.names import frames_text
 
-# Options that are set for each task, or are useless there.
-_REPLACED = (
-    *("--frames", "--plate", "--ocio", "--progress", "--submit", "--bundle", "--moved"),
-    *("--chunk", "--memory", "--cpus", "--gpus", "--part", "--cluster", "--fetch"),
-    "--processes",
-)
 ENGINES: dict[str, Callable[[FarmJob], str]] = {
     "openjd": lambda job: job_template(job, Path.cwd()),
     "slurm": slurm_script,
@@ -52,7 +44,6 @@ _HOW: dict[str, Callable[[], str]] = {
 }
 _NAME_MOST = 40  # of a shot, in the name of a step, which may have 64 characters
 _CPUS = 2  # a task of a small plate fits a small node
-_FILES = ("--depth", "--behind", "--aperture-image")  # options that name files
 
 
 @dataclass(frozen=True)
@@ -125,6 +116,7 @@ def _measured_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJo
 
 def farm_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJob:
     """Return the job, with the frames of a shot as one part, without the memory that it needs."""
+    expected = None if args.submit is None else program_here()
     output = plain_path(args.output.partition(SHOT_FIELD)[0] + "_").parent
     config = None
     if not shots[0].plan.job.output.is_exr:
@@ -133,16 +125,17 @@ def farm_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJob:
     beside = [path for shot in shots for path in files_beside(shot.plan)]
     files = _files_of_shots(args, shots)
     places = (
-        *(Place("Shot", path, "FILE", "IN") for path in files[:1] if len(shots) == 1),
-        *_folders(shots, (*beside, *(() if len(shots) == 1 else files))),
+        *(Place("Shot", path, "FILE", "IN") for path in files[:1] if not shots[0].name),
+        *_folders(shots, (*beside, *(files if shots[0].name else ()))),
         Place("Out", output, "DIRECTORY", "OUT"),
         *(Place("Config", path, "FILE", "IN") for path in tables[:1]),
     )
+    words = JobWords(places, config, expected)
     return FarmJob(
         name=(Path(args.shot) if is_reel(args.shot) else shots[0].plan.job.output.pattern).name,
         places=places,
-        steps=tuple(_step(number, shot, places, config) for number, shot in enumerate(shots, 1)),
-        last=_last(args, shots, places, config),
+        steps=tuple(_step(number, shot, words) for number, shot in enumerate(shots, 1)),
+        last=_last(args, shots[0], words),
         needs=Needs(processors=args.cpus or _CPUS, gpus=args.gpus or 0),
         inputs=tuple(dict.fromkeys((*files, *beside, *tables))),
     )
@@ -169,7 +162,7 @@ def _folders(shots: Sequence[SentShot], files: Iterable[Path]) -> Iterator[Place
     found = (folder_of_source(shot.plan) for shot in shots)
     plates = [folder for folder in dict.fromkeys(found) if folder is not None]
     tops = topmost((*plates, *(path.parent for path in files)))
-    if len(shots) > 1:
+    if shots[0].name:
         common = Path(os.path.commonpath(tops)) if tops else Path()
         tops = tops if common == common.parent else (common,)
     counts = {"Plates": 0, "Files": 0}
@@ -180,95 +173,17 @@ def _folders(shots: Sequence[SentShot], files: Iterable[Path]) -> Iterator[Place
         yield Place(name, folder, "DIRECTORY", "IN")
 
 
-def _step(number: int, shot: SentShot, places: tuple[Place, ...], config: str | None) -> Step:
+def _step(number: int, shot: SentShot, words: JobWords) -> Step:
     """Return the frames of a shot as one task."""
     name = f"Export {number:03} {shot.name[:_NAME_MOST]}" if shot.name else "Export"
-    words = (*_words(shot, places, config), ("--part=", FRAMES))
-    return Step(name, words, (frames_text(shot.plan.job.frames),))
+    made = (*words.of_shot(shot.args, shot.plan), ("--part=", FRAMES))
+    return Step(name, made, (frames_text(shot.plan.job.frames),))
 
 
-def _last(
-    args: argparse.Namespace,
-    shots: Sequence[SentShot],
-    places: tuple[Place, ...],
-    config: str | None,
-) -> Step | None:
+def _last(args: argparse.Namespace, first: SentShot, words: JobWords) -> Step | None:
     """Return the task that waits for all frames: the same export, which finds them finished."""
     if not (parse_output(args.output).is_movie or args.after_export or args.edit_out):
         return None
-    if shots[0].name:
-        words = _words_of_reel(args, places, config)
-    else:
-        words = _words(shots[0], places, config)
+    made = words.of_reel(args) if first.name else words.of_shot(args, first.plan)
     after = ((f"--after-export={args.after_export}",),) if args.after_export else ()
-    return Step("Join", (*words, *after))
-
-
-def _words_of_reel(
-    args: argparse.Namespace, places: tuple[Place, ...], config: str | None
-) -> Iterator[Word]:
-    """Yield the words of the export of a whole reel."""
-    yield ("export",)
-    yield located(places, "", plain_path(args.shot))
-    yield located(places, "--output=", plain_path(args.output))
-    yield from _given_words(args, places)
-    for folder in args.media:
-        yield located(places, "--media=", plain_path(folder))
-    for place in () if args.shot.endswith(REEL_SUFFIX) else places:  # an edit may be moved
-        if place.kind == "DIRECTORY" and place.flow == "IN":
-            yield ("--media=", place)
-    if args.edit_out is not None:
-        yield located(places, "--edit-out=", plain_path(args.edit_out))
-    told = {"--edit-fps": args.edit_fps, "--handles": args.handles}
-    yield from ((f"{option}={value:g}",) for option, value in told.items() if value)
-    yield from _config_words(places, config)
-
-
-def _words(shot: SentShot, places: tuple[Place, ...], config: str | None) -> Iterator[Word]:
-    """Yield the words of the export of a shot."""
-    args, job = shot.args, shot.plan.job
-    source, output = shot.plan.source.files, plain_path(job.output.pattern)
-    # A source without files is the built-in scene, which exists on every machine.
-    name, has_file = str(job.shot.source), is_shot_file(args.shot)
-    lead = "--plate=" if has_file else ""
-    yield ("export",)
-    if has_file:
-        yield located(places, "", plain_path(args.shot))
-    yield (lead + name,) if source is None else located(places, lead, plain_path(source))
-    yield located(places, "--output=", output)
-    if has_file and (job.shot.plate_options.files_beside or images_of(job.shot)):
-        yield from _moved(plain_path(args.shot).parent, places)
-    yield from _given_words(args, places)
-    yield from _config_words(places, config)
-    yield (f"--frames={frames_text(job.frames)}",)
-
-
-def _config_words(places: tuple[Place, ...], config: str | None) -> Iterator[Word]:
-    if config is not None and Path(config).is_file():
-        yield located(places, "--ocio=", plain_path(config))
-    elif config is not None:
-        yield (f"--ocio={config}",)
-
-
-def _moved(folder: Path, places: Iterable[Place]) -> Iterator[Word]:
-    """Yield --moved for each folder that a shot in `folder` names, relative and absolute."""
-    for place in places:
-        if place.kind == "DIRECTORY" and place.flow == "IN":
-            for old in (os.path.relpath(place.path, folder), str(place.path)):
-                yield from (("--moved",), (old,), (place,))
-
-
-def _given_words(args: argparse.Namespace, places: Iterable[Place]) -> Iterator[Word]:
-    """Yield the given options as they would be typed."""
-    for option, values in given(args, add_export_options).items():
-        for value in values if isinstance(values, list) else [values]:  # one given several times
-            if option in _FILES:
-                name = value.path if isinstance(value, OpeningImage) else str(value)
-                yield located(places, f"{option}=", plain_path(name))
-            elif option not in _REPLACED:
-                yield (option,) if value is True else (f"{option}={_typed(value)}",)
-
-
-def _typed(value: object) -> str:
-    """Return a value of an option as it was typed: 320x180 for a size."""
-    return "x".join(map(str, value)) if isinstance(value, tuple) else str(value)
+    return Step("Join", (*made, *after))

@@ -3,7 +3,7 @@
 import argparse
 import asyncio
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import asdict, replace
 from functools import cache, lru_cache
 from pathlib import Path
@@ -12,12 +12,16 @@ from typing import Any
 from heatlens.base.errors import InputError
 from heatlens.base.stopping import temporary_folder
 from heatlens.commands.export_options import job_of
+from heatlens.commands.options.farm_options import add_device_option, use_device
+from heatlens.commands.options.value_types import whole
 from heatlens.commands.output.say import say
 from heatlens.export.job import ExportJob
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
 from heatlens.farm import cluster
+from heatlens.farm.children import started, stop
 from heatlens.farm.cluster import NO_ANSWER, PartDone, PartTask, check_address, library, no_answer
+from heatlens.farm.processes import device_words
 from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.sequence.names import parse_frames
 from heatlens.version import __version__
@@ -33,17 +37,41 @@ scheduler or a worker can run programs there: use a network that you trust, or D
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("address", metavar="tcp://HOST:8786", help="address of the Dask scheduler")
+    parser.add_argument(
+        "--processes", type=whole, default=1, metavar="N", help="work with N processes (default 1)"
+    )
+    add_device_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Work until the scheduler ends."""
     library()
     check_address(args.address)
+    if args.processes < 1:
+        raise InputError(f"--processes must be 1 or more, got {args.processes}.")
+    use_device(args)
+    if args.processes > 1:
+        return _several(args)
     try:
         asyncio.run(_work(args.address))
     except NO_ANSWER as error:
         raise no_answer(args.address) from error
     say("the scheduler has ended")
+    return 0
+
+
+def _several(args: argparse.Namespace) -> int:
+    """Work with several processes until the scheduler ends; if one dies, the others go on."""
+    with ExitStack() as undone:
+        processes = []
+        for number in range(args.processes):
+            words = ["worker", args.address, *device_words(args.device, number)]
+            processes.append(undone.enter_context(started(words, is_shown=True)))
+            undone.callback(stop, processes[-1])
+        codes = [process.wait() for process in processes]
+    if any(codes):
+        early = sum(code != 0 for code in codes)
+        raise InputError(f"{early} of the {len(codes)} processes ended early.")
     return 0
 
 
@@ -73,16 +101,21 @@ def _made(task: PartTask, tell: Any) -> list[PartDone]:
     found = []
     with _plan(task) as plan, closing(export_frames(plan, renderer)) as steps:
         for done in steps:
-            found.append(_part_done(done, task.fetch))
+            found.append(_part_done(done, task))
             if not task.fetch:
                 tell(asdict(found[-1]))
     return found
 
 
-def _part_done(done: FrameDone, fetch: bool) -> PartDone:
+def _part_done(done: FrameDone, task: PartTask) -> PartDone:
     remarks = tuple((remark.key, remark.sentence) for remark in done.remarks)
-    data = done.path.read_bytes() if fetch else None
-    return PartDone(done.frame, done.was_there, done.surfaces_lost, remarks, data)
+    data = done.path.read_bytes() if task.fetch else None
+    driver = None if done.was_there else (_driver(), library().get_worker().address)
+    return PartDone(done.frame, done.was_there, done.surfaces_lost, remarks, data, driver)
+
+
+def _driver() -> str:
+    return str(renderer().ctx.info["GL_RENDERER"])
 
 
 @contextmanager

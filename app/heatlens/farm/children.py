@@ -11,12 +11,13 @@ PATIENCE_S = 2.0  # time to stop before a process is killed
 _STOPS = (signal.SIGINT, signal.SIGTERM)
 
 
-def started(words: Sequence[str]) -> "subprocess.Popen[str]":
-    """Start the heatlens command with these words as a process."""
+def started(words: Sequence[str], is_shown: bool = False) -> "subprocess.Popen[str]":
+    """Start the heatlens command with these words as a process, which may print here."""
     # -P: do not run a file in the current folder that has the name of a Python module.
     line = [sys.executable, "-P", "-m", "heatlens", *words]
     with _signals_heard_by_children():
-        return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        pipe = None if is_shown else subprocess.PIPE
+        return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
 
 
 @contextmanager

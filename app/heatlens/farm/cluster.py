@@ -58,13 +58,18 @@ class PartTask:
 
 @dataclass(frozen=True)
 class PartDone:
-    """A frame that a worker has made, see `FrameDone`; `data` is its file if it is fetched."""
+    """A frame that a worker has made, see `FrameDone`.
+
+    data    its file if it is fetched
+    driver  OpenGL driver and address of the worker; None for a frame that was there
+    """
 
     frame: int
     was_there: bool
     surfaces_lost: str
     remarks: Sequence[Sequence[str]]
     data: bytes | None = None
+    driver: tuple[str, str] | None = None
 
 
 Work = Callable[[PartTask], list[PartDone]]
@@ -102,9 +107,20 @@ class ClusterMaker:
     """Makes frames on a cluster; `say` tells the user that it waits for workers."""
 
     def __init__(
-        self, client: Any, work: Work, task: PartTask, chunk: int | None, say: Callable[[str], None]
+        self,
+        client: Any,
+        work: Work,
+        task: PartTask,
+        chunk: int | None,
+        say: Callable[[str], None],
+        strict: bool = False,
     ) -> None:
-        """Create it; `task` describes all frames, which are sent in parts of `chunk` frames."""
+        """Create it; `task` describes all frames, which are sent in parts of `chunk` frames.
+
+        If `strict`, workers with different OpenGL drivers are an error.
+        """
+        self._drivers: dict[str, str] = {}  # the first worker of each driver
+        self._strict = strict
         self._client = client
         self._work = work
         self._task = task
@@ -130,8 +146,23 @@ class ClusterMaker:
                 pending.remove(news)
                 found = _result(news)
             for done in found:
+                self._compare(done)
                 if done.frame in waiting:
                     yield _stored(done, waiting.pop(done.frame))
+
+    def _compare(self, done: PartDone) -> None:
+        """Tell of a driver that no worker had before. Raises InputError if that is refused."""
+        driver, worker = done.driver or ("", "")
+        if not driver or driver in self._drivers:
+            return
+        self._drivers[driver] = worker
+        if len(self._drivers) == 1:
+            return
+        named = ", ".join(f"{name} ({where})" for name, where in self._drivers.items())
+        told = f"workers have different OpenGL drivers: {named}"
+        if self._strict:
+            raise InputError(f"{told[0].upper()}{told[1:]}. Finished frames are kept.")
+        self._say(f"{told}; their pictures may differ slightly.")
 
     def _sent(self, frames: Sequence[int]) -> set[Any]:
         """Send the tasks; return their futures, which announce themselves when they are done."""

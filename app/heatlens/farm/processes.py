@@ -18,8 +18,18 @@ from heatlens.sequence.names import frames_text
 class ProcessMaker:
     """Makes frames in `count` processes; `say` shows the messages about their frames."""
 
-    def __init__(self, words: Sequence[str], count: int, say: Callable[[str], None]) -> None:
-        """Create it; `words` are the command line of `heatlens` that makes all frames."""
+    def __init__(
+        self,
+        words: Sequence[str],
+        count: int,
+        say: Callable[[str], None],
+        devices: Sequence[int] = (),
+    ) -> None:
+        """Create it; `words` are the command line of `heatlens` that makes all frames.
+
+        The processes take the `devices` in turn.
+        """
+        self._devices = devices
         self._words = words
         self._count = count
         self._say = say
@@ -31,8 +41,9 @@ class ProcessMaker:
         # Each process gets frames from the whole shot, so that all end at about the same time.
         shares = [frames[at :: self._count] for at in range(min(self._count, len(frames)))]
         with ExitStack() as undone:
-            for share in shares:
-                self._follow(undone, frames_text([frame.frame for frame in share]))
+            for number, share in enumerate(shares):
+                part = f"--part={frames_text([frame.frame for frame in share])}"
+                self._follow(undone, (part, *device_words(self._devices, number)))
             running = len(shares)
             while running:
                 news = self._news.get()
@@ -41,8 +52,8 @@ class ProcessMaker:
                     yield FrameDone(frame, paths[frame], was_there)
                 running -= self._has_ended(news)
 
-    def _follow(self, undone: ExitStack, part: str) -> None:
-        process = started([*self._words, f"--part={part}", "--progress=json", "--quiet"])
+    def _follow(self, undone: ExitStack, more: Sequence[str]) -> None:
+        process = started([*self._words, *more, "--progress=json", "--quiet"])
         undone.enter_context(process)
         undone.callback(stop, process)
         Thread(target=self._read, args=(process,), daemon=True).start()
@@ -69,3 +80,8 @@ class ProcessMaker:
                 "go on."
             )
         return bool(news["event"] == "end")
+
+
+def device_words(devices: Sequence[int], number: int) -> tuple[str, ...]:
+    """Return the option with which process `number` of several takes one of the devices."""
+    return (f"--device={devices[number % len(devices)]}",) if devices else ()

@@ -5,16 +5,27 @@ from typing import Any
 
 import moderngl
 
-from heatlens.base.errors import GpuError
+from heatlens.base.errors import GpuError, InputError
 from heatlens.base.free_memory import free_memory_bytes
 from heatlens.gpu import nan_fill
 
 _EGL: dict[str, Any] = {"backend": "egl"}  # reaches glcontext; moderngl's stub has no name for it
+_DEVICE = "GLCONTEXT_DEVICE_INDEX"  # read by glcontext, here and in processes of this one
 _INSTALL = "On Debian or Ubuntu: apt-get install libgl1 libegl1"
 _TOO_OLD = (
     "The installed driver has an older version: a newer driver may help, and "
     "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor"
 )
+
+
+def choose_device(number: int) -> None:
+    """Let contexts without a window use EGL's device `number`, in new processes of this one too.
+
+    Devices are counted from 0. Raises InputError for a number below it.
+    """
+    if number < 0:
+        raise InputError(f"--device counts from 0, got {number}.")
+    os.environ[_DEVICE] = str(number)
 
 
 def headless_context() -> moderngl.Context:
@@ -30,6 +41,8 @@ def headless_context() -> moderngl.Context:
 
 def _help(why: str) -> str:
     """Return what to install, or what to try if the installed driver is too old."""
+    if "device index" in why:
+        return "--device counts the devices of EGL from 0."
     return _TOO_OLD if "eglCreateContext" in why else _INSTALL
 
 

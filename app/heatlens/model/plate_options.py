@@ -298,7 +298,7 @@ class PlateOptions:
         False,
         "strict",
         "stop, instead of warning, if the depth is ambiguous or focus, lens and depth are "
-        "implausible together",
+        "implausible together, or if machines of a farm have different drivers",
     )
     neighbours: int | None = option_field(
         None,

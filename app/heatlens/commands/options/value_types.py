@@ -17,6 +17,11 @@ def whole(text: str) -> int:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
 
 
+def wholes(text: str) -> tuple[int, ...]:
+    """Parse whole numbers with commas between them."""
+    return tuple(map(whole, text.split(",")))
+
+
 def number(text: str) -> float:
     """Parse a number, also as 2,8; its range is checked later."""
     try:

@@ -1,0 +1,105 @@
+"""The options of an export that several processes or machines make."""
+
+import argparse
+from pathlib import Path
+
+from heatlens.base.errors import InputError
+from heatlens.commands.options.value_types import whole, wholes
+from heatlens.gpu.context import choose_device
+
+
+def add_farm_options(parser: argparse.ArgumentParser) -> None:
+    """Add who makes the frames of an export, here or on other machines."""
+    group = parser.add_argument_group("render farm")
+    _add_job_options(group)
+    _add_worker_options(group)
+
+
+def _add_job_options(group: "argparse._ArgumentGroup") -> None:
+    """Add what describes a job for other machines."""
+    group.add_argument(
+        "--submit",
+        choices=("openjd", "slurm"),
+        help="print the export as a job instead of rendering: openjd, a template of Open Job "
+        "Description (YAML); slurm, a shell script that submits it to Slurm",
+    )
+    group.add_argument(
+        "--bundle",
+        type=Path,
+        metavar="FOLDER",
+        help="with openjd: write a job bundle that lists the parameter values and all files to "
+        "read, for AWS Deadline Cloud",
+    )
+    group.add_argument(
+        "--chunk",
+        type=whole,
+        metavar="N",
+        help="frames of each task (default: about a minute of work, measured by rendering two "
+        "frames here)",
+    )
+    group.add_argument(
+        "--memory",
+        type=whole,
+        metavar="GIB",
+        help="memory of each task (default: measured in the same way, rounded up)",
+    )
+    group.add_argument("--expect", metavar="VERSION/DRIVER", help=argparse.SUPPRESS)
+    group.add_argument("--cpus", type=whole, metavar="N", help="processors of a task (default 2)")
+    group.add_argument("--gpus", type=whole, metavar="N", help="GPUs of each task (default 0)")
+
+
+def add_device_option(group: "argparse._ActionsContainer") -> None:
+    """Add which GPU draws."""
+    group.add_argument(
+        "--device",
+        type=wholes,
+        default=(),
+        metavar="N[,N]",
+        help="GPU to render with, as EGL counts them from 0; several share the --processes",
+    )
+
+
+def use_device(args: argparse.Namespace) -> None:
+    """Render with the first of --device. Raises InputError if there are more than processes."""
+    count = len(args.device)
+    if count > (args.processes or 1):
+        raise InputError(f"--device names {count} devices: give --processes {count} or more.")
+    if args.device:
+        choose_device(args.device[0])
+
+
+def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
+    """Add who makes the frames now, and which of them."""
+    group.add_argument(
+        "--processes",
+        type=whole,
+        metavar="N",
+        help="render with N processes on this machine, which uses many processors better",
+    )
+    add_device_option(group)
+    group.add_argument(
+        "--cluster",
+        metavar="tcp://HOST:8786",
+        help="render with the workers of this Dask scheduler; `heatlens worker` starts one",
+    )
+    group.add_argument(
+        "--fetch",
+        action="store_true",
+        help="with --cluster: send frames back over the network, if the workers cannot reach the "
+        "output folder (default: they write there)",
+    )
+    group.add_argument(
+        "--part",
+        metavar="RANGE",
+        help="render only these frames of the export, as the tasks of a farm do; frames of a movie "
+        "are kept in a folder beside it until an export without --part joins them",
+    )
+    group.add_argument(
+        "--moved",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("OLD", "NEW"),
+        help="look in the folder NEW for files that the shot names in the folder OLD; may be given "
+        "several times",
+    )

@@ -1,0 +1,96 @@
+"""Other versions, drivers and devices: said, and refused with `--strict`."""
+
+import os
+import subprocess
+
+import pytest
+import yaml
+
+from farm.test_bundle import QUICK
+from farm.test_openjd import arguments
+from heatlens.base.errors import InputError
+from heatlens.commands.main import main
+from heatlens.farm.cluster import ClusterMaker, PartDone, PartTask
+from heatlens.version import __version__
+from support.dask_cluster import HEATLENS
+from support.exports import exported, files_in, refused
+
+OTHERS = [("9.9", "heatlens"), (f"{__version__}/GeForce 9", "OpenGL driver"), ("9.9/x", "and")]
+
+
+def test_a_job_tells_its_version_and_driver(capsys, shot_file, tmp_path, session_context):
+    words = ("-o", str(tmp_path / "m.mov"), "--submit", "openjd", "--strict", *QUICK)
+    assert main(["export", str(shot_file), *words]) == 0
+    text = capsys.readouterr().out
+    expected = f"--expect={__version__}/{session_context.info['GL_RENDERER']}"
+    assert expected in arguments(text) and "--strict" in arguments(text)
+    assert expected in yaml.safe_load(text)["steps"][-1]["script"]["actions"]["onRun"]["args"]
+
+
+@pytest.mark.parametrize(("wanted", "named"), OTHERS)
+def test_another_program_is_said_and_refused_with_strict(
+    capsys, shot_file, tmp_path, wanted, named
+):
+    out = tmp_path / "out" / "n.####.exr"
+    said = refused(capsys, shot_file, out, "--expect", wanted, "--strict")
+    assert named in said and "the job was written" in said
+    assert files_in(out.parent) == {}
+    assert "the job was written" in exported(capsys, shot_file, out, "--expect", wanted)
+    assert len(files_in(out.parent)) == 6
+
+
+def test_the_same_program_is_not_told(capsys, shot_file, tmp_path, session_context):
+    here = f"{__version__}/{session_context.info['GL_RENDERER']}"
+    said = exported(
+        capsys, shot_file, tmp_path / "n.####.exr", "--frames", 1001, "--expect", here, "--strict"
+    )
+    assert "the job was written" not in said
+
+
+@pytest.mark.parametrize("strict", [False, True])
+def test_workers_with_different_drivers_are_named(strict):
+    told: list[str] = []
+    maker = ClusterMaker(None, lambda task: [], PartTask((), "", "", False, ""), 1, told.append)
+    maker._strict = strict
+    maker._compare(PartDone(1, False, "", (), None, ("software", "tcp://a")))
+    maker._compare(PartDone(2, True, "", ()))
+    maker._compare(PartDone(3, False, "", (), None, ("software", "tcp://b")))
+    assert not told
+    if strict:
+        with pytest.raises(InputError, match=r"software \(tcp://a\), GPU \(tcp://c\)"):
+            maker._compare(PartDone(4, False, "", (), None, ("GPU", "tcp://c")))
+        return
+    for _ in range(2):
+        maker._compare(PartDone(4, False, "", (), None, ("GPU", "tcp://c")))
+    assert len(told) == 1 and "software (tcp://a), GPU (tcp://c)" in told[0]
+
+
+def run(*words: object) -> "subprocess.CompletedProcess[str]":
+    line = [*HEATLENS, "export", *map(str, words)]
+    return subprocess.run(line, capture_output=True, text=True, check=False, timeout=120)
+
+
+def test_a_device_is_chosen_for_all_processes(capsys, shot_file, tmp_path):
+    """The first device of this machine makes the same files, in turn with itself."""
+    exported(capsys, shot_file, tmp_path / "whole" / "n.####.exr")
+    out = tmp_path / "out" / "n.####.exr"
+    done = run(shot_file, "-o", out, "--device", "0,0", "--processes", 2)
+    assert done.returncode == 0, done.stderr
+    assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("--device", "99"), "--device counts the devices of EGL from 0"),
+        (("--device", "-1"), "--device counts from 0"),
+        (("--device", "0,99", "--processes", "2"), "--device counts the devices of EGL from 0"),
+        (("--device", "0,1"), "--processes"),
+        (("--device", "x"), "not a whole number"),
+    ],
+)
+def test_a_device_that_is_not_there(shot_file, tmp_path, words, expected):
+    done = run(shot_file, "-o", tmp_path / "n.####.exr", *words)
+    assert done.returncode == 2 and expected in done.stderr and "Traceback" not in done.stderr
+    assert not list(tmp_path.glob(".heatlens-*"))
+    assert "GLCONTEXT_DEVICE_INDEX" not in os.environ
