@@ -16,6 +16,7 @@ from heatlens.commands.main import main
 from heatlens.farm.job import FRAMES, FarmJob, Measured, Needs, Place, Step, parts_of
 from heatlens.farm.openjd import _yaml, job_template
 from heatlens.sequence.names import parse_frames
+from heatlens.version import __version__
 from support.cube_config import cube_config
 from support.exports import exported, files_in, refused, write_shot_file
 from support.exr_files import write_file
@@ -75,7 +76,7 @@ def test_a_task_that_fails_says_why(capsys, folder):
     assert not (folder / "out").exists() or not files_in(folder / "out")  # it was seen at once
 
 
-def test_paths_are_parameters_and_options_are_as_they_were_typed(capsys, folder):
+def test_paths_are_parameters_and_options_are_as_they_were_typed(capsys, folder, session_context):
     config = cube_config(folder).source
     words = ("-o", "out/n.####.png", "--frames", "1001-1006x2", "--exposure=-0.5", "--burn-in")
     more = ("--quality", "preview", "--ocio", config, "--missing", "hold")
@@ -100,6 +101,7 @@ def test_paths_are_parameters_and_options_are_as_they_were_typed(capsys, folder)
         "--ocio={{Param.Config}}",
         "--frames=1001-1005x2",
         "--part={{Task.Param.Frames}}",
+        f"--expect={__version__}/{session_context.info['GL_RENDERER']}",
         "--progress=openjd",
     }
     assert said.count("\n") == 1

@@ -2,6 +2,7 @@
 
 import json
 import signal
+import subprocess
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,6 +14,7 @@ import pytest
 from imgui_bundle import imgui
 from PIL import Image
 
+from farm.test_openjd import openjd
 from heatlens.base.paths import data_dir, folder_to_write_in
 from heatlens.commands.main import main
 from heatlens.export.job import read_job
@@ -29,6 +31,8 @@ from heatlens.plate.exr.exr_write import write_exr
 from heatlens.session.exports.export_process import ExportState, _take
 from heatlens.session.exports.export_settings import FRAME_KINDS, ExportSettings, proposed_settings
 from heatlens.session.loop.messages import window_words
+from heatlens.session.settings.export_place import ExportPlace, Where
+from support.dask_cluster import dask_cluster
 from support.gui import Gui, gui_of
 from support.plates import room
 
@@ -256,3 +260,73 @@ def test_what_comes_with_the_program_is_exported_to_the_users_pictures(monkeypat
     assert folder_to_write_in(data_dir("assets") / "still_life.exr") == tmp_path
     beside = proposed_settings(tmp_path / "room.exr")
     assert Path(beside.folder) == tmp_path / "room_dof"
+
+
+def test_frames_by_several_processes_are_those_of_one(gui: Gui, tmp_path: Path) -> None:
+    exporter = gui.session.files.exports
+    gui.click(gui.middle("Export"))
+    assert ended(gui).code == 0
+    place = ExportPlace(processes=2)
+    there = str(tmp_path / "two")
+    exporter.settings = replace(exporter.settings, folder=there, place=place)
+    gui.frame(2)
+    gui.click(gui.middle("Export"))
+    assert ended(gui).code == 0
+    for frame in FRAMES:
+        name = f"room.{frame}.exr"
+        one, two = (tmp_path / folder / name for folder in ("room_dof", "two"))
+        assert one.read_bytes() == two.read_bytes()
+
+
+@pytest.mark.parametrize("where", [Where.SLURM, Where.BUNDLE])
+def test_a_job_is_saved_with_its_shot_and_can_be_run_without_the_window(
+    gui: Gui, tmp_path: Path, where: Where
+) -> None:
+    """What it says is a sentence for the farm; the frames are made when it runs."""
+    exporter = gui.session.files.exports
+    exporter.settings = replace(exporter.settings, place=ExportPlace(where), is_float=True)
+    gui.frame(2)
+    gui.click(gui.middle("Export"))
+    state = ended(gui)
+    assert state.code == 0 and "3 frames in 1 tasks" in gui.session.messages.text, state.said
+    out = tmp_path / "room_dof"
+    named = {path.name for path in out.iterdir()}
+    job = "room.job.sh" if where is Where.SLURM else "room.job"
+    assert named == {"room.job.heatlens.json", job}
+    if where is Where.SLURM:
+        subprocess.run(["sh", "-n", out / job], check=True)
+        assert "--float" in (out / job).read_text()
+        return
+    values = json.loads((out / job / "parameters.json").read_text())
+    assert values["Shot"] == str(out / "room.job.heatlens.json")
+    run = openjd("run", out / job / "template.yaml", "-p", f"file://{out / job}/parameters.json")
+    assert run.returncode == 0, run.stdout
+    assert len(list(out.glob("room.*.exr"))) == 3
+
+
+def test_a_cluster_makes_the_frames_and_its_workers_are_counted(gui: Gui, tmp_path: Path) -> None:
+    exporter = gui.session.files.exports
+    with dask_cluster(tmp_path / "cluster", workers=1) as cluster:
+        place = ExportPlace(Where.CLUSTER, scheduler=cluster.address)
+        exporter.settings = replace(exporter.settings, place=place)
+        gui.frame(2)
+        gui.click(gui.middle("Export"))
+        state = ended(gui)
+    assert (state.code, state.done) == (0, 3), state.said
+    ((worker, count),) = state.made_by.items()
+    assert worker.startswith("tcp://127.0.0.1") and count == 3
+    assert len(list((tmp_path / "room_dof").glob("*.exr"))) == 3
+
+
+def test_what_was_chosen_last_stays(gui: Gui) -> None:
+    """It is there for another plate, and in the preferences of the next evening."""
+    exporter = gui.session.files.exports
+    place = ExportPlace(Where.CLUSTER, scheduler="nonsense")
+    exporter.settings = replace(exporter.settings, place=place)
+    gui.frame(2)
+    gui.click(gui.middle("Export"))
+    assert ended(gui).code == 2 and "No Dask scheduler" in gui.session.messages.text
+    exporter._of = "another plate"
+    gui.frame(2)
+    assert exporter.settings.place == place
+    assert gui.session.preferences.now.export_place == place

@@ -71,6 +71,7 @@ class FrameDone:
     was_there: bool  # finished by an earlier run
     surfaces_lost: str = ""  # a sentence, if surfaces behind its picture were merged or left out
     remarks: tuple[Remark, ...] = ()  # remarks on its plate
+    maker: str = ""  # address of the worker of a cluster
 
 
 def export_frames(

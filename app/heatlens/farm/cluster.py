@@ -226,7 +226,8 @@ def _stored(done: PartDone, path: Path) -> FrameDone:
     if done.data is not None:
         write_whole(path, done.data)
     remarks = tuple(Remark(*told) for told in done.remarks)
-    return FrameDone(done.frame, path, done.was_there, done.surfaces_lost, remarks)
+    maker = done.driver[1] if done.driver else ""
+    return FrameDone(done.frame, path, done.was_there, done.surfaces_lost, remarks, maker)
 
 
 def new_topic() -> str:

@@ -45,7 +45,8 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "Scene": ("camera", "clip", "size", "up axis", "unit"),
     "Export": (
         *(told.label for told in options_of(ExportOptions).values() if told.label),
-        *("folder", "name", "as", "at quality", "for", "guides and desqueeze of the window"),
+        *("folder", "name", "where", "processes", "as", "at quality", "for"),
+        "guides and desqueeze of the window",
     ),
     "Marks": ("close focus",),
     "Guides": (

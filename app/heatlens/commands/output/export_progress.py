@@ -97,7 +97,8 @@ def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
         tally.add(done)
         state = "finished before" if done.was_there else "written"
         left_s = None if tally.left_s is None else round(tally.left_s, 1)
-        of = {"done": tally.done, "frames": tally.count, "seconds_left": left_s}
+        maker = {"worker": done.maker} if done.maker else {}
+        of = {**maker, "done": tally.done, "frames": tally.count, "seconds_left": left_s}
         _say(event="frame", frame=done.frame, path=str(done.path), state=state, **of)
 
     yield tell

@@ -47,7 +47,8 @@ class ExportCommands(Commands, Worker):
         """Propose folder and name if another plate has been opened since the last proposal."""
         plate, source = self._source.plate, self._editing.shot.source
         if plate is not None and source != self._of:
-            self.settings, self._of = proposed_settings(plate.path), source
+            place = self._preferences.now.export_place
+            self.settings, self._of = proposed_settings(plate.path, place), source
         is_single = self.played is None or self.played.count == 1
         self.settings = replace(self.settings, is_single=is_single)
 
@@ -57,7 +58,9 @@ class ExportCommands(Commands, Worker):
             self._look.options(), self._look.view.state.guides, self._shot_name()
         )
         shot = self.settings.shot_of(self._timeline.timed_shot)
-        self._begin(lambda: self.run.export(shot, self.settings.output, job))
+        place = self.settings.place
+        self._preferences.change(export_place=place)
+        self._begin(lambda: self.run.export(shot, self.settings.output, job, place))
 
     def write_camera(self) -> None:
         """Start to write the lens as a camera file."""

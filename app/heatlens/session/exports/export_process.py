@@ -7,9 +7,10 @@ import json
 import signal
 import subprocess
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Thread
 
@@ -18,7 +19,9 @@ from heatlens.base.faults import faults_reported, told_error
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.farm.children import PATIENCE_S, started, stop
+from heatlens.files.atomic_file import write_whole
 from heatlens.model.shot import Shot
+from heatlens.session.settings.export_place import HERE, ExportPlace, Where, job_path, shot_of_job
 
 _KILLED_S = 1.0  # time for the system to remove a killed process
 _TITLES = {"shot sheet": "pull sheet"}
@@ -37,6 +40,8 @@ class ExportState:
     code: int | None = None  # None while it runs
     output: str = ""  # the pattern of the frames, or the file
     told: str = ""  # a sentence of the process about the written files
+    made_by: Counter[str] = field(default_factory=Counter)  # frames, by the worker of a cluster
+    printed: list[str] = field(default_factory=list)  # what is no event: the text of a job
 
     @property
     def is_stopped(self) -> bool:
@@ -66,9 +71,12 @@ class ExportRun:
         """Return True while a process runs."""
         return self.state is not None and self.state.code is None
 
-    def export(self, shot: Shot, output: str, job: str = "") -> None:
-        """Begin to write the frames of `shot` to `output`; `job` is the text of a job file."""
-        self._start("export", shot, output, ("--progress", "json"), job)
+    def export(self, shot: Shot, output: str, job: str = "", place: ExportPlace = HERE) -> None:
+        """Begin to write the frames of `shot` to `output`, or the job that makes them at `place`.
+
+        `job` is the text of a file of options.
+        """
+        self._start("export", shot, output, place.words(output), job, place)
 
     def camera(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
         """Begin to write the lens of `shot` as a camera file."""
@@ -93,14 +101,24 @@ class ExportRun:
             self._follower.join(PATIENCE_S + _KILLED_S)
 
     def _start(
-        self, command: str, shot: Shot, output: str, words: Sequence[str], job: str = ""
+        self,
+        command: str,
+        shot: Shot,
+        output: str,
+        words: Sequence[str],
+        job: str = "",
+        place: ExportPlace = HERE,
     ) -> None:
         """Start the process and follow it. If that fails, leave no process or files behind."""
         title = f"{_TITLES.get(command, command)} to {output}"
+        if place.is_job:
+            title = f"{place.job_name(output)} in {Path(output).parent}"
         with faults_reported(f"The {title} could not start"), ExitStack() as undone:
             folder = tempfile.TemporaryDirectory(prefix="heatlens-")
             undone.enter_context(folder)
             path = Path(folder.name) / f"window{SHOT_SUFFIX}"
+            if place.is_job:
+                path = shot_of_job(output)
             write_shot(path, shot)
             if job:
                 job_path = Path(folder.name) / "job.json"
@@ -110,7 +128,8 @@ class ExportRun:
             undone.enter_context(process)  # closes its pipes
             undone.callback(process.kill)
             state = ExportState(title, output=output)
-            follower = Thread(target=self._follow, args=(process, state, folder), daemon=True)
+            told = (process, state, folder, place)
+            follower = Thread(target=self._follow, args=told, daemon=True)
             follower.start()
             undone.pop_all()  # now the follower removes the folder when the process has ended
         self._process, self.state, self._follower = process, state, follower
@@ -120,12 +139,15 @@ class ExportRun:
         process: "subprocess.Popen[str]",
         state: ExportState,
         folder: "tempfile.TemporaryDirectory[str]",
+        place: ExportPlace,
     ) -> None:
         """Read what the process prints until it ends, then set its exit code; on a thread."""
         try:
             with folder, process:
                 self._read(process, state)
             code = process.returncode
+            if code == 0 and place.is_job:
+                _keep_job(state, place)
             state.said = _closing_sentence(code, state)
         except Exception as error:  # without an exit code the window would wait forever
             state.said, code = str(told_error(error, f"{state.title} failed")), FAULT_CODE
@@ -152,6 +174,14 @@ class ExportRun:
             state.said = line.strip().removeprefix("heatlens: ")
 
 
+def _keep_job(state: ExportState, place: ExportPlace) -> None:
+    """Save the text of a job beside its shot, and tell what the command says of its use."""
+    if place.where is Where.SLURM:
+        path = job_path(state.output).with_name(place.job_name(state.output))
+        write_whole(path, "".join(state.printed).encode())
+    state.told = state.said
+
+
 def _closing_sentence(code: int, state: ExportState) -> str:
     """Return the message of the window for exit code `code`; for a failure, that of the command."""
     if code == 0:
@@ -162,14 +192,17 @@ def _closing_sentence(code: int, state: ExportState) -> str:
 
 
 def _take(line: str, state: ExportState) -> None:
-    """Take the event in a line of `--progress json`; ignore other lines, such as file names."""
+    """Take the event in a line of `--progress json`; keep other lines, such as those of a job."""
     try:
         event = json.loads(line)
     except ValueError:
-        return
+        event = None
     if not isinstance(event, dict):
+        state.printed.append(line)
         return
     state.frames = event.get("frames", state.frames)
     state.done = event.get("done", state.done)
     state.left_s = event.get("seconds_left", state.left_s)
     state.told = event.get("told", state.told)
+    if "worker" in event:
+        state.made_by[event["worker"]] += 1

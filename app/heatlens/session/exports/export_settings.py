@@ -10,6 +10,7 @@ from heatlens.model.display_options import DisplayOptions
 from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.settings import Quality
 from heatlens.model.shot import Shot
+from heatlens.session.settings.export_place import HERE, ExportPlace
 
 FRAME_KINDS = {
     "EXR, scene-linear": ".exr",
@@ -37,6 +38,7 @@ class ExportSettings(ExportOptions):
     quality         "" for that of the shot
     with_guides     the guides of the window are drawn into the pictures
     is_single       the shot has one frame, whose file needs no number unless frames are named
+    place           who makes the frames
     """
 
     folder: str = ""
@@ -46,6 +48,7 @@ class ExportSettings(ExportOptions):
     with_guides: bool = False
     camera_kind: str = "USD"
     is_single: bool = False
+    place: ExportPlace = HERE
 
     @property
     def output(self) -> str:
@@ -85,11 +88,12 @@ class ExportSettings(ExportOptions):
         return job_text(replace(options, shot_name=shot), look, drawn)
 
 
-def proposed_settings(plate: Path) -> ExportSettings:
-    """Propose an export of a plate next to its file, under the same name.
+def proposed_settings(plate: Path, place: ExportPlace = HERE) -> ExportSettings:
+    """Propose an export of a plate next to its file, under the same name, made at `place`.
 
     For files of the program, and in folders without write access, propose the user's pictures
     folder.
     """
     name = plate.name.split(".")[0]
-    return ExportSettings(str(folder_to_write_in(plate) / f"{name}_dof"), name)
+    folder = str(folder_to_write_in(plate) / f"{name}_dof")
+    return ExportSettings(folder, name, place=place)

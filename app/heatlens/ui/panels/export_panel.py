@@ -15,8 +15,11 @@ from heatlens.model.settings import Quality
 from heatlens.session.exports.export_commands import ExportCommands
 from heatlens.session.exports.export_process import ExportState
 from heatlens.session.exports.export_settings import CAMERA_KINDS, FRAME_KINDS, ExportSettings
+from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.field_row import field_row
+
+_PROCESSES = (1, 2, 4, 8, 16)
 
 
 class Pressed(StrEnum):
@@ -45,7 +48,7 @@ def export_panel(
 ) -> tuple[ExportSettings, Pressed]:
     """Draw the panel; return the settings as the user left them, and the button pressed."""
     imgui.separator_text("Frames")
-    settings = _where(settings)
+    settings = replace(_folder(settings), place=_place(settings.place))
     settings = replace(settings, kind=widgets.choice("as", settings.kind, list(FRAME_KINDS)))
     settings = _options(settings, played)
     is_busy = state is not None and state.code is None
@@ -54,7 +57,8 @@ def export_panel(
         if widgets.button("Export", "Export"):
             pressed = Pressed.EXPORT
     imgui.same_line()
-    imgui.text_disabled(printable(Path(settings.output).name))
+    place, output = settings.place, settings.output
+    imgui.text_disabled(printable(place.job_name(output) if place.is_job else Path(output).name))
     imgui.separator_text("Lens as a camera")
     settings = replace(
         settings, camera_kind=widgets.choice("for", settings.camera_kind, list(CAMERA_KINDS))
@@ -69,7 +73,21 @@ def export_panel(
     return settings, pressed
 
 
-def _where(settings: ExportSettings) -> ExportSettings:
+def _place(place: ExportPlace) -> ExportPlace:
+    """Draw who makes the frames."""
+    tip = "A job is saved beside the frames, with its shot; a farm or a cluster makes them later."
+    place = replace(place, where=widgets.pick_one("where", place.where, tip))
+    if place.where is Where.HERE:
+        told = {count: str(count) for count in sorted({*_PROCESSES, place.processes})}
+        tip = "Several use a machine with many processors better."
+        return replace(place, processes=widgets.pick("processes", place.processes, told, tip))
+    if place.where is Where.CLUSTER:
+        widgets.label("scheduler", "Address of `dask scheduler`, such as tcp://192.168.1.20:8786.")
+        return replace(place, scheduler=widgets.typed("export scheduler", place.scheduler).strip())
+    return place
+
+
+def _folder(settings: ExportSettings) -> ExportSettings:
     widgets.label("folder", "Created if it does not exist.")
     folder = widgets.typed("export folder", settings.folder)
     widgets.label("name", "Followed by the frame number and the extension.")
@@ -107,6 +125,9 @@ def _progress(state: ExportState) -> bool:
         words = f"{state.done} of {state.frames}{left}" if state.frames else "starting ..."
         imgui.progress_bar(part, ImVec2(-5 * imgui.get_font_size(), 0), words)
         imgui.same_line()
-        return widgets.button("Stop", "Stop")
+        is_stopped = widgets.button("Stop", "Stop")
+        for worker, count in sorted(state.made_by.items()):
+            imgui.text_disabled(f"{printable(worker)}: {count}")
+        return is_stopped
     widgets.colored_text(state.said, theme.colors.dim if state.code == 0 else theme.colors.bad)
     return False
