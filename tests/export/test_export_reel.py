@@ -95,7 +95,7 @@ def test_a_movie_of_the_cut_goes_on_where_it_was_stopped(tmp_path, reel, monkeyp
         from heatlens.commands.reels.reel_export import export_reel
 
         args = build_parser(["export"]).parse_args(["export", str(reel), "-o", str(movie)])
-        export_reel(args, _export_shot)
+        export_reel(args, _export_shot, lambda shots: None)
     kept = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("frame.*.exr")}
     assert len(kept) == FIRST.count + SECOND.count and not movie.exists()
     with monkeypatch.context() as patch:
@@ -144,7 +144,6 @@ def test_the_edit_that_is_written_names_the_new_frames(tmp_path, reel):
     [
         ((), "{shot}"),
         (("--frames", "3"), "--frames"),
-        (("--submit", "slurm"), "--submit"),
     ],
 )
 def test_options_that_are_about_one_shot_are_refused(tmp_path, reel, capsys, words, told):

@@ -122,10 +122,10 @@ def test_an_export_is_handed_the_shot_the_place_and_the_job(walls, exports, tmp_
     exports.export()
     exports.write_camera()
     exports.write_sheet(tmp_path / "p.html", "Walls")
-    (_, shot, output, job), (_, *camera), (_, *sheet) = run.asked
+    (_, shot, output, job, place), (_, *camera), (_, *sheet) = run.asked
     assert shot == walls.time.timeline.timed_shot and shot.frames.first == FIRST
     assert output == exports.settings.output and (tmp_path / "a" / "b").is_dir()
-    assert json.loads(job)
+    assert json.loads(job) and place == exports.settings.place
     assert camera == [shot, exports.settings.camera_output]
     assert sheet[:2] == [shot, str(tmp_path / "p.html")] and sheet[2][:2] == ["--title", "Walls"]
     run.is_busy = True

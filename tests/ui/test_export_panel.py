@@ -284,18 +284,18 @@ def test_a_job_is_saved_with_its_shot_and_can_be_run_without_the_window(
 ) -> None:
     """What it says is a sentence for the farm; the frames are made when it runs."""
     exporter = gui.session.files.exports
-    exporter.settings = replace(exporter.settings, place=ExportPlace(where), is_float=True)
+    exporter.settings = replace(exporter.settings, place=ExportPlace(where), with_depth=True)
     gui.frame(2)
     gui.click(gui.middle("Export"))
     state = ended(gui)
-    assert state.code == 0 and "3 frames in 1 tasks" in gui.session.messages.text, state.said
+    assert state.code == 0 and "3 frames in 1 task." in gui.session.messages.text, state.said
     out = tmp_path / "room_dof"
     named = {path.name for path in out.iterdir()}
     job = "room.job.sh" if where is Where.SLURM else "room.job"
     assert named == {"room.job.heatlens.json", job}
     if where is Where.SLURM:
         subprocess.run(["sh", "-n", out / job], check=True)
-        assert "--float" in (out / job).read_text()
+        assert "--with-depth" in (out / job).read_text()
         return
     values = json.loads((out / job / "parameters.json").read_text())
     assert values["Shot"] == str(out / "room.job.heatlens.json")

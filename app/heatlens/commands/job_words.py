@@ -48,7 +48,7 @@ class JobWords:
         if has_file:
             yield self._at("", args.shot)
         yield (lead + name,) if source is None else self._at(lead, source)
-        yield self._at("--output=", output)
+        yield self._at("--output=", output, "OUT")
         if has_file and (job.shot.plate_options.files_beside or images_of(job.shot)):
             yield from self._moved(plain_path(args.shot).parent)
         yield from self._given(args)
@@ -56,18 +56,19 @@ class JobWords:
 
     def of_reel(self, args: argparse.Namespace) -> Iterator[Word]:
         """Yield the words of the export of a whole reel."""
-        yield from (("export",), self._at("", args.shot), self._at("--output=", args.output))
+        yield from (("export",), self._at("", args.shot), self._at("--output=", args.output, "OUT"))
         yield from (self._at("--media=", folder) for folder in args.media)
         if not args.shot.lower().endswith(REEL_SUFFIX):  # an edit, which may name absolute paths
             yield from (("--media=", folder) for folder in self._folders)
         if args.edit_out is not None:
-            yield self._at("--edit-out=", args.edit_out)
+            yield self._at("--edit-out=", args.edit_out, "OUT")
         told = {"--edit-fps": args.edit_fps, "--handles": args.handles}
         yield from ((f"{option}={value:g}",) for option, value in told.items() if value)
         yield from self._given(args)
 
-    def _at(self, lead: str, path: str | os.PathLike[str]) -> Word:
-        return located(self.places, lead, plain_path(path))
+    def _at(self, lead: str, path: str | os.PathLike[str], flow: str = "IN") -> Word:
+        """Return a word that ends with a path; what is written may lie in a folder that is read."""
+        return located([it for it in self.places if it.flow == flow], lead, plain_path(path))
 
     @property
     def _folders(self) -> list[Place]:

@@ -62,7 +62,8 @@ def submit(args: argparse.Namespace, shots: Sequence[SentShot]) -> None:
     _check(args, shots)
     job = _measured_job(args, shots)
     frames = sum(len(shot.plan.job.frames) for shot in shots)
-    count = f"{frames} frames in {job.count - (job.last is not None)} tasks"
+    tasks = job.count - (job.last is not None)
+    count = f"{frames} frames in {tasks} task{'' if tasks == 1 else 's'}"
     if args.bundle is not None:
         write_bundle(job, args.bundle)
         say(f"{count}. Submit them with: deadline bundle submit {args.bundle}")
