@@ -167,7 +167,8 @@ def test_keys_are_copied_pasted_moved_and_deleted_by_name(session, commands):
 
 
 def test_what_needs_a_scene_is_barred_by_name(session, commands):
-    for name in ("Set camera key", "Frame selected"):
+    follow = "Camera follows the focal length", "Focal length follows the camera"
+    for name in ("Set camera key", "Frame selected", *follow):
         assert "Only a scene" in commands[name].why_not()
     for method in Method:
         why = commands[f"Compare with {method}"].why_not()

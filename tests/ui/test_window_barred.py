@@ -9,7 +9,10 @@ from imgui_bundle import imgui
 from heatlens.session.loop.speed import Speed
 
 K = imgui.Key
-OF_SCENES = ("Set camera key", "Frame selected", "Compare with raytraced")
+OF_SCENES = (
+    *("Set camera key", "Frame selected", "Compare with raytraced"),
+    *("Camera follows the focal length", "Focal length follows the camera"),
+)
 
 
 @pytest.mark.parametrize("name", OF_SCENES)

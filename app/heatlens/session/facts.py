@@ -8,6 +8,7 @@ from heatlens.model.boxes import Box
 from heatlens.session.desks import PictureDesk, TimeDesk
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.ruler import Pixel
+from heatlens.session.scenes.size_keeping import SizeKeeping
 from heatlens.session.shot.editing import Editing
 
 Value = TypeVar("Value")
@@ -32,6 +33,7 @@ class Facts:
     lens, has_lens  the lens at the playhead, and whether the keys give a possible one
     frame           the frame at the playhead
     view, unit      exposure, zoom, overlay, comparison; unit of distances, "m" or "ft"
+    crop            the share of a plate that a longer lens would show, to frame; else None
     beats_left      the number of the count-in before a pull is recorded: 3, 2, 1; 0 without one
     """
 
@@ -39,6 +41,7 @@ class Facts:
     _editing: Editing
     _pictures: PictureDesk
     _time: TimeDesk
+    _size: SizeKeeping
 
     shot = _Fact(lambda it: it._editing.shot)
     seen_shot = _Fact(lambda it: it._editing.seen_shot)
@@ -47,6 +50,7 @@ class Facts:
     frame = _Fact(lambda it: it._editing.frame)
     view = _Fact(lambda it: it._pictures.view.state)
     unit = _Fact(lambda it: it.view.unit)
+    crop = _Fact(lambda it: it._size.crop)
     beats_left = _Fact(lambda it: it._time.recording.beats_left)
 
     # What is open: a camera that can move, a lens with many points to look from, a frame that has

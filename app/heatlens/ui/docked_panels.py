@@ -30,6 +30,7 @@ from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.panels.reel_panel import reel_panel
 from heatlens.ui.panels.ring_panel import ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
+from heatlens.ui.panels.size_row import size_row
 from heatlens.ui.panels.speed_panel import speed_panel
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.probe import listening
@@ -114,6 +115,7 @@ class DockedPanels:
         ring_panel(lens.ring, facts.unit, say)
         with listening() as drawn:
             self._editing.edit_lens(lens_panel(facts.lens, shown, say))
+        size_row(self._session.scenes.size)
         kit_panel(facts.shot.kit, facts.lens, kits)
         ask_image = partial(self._ui.dialogs.ask, "opening")
         self._editing.edit_lens(opening_panel(facts.lens, say, ask_image))

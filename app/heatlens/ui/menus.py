@@ -98,6 +98,8 @@ Animate
   -
   Show curve                            Shift+C
   Set camera key
+  Camera follows the focal length
+  Focal length follows the camera
 View
   Depth of field                        D
   -

@@ -1,5 +1,6 @@
 """Draw the picture with its legend and marks, and apply the mouse gestures in it."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import moderngl
@@ -7,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.model.coc import sharp_px
-from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes, inner_rect
+from heatlens.model.guides import NO_GUIDES, Guides, Rect, guide_shapes, inner_rect
 from heatlens.model.view import Compare
 from heatlens.model.view_geometry import PictureShape, Viewport, geometry
 from heatlens.session.desks import PictureDesk
@@ -34,9 +35,14 @@ from heatlens.ui.start.start_screen import StartScreen
 from heatlens.ui.state import UiState
 
 
-def draw_guides(guides: Guides, shape: PictureShape, place: PictureView) -> None:
-    """Draw the guides over the picture at `place`, in the current window."""
-    if guides == NO_GUIDES:
+def draw_guides(
+    guides: Guides, shape: PictureShape, place: PictureView, crop: float | None = None
+) -> None:
+    """Draw the guides over the picture at `place`, in the current window.
+
+    `crop` is the share of the picture around its middle to frame.
+    """
+    if guides == NO_GUIDES and crop is None:
         return
     first = place.geometry.window_at_picture((0.0, 0.0))
     last = place.geometry.window_at_picture((shape.width_px, shape.height_px))
@@ -48,12 +54,21 @@ def draw_guides(guides: Guides, shape: PictureShape, place: PictureView) -> None
     shade = theme.packed((0.0, 0.0, 0.0, guides.opacity))
     for rect in shapes.shades:
         draw.add_rect_filled(ImVec2(*rect[:2]), ImVec2(*rect[2:]), shade)
-    for rect in shapes.frames:
+    for rect in (*shapes.frames, *_cropped(picture, crop)):
         draw.add_rect(ImVec2(*rect[:2]), ImVec2(*rect[2:]), theme.OVER_PICTURE.guide)
     for line in shapes.lines:
         draw.add_line(ImVec2(*line[:2]), ImVec2(*line[2:]), theme.OVER_PICTURE.guide)
     draw.pop_clip_rect()
     probe.note_at("matte in the picture", inner_rect(picture, guides.aspect))
+
+
+def _cropped(picture: Rect, share: float | None) -> Iterator[Rect]:
+    """Yield the middle of a picture, if a share of its sides is given."""
+    if share is not None:
+        x, y = (picture[0] + picture[2]) / 2, (picture[1] + picture[3]) / 2
+        across, down = share * (picture[2] - x), share * (picture[3] - y)
+        yield x - across, y - down, x + across, y + down
+        probe.note_at("crop of the plate", (x - across, y - down, x + across, y + down))
 
 
 def draw_beat(number: int, place: Viewport) -> None:
@@ -188,7 +203,8 @@ class PictureWindow:
         view, place = self._facts.view, self.viewport.place
         for cell in self.viewport.cells:
             here = geometry(view, cell, pictures.shape)
-            draw_guides(view.guides, pictures.shape, replace(place, viewport=cell, geometry=here))
+            whole = replace(place, viewport=cell, geometry=here)
+            draw_guides(view.guides, pictures.shape, whole, self._facts.crop)
         if not pictures.tiles:
             draw_ruler(self._desk.commands.ruler, self._desk.view, self._facts, self.hovered)
         if not (pictures.tiles or is_free):

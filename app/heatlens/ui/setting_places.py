@@ -29,7 +29,7 @@ _MENU = "Setting"
 SETTINGS: dict[str, tuple[str, ...]] = {
     "Lens": (
         *(told.label for told in options_of(Aperture).values()),
-        *("distance", "f-stop", "T-stop", "focal length", "film back", "sensor width"),
+        *("distance", "f-stop", "T-stop", "focal length", "framing", "film back", "sensor width"),
         *("sharp up to", "lens model", "distances from", "pupil offset", "kit", "lens"),
         *("the view breathes", "at f-stop", "method", "bokeh", "quality", "layers"),
         *("parts", "picture size", "views", "rays a pixel", "source", "the lens follows it"),

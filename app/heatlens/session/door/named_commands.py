@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Literal
 
 from heatlens.model.guides import MATTES
 from heatlens.model.interpolation import Interpolation
@@ -20,6 +21,10 @@ _OVERLAYS = {
     Overlay.LAYERS: "Layers",
 }
 _COMPARED = {Compare.WIPE: "Wipe", Compare.FLIP: "Flip to B", Compare.DIFFERENCE: "Difference"}
+_DOLLY_ZOOMS: dict[str, Literal["camera", "length"]] = {
+    "Camera follows the focal length": "camera",
+    "Focal length follows the camera": "length",
+}
 _GUIDE_LINES = {"safe_areas": "Safe areas", "thirds": "Thirds", "centre": "Centre cross"}
 
 
@@ -121,6 +126,8 @@ def _scene(session: Session) -> Iterator[Command]:
 
     scenes = session.scenes
     yield Command("Set camera key", "Animate", scenes.set_key, barred=barred)
+    for name, by in _DOLLY_ZOOMS.items():
+        yield Command(name, "Animate", partial(scenes.size.dolly_zoom, by), barred=barred)
     yield Command("Frame selected", "View", scenes.frame_selected, barred=barred)
 
 

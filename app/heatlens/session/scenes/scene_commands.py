@@ -21,6 +21,7 @@ from heatlens.scene.scene_bounds import bounds_m, corners_m, framed, object_dept
 from heatlens.session.loop.messages import reported
 from heatlens.session.scenes.clip_choice import ClipChoice
 from heatlens.session.scenes.point_following import Following
+from heatlens.session.scenes.size_keeping import SizeKeeping
 from heatlens.session.shared import Commands, Shared
 
 _TURN_RAD = math.pi  # orbit angle of a drag as long as the picture is high
@@ -42,7 +43,7 @@ class SceneCommands(Commands):
     def __init__(self, shared: Shared) -> None:
         super().__init__(shared)
         self._renderer = self._source.picture.renderer
-        self.clips = ClipChoice(shared)
+        self.clips, self.size = ClipChoice(shared), SizeKeeping(shared)
         self.selected: str | None = None  # name of the selected object
 
     @property
@@ -66,6 +67,9 @@ class SceneCommands(Commands):
         """Move the camera by a mouse movement."""
         if not (drag.right or drag.down):
             return
+        if drag.kind == "dolly" and self.size.chosen is not None:
+            self._zoom(1.0 - _DOLLY_SHARE * drag.down)
+            return
         pose, pivot = self.pose, self._pivot_m()
         if drag.kind == "orbit":
             moved = orbited(pose, pivot, -_TURN_RAD * drag.right, _TURN_RAD * drag.down)
@@ -75,6 +79,11 @@ class SceneCommands(Commands):
         else:
             moved = dollied(pose, pivot, _DOLLY_SHARE * drag.down)
         self._stand(moved)
+
+    def _zoom(self, factor: float) -> None:
+        """Change the focal length, with which the camera moves as what is chosen keeps its size."""
+        lens = self._editing.lens
+        self._editing.edit_lens(replace(lens, focal_length_mm=factor * lens.focal_length_mm))
 
     def frame(self, name: str | None) -> None:
         """Frame the objects called `name`, or the whole scene if None, from the same direction."""

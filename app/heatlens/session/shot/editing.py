@@ -51,6 +51,8 @@ class Editing:
         self._say = say
         self._clock = clock
         self._changed_at = 0.0
+        # Returns the shot to have after the lens was changed, from the shots before and after.
+        self.reframed: Callable[[Shot, Shot], Shot] = lambda _, after: after
         self.may_turn: Callable[[], bool] = lambda: True  # False while another hand has the lens
 
     @property
@@ -141,7 +143,7 @@ class Editing:
                 lens = self._performed(lens, before)
             kept = self._without_tried(lens)
             if kept != self._keyed_lens:
-                self.edit(self._with_lens(kept))
+                self.edit(self.reframed(self.shot, self._with_lens(kept)))
             self._tried = None if kept == lens else lens
             self._tell(before, lens)
 

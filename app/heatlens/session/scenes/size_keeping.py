@@ -1,0 +1,75 @@
+"""Keep the size of what is on a mark while the lens is changed or the camera moves."""
+
+from typing import Literal
+
+from heatlens.base.errors import InputError
+from heatlens.model.marks import Mark
+from heatlens.model.shot import Shot
+from heatlens.scene.same_size import KeptSize, crop_words
+from heatlens.session.loop.messages import reported
+from heatlens.session.shared import Commands, Shared
+
+
+class SizeKeeping(Commands):
+    """Every change of the focal length moves the camera, while a mark is chosen."""
+
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
+        self._renderer = self._source.picture.renderer
+        self._chosen: str | None = None
+        self._asked: tuple[Shot, float] | None = None  # of a plate: another length, in vain
+        self._editing.reframed = self._reframed
+
+    @property
+    def chosen(self) -> str | None:
+        """The name of the mark; None while the picture zooms."""
+        return self._chosen if self._chosen in self.names else None
+
+    @chosen.setter
+    def chosen(self, name: str | None) -> None:
+        self._chosen, self._asked = name, None
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the marks to choose from."""
+        return [mark.name for mark in self._editing.shot.marks]
+
+    @property
+    def crop(self) -> float | None:
+        """The share of a plate that the focal length shows that was asked for; None without."""
+        if self._asked is None or self._asked[0] != self._editing.shot or not self.chosen:
+            return None
+        share = self._editing.lens.focal_length_mm / self._asked[1]
+        return share if share < 1 else None
+
+    def dolly_zoom(self, by: Literal["camera", "length"]) -> None:
+        """Let the camera follow the keyed focal length, or the focal length the camera."""
+        with reported(self._say):
+            if self.chosen is None:
+                raise InputError("Choose what keeps its size first, under the focal length.")
+            kept = self._kept(self._editing.shot)
+            self._editing.do(kept.by_camera() if by == "camera" else kept.by_length())
+
+    def _reframed(self, before: Shot, after: Shot) -> Shot:
+        """Return the shot after a change of the lens, from where the chosen thing is as large."""
+        frame = self._editing.frame
+        length_mm = after.lens_at(frame).focal_length_mm
+        if not self.chosen or length_mm == before.lens_at(frame).focal_length_mm:
+            return after
+        if not self._source.has_camera:
+            self._asked = before, length_mm
+            raise InputError(crop_words(before, frame, length_mm))
+        return self._kept(before).at_length(length_mm)
+
+    def _kept(self, shot: Shot) -> KeptSize:
+        scene, frame = self._renderer.scene, self._editing.frame
+        if scene is None:
+            raise InputError("No scene is open whose camera could move.")
+
+        def depth_at(x: int, y: int) -> float:
+            return self._renderer.scene_depth_m(shot, frame, x, y)
+
+        return KeptSize(scene, shot, frame, self._mark(shot), depth_at)
+
+    def _mark(self, shot: Shot) -> Mark:
+        return next(mark for mark in shot.marks if mark.name == self.chosen)
