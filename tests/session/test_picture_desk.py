@@ -19,7 +19,8 @@ from heatlens.session.opened.gpu_picture import GpuPicture
 from heatlens.session.pictures.color_choice import ColorChoice
 from heatlens.session.pictures.reference import ReferenceLoader
 from heatlens.session.pictures.ruler import Intrinsics
-from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH
+from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH, begun, settled
+from support.exr_files import write_file
 from support.plates import coc_plate_of, plate_of
 from support.session_files import room_file
 from support.shared import shared_of
@@ -288,3 +289,30 @@ def test_a_view_keeps_names_that_the_config_has():
 
 def test_the_first_frame_is_where_the_walls_begin(walls):
     assert walls.editing.frame == FIRST
+
+
+def test_a_click_takes_the_blurred_foreground_and_a_key_the_other(tmp_path):
+    depth, color = np.full((60, 360), 3.0, np.float32), np.full((60, 360), 0.5, np.float32)
+    depth[:, np.arange(360) % 8 >= 3] = 0.9
+    write_file(tmp_path / "twigs.exr", dict.fromkeys("RGB", color) | {"Z": depth})
+    session = begun(tmp_path / "preferences", str(tmp_path / "twigs.exr"))
+    settled(session)
+    lens, editing, hole = session.lens.commands, session.editing, (41, 30)
+    editing.edit_lens(Lens(50.0, 1.4, 3.0, 36.0))
+    editing.settle()
+    lens.focus_at(hole)
+    assert session.facts.lens.focus_distance_m == pytest.approx(0.9)
+    assert "0.9 m" in session.messages.text and "3 m" in session.messages.text
+    lens.focus_at(hole)  # the button is still down
+    assert session.facts.lens.focus_distance_m == pytest.approx(0.9)
+    lens.focus_on_other()
+    assert session.facts.lens.focus_distance_m == pytest.approx(3.0)
+    lens.focus_on_other()
+    assert session.facts.lens.focus_distance_m == pytest.approx(0.9)
+    editing.undo()
+    session.time.marks.set_point(hole)
+    assert session.time.marks.distance_m(editing.shot.marks[-1]) == pytest.approx(0.9)
+    editing.edit_lens(Lens(50.0, 16.0, 3.0, 36.0))
+    lens.focus_on_other()
+    assert "no other" in session.messages.text
+    session.close()

@@ -40,6 +40,7 @@ Lens
   Close 1/3 stop                        Shift+]         repeats
   -
   Focus at infinity
+  Focus on the other surface here       Y
   Reset lens
   -
   Keep this look                        Shift+L

@@ -70,6 +70,7 @@ def _lens(session: Session) -> Iterator[Command]:
     yield Command("Open 1/3 stop", "Lens", partial(lens.step_f_stop, -1))
     yield Command("Close 1/3 stop", "Lens", partial(lens.step_f_stop, 1))
     yield Command("Focus at infinity", "Lens", lens.focus_at_infinity)
+    yield Command("Focus on the other surface here", "Lens", lens.focus_on_other)
     yield Command("Reset lens", "Lens", lens.reset)
     yield Command("Keep this look", "Lens", looks.keep)
     yield Command("Back to the lens before", "Lens", looks.back)

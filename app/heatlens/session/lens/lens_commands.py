@@ -1,6 +1,6 @@
 """Commands for the lens at the playhead and for the quality and shape of its blur."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TypeVar
 
@@ -8,6 +8,8 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import stepped
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, Quality
+from heatlens.model.units import format_distance
+from heatlens.plate.blurred_pick import Surface, surfaces_at
 from heatlens.plate.coc_line import focused_at, focused_at_pixel
 from heatlens.plate.header.start_lens import StartLens
 from heatlens.plate.plate import Plate
@@ -20,22 +22,58 @@ _NUDGE = 1 / 250  # one notch, as a share of the length of the focus bar
 Choice = TypeVar("Choice", bound=StrEnum)
 
 
+@dataclass(frozen=True)
+class Aim:
+    """Where the last click was, what was seen there, and the lens that it made."""
+
+    pixel: tuple[int, int]
+    surfaces: tuple[Surface, ...]
+    lens: Lens
+
+
 class LensCommands(Commands):
     """Changes of the lens; each can be undone."""
 
     def __init__(self, shared: Shared) -> None:
         super().__init__(shared)
         self.kits = KitCommands(shared)
+        self._aim: Aim | None = None
         self.start_lens: StartLens | None = None  # the lens of the open source, and its origin
 
     def focus_at(self, pixel: tuple[int, int]) -> None:
-        """Focus on the object at a pixel of the display window; do nothing outside the picture."""
+        """Focus on what is seen at a pixel of the display window; do nothing outside the picture.
+
+        A press takes something near whose blur covers the pixel; a drag goes on with what the
+        pinhole picture has.
+        """
         plate, pixel = self._source.plate, self._source.frame_px(self._editing.lens, pixel)
         pixel = self._source.feed.plate_px(self._editing.shot, pixel)
         if plate is None or not _is_inside(plate, pixel):
             return
+        before, lens = self._aim, self._editing.lens
+        is_held = before is not None and before.lens == lens and self._editing.is_unsettled
+        if is_held and before is not None and before.pixel == pixel:
+            return
         with reported(self._say):
-            self._editing.edit_lens(focused_at_pixel(plate, self._editing.lens, *pixel))
+            found = surfaces_at(plate, lens, *pixel)
+            self._take(plate, pixel, found[-1:] if is_held else found)
+
+    def focus_on_other(self) -> None:
+        """Focus on the other thing that was seen where the last click was."""
+        aim, plate = self._aim, self._source.plate
+        if aim is None or plate is None or len(aim.surfaces) < 2 or aim.lens != self._editing.lens:
+            self._say("There is no other surface where you clicked last.")
+            return
+        with reported(self._say):
+            self._take(plate, aim.pixel, aim.surfaces[::-1])
+
+    def _take(self, plate: Plate, pixel: tuple[int, int], found: tuple[Surface, ...]) -> None:
+        """Focus on the first of the surfaces that are seen at a pixel, and tell the other."""
+        self._editing.edit_lens(focused_at_pixel(plate, self._editing.lens, found[0].x, found[0].y))
+        self._aim = Aim(pixel, found, self._editing.lens)
+        if len(found) > 1:
+            taken, other = (format_distance(surface.depth_m) for surface in found)
+            self._say(f"Focus at {taken}. The other surface here is at {other}: Y takes it.")
 
     def focus(self, distance_m: float) -> None:
         """Focus at a distance in m."""

@@ -19,7 +19,7 @@ from heatlens.model.marks import (
     next_mark_name,
 )
 from heatlens.model.pull import EASE_PERCENT, PullShape, held_focus, reversed_focus, shaped_pull
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.blurred_pick import surfaces_at
 from heatlens.plate.mark_distance import mark_over_plates_m, world_mark
 from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate
@@ -85,7 +85,9 @@ class MarkCommands(Commands, Worker):
             return
         pixel = self._source.frame_px(self._editing.lens, pixel)
         with reported(self._say):
-            depth_at_m(plate, *self._source.feed.plate_px(self._editing.shot, pixel))
+            plate_px = self._source.feed.plate_px(self._editing.shot, pixel)
+            seen = surfaces_at(plate, self._editing.lens, *plate_px)[0]
+            pixel = pixel if self._source.has_camera else (seen.x, seen.y)
             name = next_mark_name(self._editing.shot.marks)
             point = PointMark(name, float(pixel[0]), float(pixel[1]))
             corrected, self.corrected = self.named(self.corrected), None
