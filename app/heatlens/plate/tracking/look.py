@@ -11,6 +11,7 @@ from heatlens.plate.tracking.crops import ByteImage, Crop, opencv
 
 _LIKE_LEAST = 0.7  # correlation from which a place shows the surface
 _SEEN_LEAST = 0.6  # share of the surface that must have a possible depth
+_SURE, _SURE_OCTAVES = 0.9, 0.5  # the same where it looks different, and for how long
 _PLAIN_LEVELS = 2.0  # spread below which a surface has no pattern to look for
 Place = NDArray[np.float64]
 
@@ -45,7 +46,8 @@ class Look:
     ) -> tuple[Place, float, float] | None:
         """Return place, dioptres and likeness where the surface is seen again; None if nowhere.
 
-        Its depth may differ by some octaves. Of a plain surface the nearest part is taken.
+        Its depth may differ by some octaves. Of a plain surface the nearest part is taken, and so
+        of one that looks different, soon after it was seen and close to where it should be.
         """
         height, width = self.mask.shape
         rows, columns = crop.dioptres.shape[0] - height + 1, crop.dioptres.shape[1] - width + 1
@@ -62,11 +64,14 @@ class Look:
         like = np.where(share >= _SEEN_LEAST, like, -1.0)
         row, column = (int(it) for it in np.unravel_index(np.argmax(like), like.shape))
         if like[row, column] < _LIKE_LEAST:
-            return None
+            close = np.where((share >= _SURE) & (away * (rows + columns) <= width / 2), away, 2.0)
+            row, column = (int(it) for it in np.unravel_index(np.argmin(close), close.shape))
+            if close[row, column] == 2.0 or octaves > _SURE_OCTAVES:
+                return None
         seen = near[row : row + height, column : column + width] & (self.mask > 0)
         depths = crop.dioptres[row : row + height, column : column + width][seen]
         place = np.array([crop.x0 + column, crop.y0 + row], np.float64) + self.offset
-        return place, float(np.median(depths)), float(like[row, column])
+        return place, float(np.median(depths)), max(float(like[row, column]), 0.0)
 
     def _matches(self, image: ByteImage) -> FloatImage:
         """Return the correlation with every place of an image, -1 to 1."""
