@@ -115,6 +115,15 @@ def test_a_full_disk_of_a_worker_is_told_and_leaves_nothing_half(shot_file, tmp_
     assert "6 frames written" in lost.exported(shot_file, "-o", out / "n.####.exr", *fetch)
 
 
+def test_a_worker_without_opengl_is_told_with_its_address(shot_file, tmp_path, lost):
+    lost.kill("worker 0")
+    lost.work("blind", GLCONTEXT_LINUX_LIBEGL="no_such_library.so")
+    assert lost.export("export", shot_file, "-o", tmp_path / "out" / "n.####.exr").wait(60) == 2
+    last = lost.said("export").splitlines()[-1]
+    assert "No OpenGL 4.3" in last and "worker tcp://" in last
+    assert files_in(tmp_path / "out") == {}
+
+
 def test_workers_need_no_encoder(capsys, shot_file, tmp_path, lost):
     """They make lossless frames; the movie is joined where the export was started."""
     (tmp_path / "without").mkdir()

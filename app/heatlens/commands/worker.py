@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
-from heatlens.base.errors import InputError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.stopping import temporary_folder
 from heatlens.commands.export_options import job_of
 from heatlens.commands.options.farm_options import add_device_option, use_device
@@ -88,7 +88,7 @@ def made_part(task: PartTask) -> list[PartDone]:
     worker = library().get_worker()
     try:
         return _made(task, lambda done: worker.log_event(task.topic, done))
-    except InputError as error:
+    except HeatlensError as error:
         raise InputError(f"{error} (worker {worker.address})") from None
 
 
