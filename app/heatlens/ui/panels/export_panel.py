@@ -54,7 +54,7 @@ def export_panel(
     is_busy = state is not None and state.code is None
     pressed = Pressed.NOTHING
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
-        if widgets.button("Export", "Export"):
+        if widgets.button("Write job" if settings.place.is_job else "Export", "Export"):
             pressed = Pressed.EXPORT
     imgui.same_line()
     place, output = settings.place, settings.output

@@ -1,0 +1,177 @@
+"""Kill what makes the frames of a farm at random moments, start once more, and count what is wrong.
+
+    python tests/fuzz/farm_kills.py --kills 20 --seed 1
+    python tests/fuzz/farm_kills.py --kills 5 --only worker,client
+
+A frame is missing if it is not there after one more start, half if an EXR file of its name cannot
+be read whole at any time, and made twice if it was finished before the kill and is written again.
+"""
+
+import argparse
+import random
+import shutil
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path(__file__).parents[1])]
+from heatlens.documents.shot_file import write_shot
+from heatlens.export.whole import is_whole
+from support.command_line import started
+from support.dask_cluster import DaskCluster, dask_cluster
+from support.exports import MANY, files_in, shot_of, write_plates
+from support.slurm import Slurm, why_not
+
+PATIENCE_S = 120.0
+
+
+class Farm:
+    """A shot, what its export leaves when nobody is killed, and the count of what went wrong."""
+
+    def __init__(self, folder: Path, seed: int) -> None:
+        self.folder, self.rng = folder, random.Random(seed)
+        self.shot, self.out = folder / "s.heatlens.json", folder / "out"
+        write_shot(self.shot, shot_of(write_plates(folder / "plates", MANY), MANY))
+        assert self.finished("-o", folder / "whole" / "n.####.exr") == 0
+        self.whole = files_in(folder / "whole")
+        self.counts: Counter[str] = Counter()
+        self._before: dict[Path, int] = {}
+
+    def finished(self, *words: object) -> int:
+        process = started("export", self.shot, *words)
+        process.communicate(timeout=PATIENCE_S)
+        return process.returncode
+
+    def words(self) -> tuple[object, ...]:
+        return ("-o", self.out / "n.####.exr", "--chunk", 2)
+
+    def wait(self, ended: Callable[[], bool]) -> None:
+        """Wait for a random number of frames, and a moment more."""
+        count, end = self.rng.randrange(len(MANY) - 4), time.monotonic() + PATIENCE_S
+        while len(list(self.out.glob("n.*.exr"))) < count and not ended():
+            assert time.monotonic() < end, "no frames came"
+            time.sleep(0.02)
+        time.sleep(self.rng.uniform(0.0, 0.1))
+
+    def after_kill(self) -> None:
+        """Note what is finished, and what is half."""
+        self._before = {path: path.stat().st_ino for path in self.out.glob("n.*.exr")}
+        self.counts["half"] += sum(not is_whole(path) for path in self._before)
+        self.counts["finished before the kill"] += len(self._before)
+
+    def after_start(self) -> None:
+        """Compare with the whole, and forget the frames."""
+        made = files_in(self.out)
+        self.counts["missing"] += len(self.whole.keys() - made.keys())
+        self.counts["different"] += sum(
+            made.get(name, data) != data for name, data in self.whole.items()
+        )
+        self.counts["left over"] += len([name for name in made if name not in self.whole])
+        self.counts["twice"] += sum(
+            path.exists() and path.stat().st_ino != inode for path, inode in self._before.items()
+        )
+        self.counts["kills"] += 1
+        shutil.rmtree(self.out)
+
+
+def kill_in_cluster(farm: Farm, cluster: DaskCluster, kind: str) -> None:
+    """Kill the worker, the client or the scheduler, and start it once more."""
+    export = cluster.export("export", farm.shot, *farm.words())
+    farm.wait(lambda: export.poll() is not None)
+    if export.poll() is not None:
+        farm.after_start()
+        farm.counts["kills"] -= 1
+        return
+    cluster.kill({"client": "export"}.get(kind, kind))
+    if kind == "worker":
+        farm.after_kill()
+        cluster.work("worker")
+        assert export.wait(PATIENCE_S) == 0, cluster.said("export")
+    elif kind == "scheduler":
+        export.wait(PATIENCE_S)
+        cluster.ended("worker")
+        farm.after_kill()
+        cluster.schedule()
+        cluster.work("worker")
+    if kind != "worker":
+        if kind == "client":
+            time.sleep(1.0)  # a task that is under way ends
+            farm.after_kill()
+        cluster.exported(farm.shot, *farm.words())
+    farm.after_start()
+
+
+def kill_in_slurm(farm: Farm, slurm: Slurm, kind: str, script: str) -> None:
+    """Kill a task or the node's daemon, and submit the job once more."""
+    ids = slurm.submitted(script, farm.folder).stdout.split()
+    farm.wait(lambda: not slurm.said("squeue", "-h").strip())
+    if kind == "task":
+        task = f"{ids[0]}_{farm.rng.randrange(12)}"
+        slurm.said("scancel", "--signal=KILL", "--full", task)
+    else:
+        slurm.kill("slurmd")
+        slurm.run("slurmd", "-D", "-N", "here")
+    slurm.drained()
+    farm.after_kill()
+    assert slurm.submitted(script, farm.folder).returncode == 0
+    slurm.drained()
+    farm.after_start()
+
+
+def tried(farm: Farm, kind: str, kills: int, stack: ExitStack) -> None:
+    if kind in ("worker", "client", "scheduler"):
+        cluster = stack.enter_context(dask_cluster(farm.folder / f"of {kind}", workers=0))
+        cluster.work("worker")
+        while farm.counts["kills"] < kills:
+            kill_in_cluster(farm, cluster, kind)
+        return
+    (farm.folder / "slurm").mkdir()
+    slurm = Slurm(farm.folder / "slurm")
+    stack.callback(slurm.stop)
+    slurm.start()
+    script = farm.folder / "job.sh"
+    process = started(
+        "export", farm.shot, *farm.words(), "--submit", "slurm", "--memory", 1, "--cpus", 1
+    )
+    script.write_text(process.communicate(timeout=PATIENCE_S)[0])
+    while farm.counts["kills"] < kills:
+        kill_in_slurm(farm, slurm, kind, script.read_text())
+
+
+def main() -> int:
+    kinds = ("worker", "client", "scheduler", "task", "slurmd")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kills", type=int, default=2)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default=",".join(kinds))
+    args = parser.parse_args()
+    wrong = 0
+    for kind in args.only.split(","):
+        if kind in ("task", "slurmd") and why_not():
+            print(f"{kind}: {why_not()}")
+            continue
+        with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+            Path(folder).chmod(0o755)
+            farm = Farm(Path(folder), args.seed)
+            tried(farm, kind, args.kills, stack)
+        names = (
+            "kills",
+            "finished before the kill",
+            "missing",
+            "half",
+            "twice",
+            "different",
+            "left over",
+        )
+        print(f"{kind}:", ", ".join(f"{name} {farm.counts[name]}" for name in names), flush=True)
+        wrong += sum(farm.counts[name] for name in names[2:])
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
