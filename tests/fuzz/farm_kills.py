@@ -48,7 +48,7 @@ class Farm:
         return process.returncode
 
     def words(self) -> tuple[object, ...]:
-        return ("-o", self.out / "n.####.exr", "--chunk", 2)
+        return ("-o", self.out / "n.####.exr", "--chunk", 8)
 
     def wait(self, ended: Callable[[], bool]) -> None:
         """Wait for a random number of frames, and a moment more."""
@@ -76,6 +76,7 @@ class Farm:
             path.exists() and path.stat().st_ino != inode for path, inode in self._before.items()
         )
         self.counts["kills"] += 1
+        print(dict(self.counts), file=sys.stderr, flush=True)
         shutil.rmtree(self.out)
 
 
@@ -106,20 +107,28 @@ def kill_in_cluster(farm: Farm, cluster: DaskCluster, kind: str) -> None:
     farm.after_start()
 
 
+def drained(slurm: Slurm) -> None:
+    """Wait until no task is left, however loaded the machine is."""
+    end = time.monotonic() + 5 * PATIENCE_S
+    while slurm.said("squeue", "-h").strip():
+        assert time.monotonic() < end, "the tasks never ended"
+        time.sleep(0.2)
+
+
 def kill_in_slurm(farm: Farm, slurm: Slurm, kind: str, script: str) -> None:
     """Kill a task or the node's daemon, and submit the job once more."""
     ids = slurm.submitted(script, farm.folder).stdout.split()
     farm.wait(lambda: not slurm.said("squeue", "-h").strip())
     if kind == "task":
-        task = f"{ids[0]}_{farm.rng.randrange(12)}"
+        task = f"{ids[0]}_{farm.rng.randrange(3)}"
         slurm.said("scancel", "--signal=KILL", "--full", task)
     else:
         slurm.kill("slurmd")
         slurm.run("slurmd", "-D", "-N", "here")
-    slurm.drained()
+    drained(slurm)
     farm.after_kill()
     assert slurm.submitted(script, farm.folder).returncode == 0
-    slurm.drained()
+    drained(slurm)
     farm.after_start()
 
 
