@@ -8,6 +8,7 @@ import pytest
 from heatlens.model.framing import CameraTrack, PoseKey
 from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.model.shot import LensParameter
+from heatlens.session.door.named_commands import named_commands
 from heatlens.session.scenes.scene_commands import CameraDrag
 from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences
@@ -102,6 +103,20 @@ def test_dolly_zooms_are_commands(session):
     assert len(keys) >= 2 and session.facts.shot.lens_at(9).focal_length_mm == pytest.approx(
         35.0 * 2 / 3, rel=0.01
     )
+
+
+def test_one_command_takes_the_mark_nearest_to_the_focus(session):
+    command = next(it for it in named_commands(session) if it.name == "Keep the size of a mark")
+    command.do()
+    assert session.scenes.size.chosen == "A"
+    command.do()
+    assert session.scenes.size.chosen is None and "zooms" in session.messages.text
+    session.editing.edit_lens(replace(session.editing.lens, focus_distance_m=30.0))
+    command.do()
+    assert session.scenes.size.chosen == "B"
+    session.editing.do(replace(session.facts.shot, marks=()))
+    command.do()
+    assert "Set a mark first" in session.messages.text and session.scenes.size.chosen is None
 
 
 def test_a_mark_that_is_gone_is_no_longer_chosen(session):

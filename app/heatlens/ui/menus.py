@@ -42,6 +42,7 @@ Lens
   Focus at infinity
   Focus on the other surface here       Y
   Reset lens
+  Keep the size of a mark               S
   -
   Keep this look                        Shift+L
   Back to the lens before               Backspace

@@ -72,6 +72,7 @@ def _lens(session: Session) -> Iterator[Command]:
     yield Command("Focus at infinity", "Lens", lens.focus_at_infinity)
     yield Command("Focus on the other surface here", "Lens", lens.focus_on_other)
     yield Command("Reset lens", "Lens", lens.reset)
+    yield Command("Keep the size of a mark", "Lens", session.scenes.size.switch)
     yield Command("Keep this look", "Lens", looks.keep)
     yield Command("Back to the lens before", "Lens", looks.back)
     for index in range(LOOKS_NAMED):

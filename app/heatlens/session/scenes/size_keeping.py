@@ -1,13 +1,16 @@
 """Keep the size of what is on a mark while the lens is changed or the camera moves."""
 
+import math
 from typing import Literal
 
 from heatlens.base.errors import InputError
-from heatlens.model.marks import Mark
+from heatlens.model.marks import DistanceMark, Mark
 from heatlens.model.shot import Shot
 from heatlens.scene.same_size import KeptSize, crop_words
 from heatlens.session.loop.messages import reported
 from heatlens.session.shared import Commands, Shared
+
+_ZOOMS = "Another focal length now zooms the picture."
 
 
 class SizeKeeping(Commands):
@@ -33,6 +36,21 @@ class SizeKeeping(Commands):
     def names(self) -> list[str]:
         """The names of the marks to choose from."""
         return [mark.name for mark in self._editing.shot.marks]
+
+    def switch(self) -> None:
+        """Keep the size of what is on the mark nearest to the focus, or let the picture zoom."""
+        marks = self._editing.shot.marks
+        if self.chosen is not None or not marks:
+            self.chosen = None
+            self._say(_ZOOMS if marks else "Set a mark first (M): what is on it keeps its size.")
+            return
+        self.chosen = min(marks, key=self._off).name
+        self._say(f"Every other focal length now keeps the size of {self.chosen}.")
+
+    def _off(self, mark: Mark) -> float:
+        """Return the dioptres of a mark from the focus; those without a distance are last."""
+        focus = 1 / self._editing.lens.focus_distance_m
+        return abs(1 / mark.distance_m - focus) if isinstance(mark, DistanceMark) else math.inf
 
     @property
     def crop(self) -> float | None:
