@@ -4,6 +4,8 @@
 // Inputs
 //   layer_tx        rgb times coverage, a coverage, both blurred; if REDUCED a smaller picture, of which
 //                   tiles that are not active are empty, whatever is stored there
+//   with MIXED, for a layer of which the larger size is already in out_color_img:
+//   behind_tx       rgb so far without the layer; `share` is how much the smaller one counts
 // Output
 //   out_color_img   rgb so far (read and written); a 1
 
@@ -35,15 +37,26 @@ vec4 layer_at(ivec2 at) {
 vec4 layer_at(ivec2 at) { return texelFetch(layer_tx, at, 0); }
 #endif
 
+#ifdef MIXED
+uniform sampler2D behind_tx;
+uniform float share;
+
+vec3 behind_at(ivec2 at) { return texelFetch(behind_tx, at, 0).rgb; }
+vec3 shared_at(ivec2 at, vec3 color) { return mix(imageLoad(out_color_img, at).rgb, color, share); }
+#else
+vec3 behind_at(ivec2 at) { return imageLoad(out_color_img, at).rgb; }
+vec3 shared_at(ivec2 at, vec3 color) { return color; }
+#endif
+
 void composite(ivec2 at) {
     vec4 layer = layer_at(at);
     vec3 color;
     if (is_farthest) {
         color = layer.a == 1.0 ? layer.rgb : layer.rgb / max(layer.a, 1e-3);
     } else {
-        color = layer.rgb + (1.0 - layer.a) * imageLoad(out_color_img, at).rgb;
+        color = layer.rgb + (1.0 - layer.a) * behind_at(at);
     }
-    imageStore(out_color_img, at, vec4(max(color, 0.0), 1.0));
+    imageStore(out_color_img, at, vec4(shared_at(at, max(color, 0.0)), 1.0));
 }
 
 // A workgroup's part of a tile: with a reduction of 2, a tile stands for 2 x 2 workgroups.

@@ -8,7 +8,7 @@
 
 layout(local_size_x = WORD_GROUP) in;
 
-uniform ivec2 layer_sizes[LAYERS_MAX];
+uniform ivec2 layer_sizes[2 * LAYERS_MAX];
 uniform int tile_words, bits_words;  // words of a layer
 layout(std430) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
 layout(std430) writeonly buffer bits_block { uint bits_buf[]; };

@@ -19,7 +19,7 @@ uniform sampler2D coc_tx;
 uniform sampler2D kind_tx;
 uniform sampler2D near_tx;
 uniform ivec2 tiles;                    // across, down
-uniform vec2 layer_ends_px[LAYERS_MAX]; // signed coc where each layer's membership begins and ends
+uniform vec2 layer_ends_px[2 * LAYERS_MAX]; // signed coc where each layer's membership begins and ends
 uniform int layer_count;
 layout(std430) writeonly buffer content_block { uint content_buf[]; };
 layout(std430) writeonly buffer nearest_block { float nearest_buf[]; };

@@ -12,7 +12,7 @@
 
 layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
-uniform vec2 layer_px[LAYERS_MAX];  // how far a layer's content spreads by its own blur; its widest |coc|
+uniform vec2 layer_px[2 * LAYERS_MAX];  // how far a layer's content spreads by its own blur; its widest |coc|
 uniform float wider_scale;          // axis scale of the wider axis
 uniform float margin_px;
 uniform int slices;                 // number of slices in which a later pass works through a list

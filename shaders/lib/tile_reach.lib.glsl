@@ -4,7 +4,7 @@
 #define FAR_AWAY 65535
 #define TILE_GROUPS_MAX 65535u  // what OpenGL promises; longer lists are walked in strides
 
-uniform ivec4 layer_tiles[LAYERS_MAX];  // tiles across and down; tiles beyond which content has no effect;
+uniform ivec4 layer_tiles[2 * LAYERS_MAX];  // tiles across and down; tiles beyond which content has no effect;
                                         // size of a pixel of the layer, in pixels of the picture
 uniform int tile_words;
 uniform int list_words;  // words of the list of a layer's tiles (lib/tile_list.lib.glsl)

@@ -77,7 +77,7 @@ def rendered(renderer: FrameRenderer, color: Image, depth: Image, lens: Lens) ->
 
 @pytest.mark.parametrize(
     ("coc_px", "depth_m"),
-    [(30.0, NEAR_M), (61.0, NEAR_M), (120.0, NEAR_M), (61.0, FAR_M), (120.0, FAR_M)],
+    [(27.0, NEAR_M), (55.0, NEAR_M), (120.0, NEAR_M), (61.0, FAR_M), (120.0, FAR_M)],
 )
 def test_a_smaller_layer_blurs_as_the_whole_one_does(
     ctx, renderer, rng, monkeypatch, coc_px, depth_m
@@ -108,15 +108,11 @@ def test_a_small_square_becomes_the_same_disc(ctx, renderer, monkeypatch):
 
 
 def test_a_layer_that_changes_its_size_in_a_pull_does_not_show(ctx, renderer):
-    """The far layer is halved from a coc of 60 px on; the lens opens by a hundredth of a stop."""
+    """The far layer is halved from a coc of 53 px on; the lens opens by a hundredth of a stop."""
     color, depth = room(480, 270)
     renderer.load(plate_of(color, depth))
-    lenses = [Lens(50.0, f_stop, 1.0, 36.0) for f_stop in np.linspace(0.61, 0.56, 11)]
-    reductions = []
-    for lens in lenses:
-        optics = renderer.optics(Shot(lens, DefocusSettings()))
-        cuts = layer_cuts(optics.occupied_px, optics.gaps_px, LAYERS_MAX)
-        reductions.append([plan.reduction for plan in layer_plans(cuts, optics, (480, 270))])
+    lenses = [Lens(50.0, f_stop, 1.0, 36.0) for f_stop in np.linspace(0.68, 0.56, 11)]
+    reductions = [[plan.reduction for plan in plans_through(renderer, lens)] for lens in lenses]
     assert reductions[0] != reductions[-1]
     frames = [
         np.clip(renderer.pixels(Shot(lens, DefocusSettings()))[..., :3], 0, 1) for lens in lenses
@@ -125,3 +121,26 @@ def test_a_layer_that_changes_its_size_in_a_pull_does_not_show(ctx, renderer):
     steps = changes.mean(axis=(1, 2, 3))
     assert steps.max() < 2.0 * steps.mean()
     assert np.quantile(changes, 0.999, axis=(1, 2, 3)).max() < 2 / 255
+
+
+def test_a_layer_changes_its_size_without_a_jump(ctx, renderer):
+    """Where another size begins or ends to count, the picture changes as at the steps around it."""
+    renderer.load(plate_of(*room(480, 270)))
+    lenses = [Lens(50.0, f_stop, 1.0, 36.0) for f_stop in np.linspace(0.68, 0.57, 551)]
+    sizes = [
+        [size.reduction for plan in plans_through(renderer, lens) for size in plan.sizes]
+        for lens in lenses
+    ]
+    changes = [n for n in range(1, len(lenses)) if sizes[n] != sizes[n - 1]]
+    assert [sizes[n] for n in changes] == [[1, 2, 1, 1], [2, 1, 1]]
+    for n in changes:
+        shots = [Shot(lens, DefocusSettings()) for lens in lenses[n - 2 : n + 2]]
+        frames = [renderer.pixels(shot)[..., :3].copy() for shot in shots]
+        before, across, after = np.abs(np.diff(frames, axis=0)).mean(axis=(1, 2, 3))
+        assert across < 1.5 * max(before, after)
+
+
+def plans_through(renderer: FrameRenderer, lens: Lens) -> list[LayerPlan]:
+    optics = renderer.optics(Shot(lens, DefocusSettings()))
+    cuts = layer_cuts(optics.occupied_px, optics.gaps_px, LAYERS_MAX)
+    return layer_plans(cuts, optics, (480, 270))

@@ -75,11 +75,6 @@ class LayerSplitPass:
             yield
 
 
-def _of_both_sizes(ctx: moderngl.Context, shader: str) -> dict[bool, ComputeProgram]:
-    """Return two programs: for whole layers, and for layers smaller than the picture."""
-    return {False: ComputeProgram(ctx, shader), True: ComputeProgram(ctx, shader, {"REDUCED": 1})}
-
-
 def _limits(cut: LayerCut) -> dict[str, object]:
     """Return the uniforms of lib/layer.lib.glsl."""
     return {
@@ -228,22 +223,36 @@ class CompositePass:
     """Composites a blurred layer over the layers behind it."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._programs = _of_both_sizes(ctx, "composite.comp.glsl")
+        shader = "composite.comp.glsl"
+        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, shader, on))
 
-    def run(self, blurred: Layer, plan: LayerPlan, color: moderngl.Texture) -> None:
-        """Composite a `blurred` layer over `color`; the farthest layer replaces it."""
+    def run(
+        self,
+        blurred: Layer,
+        plan: LayerPlan,
+        behind: moderngl.Texture,
+        color: moderngl.Texture,
+    ) -> None:
+        """Composite a `blurred` layer over `color`; the farthest layer replaces it.
+
+        One that has only a share of the layer is composited over `behind`, and mixed with `color`.
+        """
         listed, mask, uniforms = blurred.listed.words, blurred.mask, WHOLE_LIST
         buffers: dict[str, StorageBuffer] = {"tile_list_block": listed}
+        is_mixed = plan.share < 1.0
+        shared: _Textures = {"behind_tx": behind} if is_mixed else {}
         if plan.reduction > 1:
             buffers["tile_mask_block"] = mask.words
             uniforms = uniforms | mask.uniforms
-        self._programs[plan.reduction > 1].dispatch(
+        self._programs.with_(REDUCED=plan.reduction > 1, MIXED=is_mixed).dispatch(
             listed,
             offset=TileList.OF_PICTURE,
-            textures={"layer_tx": blurred.color},
+            textures={"layer_tx": blurred.color} | shared,
             images={"out_color_img": color},
             buffers=buffers,
-            uniforms=uniforms | {"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction},
+            uniforms=uniforms
+            | {"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction}
+            | ({"share": plan.share} if is_mixed else {}),
         )
 
 

@@ -1,11 +1,12 @@
 """Plan the work on each layer: its size, and how far its blur reaches.
 
 A strongly blurred layer has no detail to lose: it is processed at 1/2, 1/4 or 1/8 size, as long as
-its circle of confusion there stays large enough for the shape of the disc.
+its circle of confusion there stays large enough for the shape of the disc. While it is only just
+large enough, both sizes are processed and mixed, so that a layer changes its size without a jump.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from heatlens.defocus.layer_cuts import FARTHER_THAN_ALL, LayerCut
 from heatlens.defocus.optics import Optics
 
 REDUCTIONS = (8, 4, 2)
-LEAST_REDUCED_PX = 8.0  # smallest coc of a reduced layer, in its own pixels
+LEAST_REDUCED_PX = 7.0  # smallest coc of a reduced layer, in its own pixels, and
+ALONE_FROM_PX = 8.0  # that from which it is not mixed with the layer at twice its size
 LEAST_REDUCED_SIDE = 64  # smallest shorter side of a reduced layer; smaller ones gain little
 SPREAD = 1.0  # reach of a kernel, relative to the coc; beyond it, less than a thousandth is left
 MARGIN_PX = 8.0  # neighbourhood used by the fill, and by enlarging a reduced layer
@@ -26,12 +28,21 @@ class LayerPlan:
     reduction     size of a pixel of the layer, in pixels of the picture
     widest_px     largest |coc| in the layer, in pixels of the picture
     uncovered_px  how far behind a silhouette hidden content can show, in pixels of the picture
+    share         how much of the layer has this size, 0..1; the rest has twice this size
     """
 
     cut: LayerCut
     reduction: int
     widest_px: float
     uncovered_px: float
+    share: float = 1.0
+
+    @property
+    def sizes(self) -> "list[LayerPlan]":
+        """The plan of each size at which the layer is processed, the larger one first."""
+        if self.share == 1.0:
+            return [self]
+        return [replace(self, reduction=self.reduction // 2, share=1.0), self]
 
     @property
     def ends_px(self) -> tuple[float, float]:
@@ -74,9 +85,12 @@ def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     narrowest = _least_px(cut, float(held[-1])) * min(optics.disc.spreads)
     fitting = [k for k in REDUCTIONS if side_px >= k * LEAST_REDUCED_SIDE]
     reduction = next((k for k in fitting if narrowest >= k * LEAST_REDUCED_PX), 1)
+    share = np.clip(
+        (narrowest / reduction - LEAST_REDUCED_PX) / (ALONE_FROM_PX - LEAST_REDUCED_PX), 0.0, 1.0
+    )
     uncovering = 0.0 if cut.is_nearest else max(-optics.nearest_px, 0.0)
     uncovered = max(optics.disc.half_extents) * (uncovering + widest) / 2 + MARGIN_PX
-    return LayerPlan(cut, reduction, widest, uncovered)
+    return LayerPlan(cut, reduction, widest, uncovered, 1.0 if reduction == 1 else float(share))
 
 
 def _least_px(cut: LayerCut, farthest_px: float) -> float:

@@ -125,7 +125,7 @@ PASSES: tuple[Pass, ...] = (
         "layer split",
         _comp("layer_split", variants=crossed(either("REDUCED"), _LISTS)),
         pass_costs.layer_split_bytes,
-        _own("layer", "layer state", "told") | {"hidden list": "pixel list"},
+        _own("behind", "layer", "layer state", "told") | {"hidden list": "pixel list"},
     ),
     Pass(
         "hidden fill",
@@ -159,9 +159,9 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "composite",
-        _comp("composite", variants=either("REDUCED")),
+        _comp("composite", variants=({}, {"REDUCED": 1}, {"REDUCED": 1, "MIXED": 1})),
         pass_costs.composite_bytes,
-        reads_last=("layer",),
+        reads_last=("layer", "behind"),
     ),
     Pass(
         "highlights drawn",

@@ -181,12 +181,16 @@ class DefocusPipeline:
             cuts = with_far_cut(cuts, settings.proxy)
         plans = layer_plans(cuts, optics, color.size)
         out = self.scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
-        found = self._passes.tiles.look_through(picture, plans, self.scratch)
-        tiles = self._passes.tiles.find(found, plans, optics, self.scratch)
+        sizes = [size for plan in plans for size in plan.sizes]
+        found = self._passes.tiles.look_through(picture, sizes, self.scratch)
+        tiles = iter(self._passes.tiles.find(found, sizes, optics, self.scratch))
         yield self.scratch.passed("tiles")
         for number, plan in enumerate(plans):
             self._tell_progress(number, len(plans))
-            yield from self._blurred_layer(picture, plan, tiles[number], optics, settings, out)
+            behind = self._kept(out) if plan.share < 1.0 else out
+            for size, where in zip(plan.sizes, tiles, strict=False):
+                layer = yield from self._blurred_layer(picture, size, where, optics, settings)
+                self._passes.composite.run(layer, size, behind, out)
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
                 self._passes.far_parts.over(far, out)
             yield self.scratch.passed("composite")
@@ -203,9 +207,8 @@ class DefocusPipeline:
         where: LayerTiles,
         optics: Optics,
         settings: DefocusSettings,
-        out: moderngl.Texture,
-    ) -> Iterator[str]:
-        """Blur one layer, and composite it over what is in `out`."""
+    ) -> Steps[Layer]:
+        """Return one layer, blurred."""
         layer, layer_coc = yield from self._layer(picture, plan, where, optics)
         is_in_front, rim = plan.cut.is_before_focus, optics.disc.aperture.rim
         what = Diffusion(
@@ -220,7 +223,13 @@ class DefocusPipeline:
         poles = self._poles("poles", picture.coc.size, kernel_for(settings))
         blur = self._passes.blur.steps(what, BlurTargets(poles, layer.color), layer.mask)
         yield from self._named("blur", blur)
-        self._passes.composite.run(layer, plan, out)
+        return layer
+
+    def _kept(self, picture: moderngl.Texture) -> moderngl.Texture:
+        """Return a copy of the colours of `picture`."""
+        kept = self.scratch.texture("behind", picture.size, 4)
+        self._passes.colors.take(picture, range(3), kept)
+        return kept
 
     def _far_field(
         self,

@@ -157,8 +157,8 @@ def _tiles_of(plan: LayerPlan, size: tuple[int, int], optics: Optics) -> tuple[i
 
 
 def _for_all(of_layers: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
-    """Return values of layers as a uniform array, padded to the largest number of layers."""
-    return (*of_layers, *((0,) * len(of_layers[0]),) * (LAYERS_MAX - len(of_layers)))
+    """Return values of layers as a uniform array, padded to all layers at two sizes each."""
+    return (*of_layers, *((0,) * len(of_layers[0]),) * (2 * LAYERS_MAX - len(of_layers)))
 
 
 def _groups(tiles: tuple[int, int]) -> tuple[int, int]:
