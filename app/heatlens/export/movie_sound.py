@@ -16,6 +16,7 @@ from heatlens.files.picture_formats import in_movie
 from heatlens.model.frames import exact_rate
 
 _RATE = 48_000
+_SAME_RATE = 1e-4  # 23.976 is not 24
 _LAYOUT, _FORMAT = "stereo", "s16"
 _CODECS = {".mov": "pcm_s16le", ".mp4": "aac"}
 
@@ -29,18 +30,21 @@ def heard(plan: ExportPlan, frames_per_second: float) -> tuple[tuple[Spot | None
     The frames must follow each other in one movie, and be shown at the rate of that movie.
     """
     spots = tuple(_spot(frame.origin.files) for frame in plan.frames)
+    found = next((spot[0] for spot in spots if spot is not None), None)
     silent = (None,) * len(spots)
-    found = next((spot for spot in spots if spot is not None), None)
-    if found is None or not (movie := movie_at(found[0])).has_sound:
+    if found is None or not movie_at(found).has_sound:
         return silent, ""
-    rate = exact_rate(frames_per_second)
-    if movie.rate is None or abs(movie.rate / rate - 1) > 1e-4:
-        return silent, f"The sound of {found[0]} is left out, because its frame rate is another."
-    if not has_whole_sound(found[0]):
-        return silent, f"The sound of {found[0]} is left out, because it is damaged."
+    why = _why_silent(found, spots, frames_per_second)
+    return (silent, f"The sound of {found} is left out, because {why}.") if why else (spots, "")
+
+
+def _why_silent(path: Path, spots: Sequence[Spot | None], frames_per_second: float) -> str:
+    rate = movie_at(path).rate
+    if rate is None or abs(rate / exact_rate(frames_per_second) - 1) > _SAME_RATE:
+        return "its frame rate is another"
     if any(b is None or a is None or b != (a[0], a[1] + 1) for a, b in pairwise(spots)):
-        return silent, f"The sound of {found[0]} is left out, because frames are left out too."
-    return spots, ""
+        return "frames are left out too"
+    return "" if has_whole_sound(path) else "it is damaged"
 
 
 def _spot(files: Sequence[Any]) -> Spot | None:
