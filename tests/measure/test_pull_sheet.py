@@ -10,16 +10,19 @@ from itertools import zip_longest
 import numpy as np
 import pytest
 from PIL import Image
+from pypdf import PdfReader
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
+from heatlens.documents.reel_file import write_reel
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.export.sheet.page import SheetEntry, data_uri, sheet_html, write_sheet
+from heatlens.export.sheet.page import Sheet, SheetEntry, data_uri, sheet_html, write_sheet
 from heatlens.export.sheet.rows import mark_rows, sheet_csv, sheet_frames, sheet_row
 from heatlens.model.coc import near_limit_m
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, PointMark
+from heatlens.model.reel import Reel, ReelShot
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.timecode import Timecode
 from heatlens.model.units import parse_distance_m
@@ -80,9 +83,10 @@ def test_the_page_lists_every_mark_and_the_lengths_of_a_zoom(shot):
     zoom = marked.with_key(1020, LensParameter.FOCAL_LENGTH, 24.0)
     zoom = zoom.with_key(1040, LensParameter.FOCAL_LENGTH, 80.0)
     entries = [SheetEntry(row, marks=tuple(seen[0])) for row in rows_of(zoom)]
-    page = sheet_html("rack", zoom, entries)
+    page = sheet_html("rack", [Sheet("rack", zoom, entries)])
     assert "24 mm to 80 mm" in page and "all marks" in page
-    assert "all marks" not in sheet_html("rack", shot, [SheetEntry(row) for row in rows_of(shot)])
+    plain = Sheet("rack", shot, [SheetEntry(row) for row in rows_of(shot)])
+    assert "all marks" not in sheet_html("rack", [plain])
 
 
 def test_the_shots_start_wins_over_the_header_and_one_that_does_not_fit_is_none(shot):
@@ -109,12 +113,12 @@ def test_a_still_has_one_row(shot):
 
 def test_the_page_escapes_names_and_the_table_holds_the_same(shot, tmp_path):
     rows = rows_of(shot)
-    entries = [SheetEntry(row) for row in rows]
-    page = sheet_html("rack & <roll>", shot, entries)
+    sheet = Sheet("rack & <roll>", shot, [SheetEntry(row) for row in rows])
+    page = sheet_html(sheet.title, [sheet])
     assert "rack &amp; &lt;roll&gt;" in page and "door &lt;3" in page and "<3" not in page
     read = list(csv.DictReader(io.StringIO(sheet_csv(rows))))
     assert [entry["focus"] for entry in read] == [row.focus for row in rows]
-    table = write_sheet(tmp_path / "rack.html", "rack", shot, entries)
+    table = write_sheet(tmp_path / "rack.html", "rack", [sheet])
     assert table == tmp_path / "rack.csv" and table.read_text() == sheet_csv(rows)
 
 
@@ -151,10 +155,34 @@ def test_the_command_writes_pictures_marks_and_timecode(tmp_path, capsys):
     assert said.err == ""  # progress is for terminals
 
 
+def test_a_reel_is_a_sheet_of_its_shot_files_also_as_pdf(tmp_path, capsys):
+    pattern, shots = sequence_files(tmp_path, 1001, 1004), []
+    for name, near_m in (("first", 2.0), ("second", 5.0)):
+        shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), source=pattern, frames=FrameRange(1001, 1004))
+        path = tmp_path / f"{name}.heatlens.json"
+        write_shot(path, shot.with_key(1002, FOCUS, near_m).with_key(1004, FOCUS, 6.0))
+        shots.append(ReelShot(name, str(path), FrameRange(1002, 1004)))
+    reel = tmp_path / "cut.heatreel.json"
+    write_reel(reel, Reel("cut", (*shots, ReelShot("plain", pattern))))
+    pages = tmp_path / "pulls.pdf"
+    assert main(["shot", "sheet", str(reel), "-o", str(pages)]) == 0
+    assert "plain: " in (said := capsys.readouterr().err) and "has no pull" in said
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "pulls.csv").read_text())))
+    assert [(row["shot"], row["frame"], row["focus"]) for row in rows] == [
+        *(("first", "1002", "2 m"), ("first", "1004", "6 m")),
+        *(("second", "1002", "5 m"), ("second", "1004", "6 m")),
+    ]
+    texts = [page.extract_text() for page in PdfReader(pages).pages]
+    assert len(texts) == 2 and "first" in texts[0] and "second" in texts[1] and "5 m" in texts[1]
+    assert all(len(page.images) >= 2 for page in PdfReader(pages).pages)
+    write_reel(reel, Reel("cut", (ReelShot("plain", pattern),)))
+    assert main(["shot", "sheet", str(reel), "-o", str(pages)]) == 2
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["-o", "pull.pdf"], "must end in .html"),
+        (["-o", "pull.doc"], "must end in .html or .pdf"),
         (["-o", "pull.html", "--start-timecode", "ten"], "not a timecode"),
     ],
 )

@@ -1,14 +1,40 @@
-"""Render HTML 5 pages from templates beside the code; all values are escaped."""
+"""Render HTML 5 pages from templates beside the code; all values are escaped. PDF of them."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import ModuleType
 
+from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
+from heatlens.base.printable import one_line
 
 
-def check_pages(purpose: str) -> None:
-    """Raise InputError that begins with `purpose` if the package for pages is missing."""
+def check_pages(purpose: str, is_pdf: bool = False) -> None:
+    """Raise InputError that begins with `purpose` if a package for pages or PDF is missing."""
     import_extra("jinja2", purpose, "study")
+    if is_pdf:
+        _weasyprint(purpose)
+
+
+def _weasyprint(purpose: str) -> ModuleType:
+    try:
+        return import_extra("weasyprint", f"{purpose} as PDF", "pdf")
+    except OSError as error:
+        raise InputError(
+            f"{purpose} as PDF needs the library Pango ({one_line(error)}); Debian calls its "
+            "package libpango-1.0-0. A page in HTML needs none."
+        ) from error
+
+
+def pdf_of(purpose: str, page: str) -> bytes:
+    """Return a page with all its pictures inside as PDF; nothing is fetched.
+
+    Raises InputError if the package for PDF is missing.
+    """
+    library = _weasyprint(purpose)
+    inside = library.URLFetcher(allowed_protocols=("data",))
+    made: bytes = library.HTML(string=page, url_fetcher=inside).write_pdf()
+    return made
 
 
 def page_of(

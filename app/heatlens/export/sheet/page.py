@@ -1,6 +1,6 @@
-"""Write the pull sheet: the focus pull of a shot on one page, for the first assistant on set.
+"""Write the pull sheet: the focus pulls of shots, for the first assistant on set.
 
-It is a single HTML file that includes its pictures, and the same rows as CSV.
+It is a single HTML or PDF file that includes its pictures, and the same rows as CSV.
 
 Its frames are rendered at a small size, and the distances of the marks are measured in them.
 """
@@ -25,6 +25,7 @@ from heatlens.export.plan import planned
 from heatlens.export.rendering import FrameRendering
 from heatlens.export.sheet.rows import (
     Distances,
+    MarkRow,
     SheetRow,
     mark_rows,
     sheet_csv,
@@ -32,7 +33,7 @@ from heatlens.export.sheet.rows import (
     sheet_row,
 )
 from heatlens.files.atomic_file import write_whole
-from heatlens.files.html_page import page_of
+from heatlens.files.html_page import page_of, pdf_of
 from heatlens.model.frames import FrameRange
 from heatlens.model.marks import Mark, ObjectMark, PointMark, TrackMark
 from heatlens.model.settings import Method
@@ -67,11 +68,28 @@ def data_uri(display: FloatImage) -> str:
     return "data:image/jpeg;base64," + base64.b64encode(data.getvalue()).decode()
 
 
-def sheet_html(title: str, shot: Shot, entries: Sequence[SheetEntry]) -> str:
-    """Return the page. Raises InputError if the package that makes it is not installed."""
-    marks = mark_rows(shot, [entry.marks for entry in entries])
-    values = {"title": title, "facts": _facts(shot, entries), "entries": entries, "marks": marks}
-    return page_of(PURPOSE, _TEMPLATE, values)
+@dataclass(frozen=True)
+class Sheet:
+    """The pull of one shot."""
+
+    title: str
+    shot: Shot
+    entries: Sequence[SheetEntry]
+
+    @property
+    def facts(self) -> dict[str, str]:
+        """The description of lens and film back."""
+        return _facts(self.shot, self.entries)
+
+    @property
+    def marks(self) -> list[MarkRow]:
+        """The distances of all marks."""
+        return mark_rows(self.shot, [entry.marks for entry in self.entries])
+
+
+def sheet_html(title: str, sheets: Sequence[Sheet]) -> str:
+    """Return the page of all shots. Raises InputError if the package for pages is missing."""
+    return page_of(PURPOSE, _TEMPLATE, {"title": title, "sheets": sheets})
 
 
 def _facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:
@@ -88,14 +106,16 @@ def _facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:
     }
 
 
-def write_sheet(path: Path, title: str, shot: Shot, entries: Sequence[SheetEntry]) -> Path:
+def write_sheet(path: Path, title: str, sheets: Sequence[Sheet]) -> Path:
     """Write the page to `path` and the table beside it; return the path of the table.
 
     Raises InputError if a file cannot be written.
     """
-    table = path.with_suffix(".csv")
-    write_whole(path, sheet_html(title, shot, entries).encode())
-    write_whole(table, sheet_csv([entry.row for entry in entries]).encode())
+    table, page = path.with_suffix(".csv"), sheet_html(title, sheets)
+    write_whole(path, pdf_of(PURPOSE, page) if path.suffix.lower() == ".pdf" else page.encode())
+    rows = [(sheet.title, entry.row) for sheet in sheets for entry in sheet.entries]
+    shots = [shot for shot, _ in rows] if len(sheets) > 1 else []
+    write_whole(table, sheet_csv([row for _, row in rows], shots).encode())
     return table
 
 

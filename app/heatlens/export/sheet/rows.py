@@ -122,11 +122,13 @@ def _mark_at(distance_m: float, marks: Distances) -> str:
     return min(near)[1] if near else ""
 
 
-def sheet_csv(rows: Sequence[SheetRow]) -> str:
-    """Return the rows as CSV with a head line."""
+def sheet_csv(rows: Sequence[SheetRow], shots: Sequence[str] = ()) -> str:
+    """Return the rows as CSV with a head line; `shots` names the shot of each row of a reel."""
     names = list(SheetRow.__dataclass_fields__)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(names)
-    writer.writerows([getattr(row, name) for name in names] for row in rows)
+    first = [[shot] for shot in shots] or [[]] * len(rows)
+    writer.writerow([*(["shot"] if shots else []), *names])
+    for shot, row in zip(first, rows, strict=True):
+        writer.writerow([*shot, *(getattr(row, name) for name in names)])
     return text.getvalue()

@@ -67,7 +67,7 @@ PURPOSES = {
             "sheet",
             "Write the pull sheet",
             "Write",
-            (".html",),
+            (".html", ".pdf"),
             "Keys with picture, timecode, mark and distances; a table (.csv) is written beside it.",
             is_save=True,
         ),
