@@ -131,3 +131,16 @@ def test_too_many_shots_for_a_template_are_told(capsys, tmp_path):
     said = refused(capsys, tmp_path / "cut.heatreel.json", tmp_path / "{shot}.####.exr", *words)
     assert "101 shots" in said and "fewer shots" in said
     assert not files_in(tmp_path).keys() - {"cut.heatreel.json"}
+
+
+def test_a_pull_sheet_is_written_when_all_frames_are_there(capsys, tmp_path, reel):
+    """As the manual shows it: the command that follows is one of heatlens."""
+    shot, page = reel.parent / "shots" / "s2.heatlens.json", tmp_path / "pull.html"
+    command = f"ls '{tmp_path}'/new/n.*.exr > '{tmp_path}/seen'; "
+    command += f"heatlens shot sheet '{shot}' -o '{page}'"
+    (tmp_path / "new").mkdir()
+    run_here(
+        capsys, tmp_path, shot, "-o", tmp_path / "new" / "n.####.exr", "--after-export", command
+    )
+    assert len((tmp_path / "seen").read_text().splitlines()) == 6
+    assert page.read_text().count("<img") == 2 and page.with_suffix(".csv").exists()

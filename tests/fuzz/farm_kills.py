@@ -125,8 +125,8 @@ def kill_in_slurm(farm: Farm, slurm: Slurm, kind: str, script: str) -> None:
     else:
         slurm.kill("slurmd")
         slurm.run("slurmd", "-D", "-N", "here")
-    drained(slurm)
     farm.after_kill()
+    drained(slurm)
     assert slurm.submitted(script, farm.folder).returncode == 0
     drained(slurm)
     farm.after_start()
