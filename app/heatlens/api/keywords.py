@@ -115,3 +115,4 @@ class ReadingOptions(TypedDict, total=False):
     depth_model_output: DepthModelOutput | Literal["auto", "disparity", "metres", "inverse"]
     depth_known: KnownDistance | str | None
     depth_side: DepthSide | Literal["none", "right", "left", "bottom", "top"]
+    flat_depth: str | None

@@ -204,6 +204,7 @@ class PlateOptions:
     depth_model      a network that estimates the depth, in place of a depth that is stored
     depth_model_output  what its values are
     depth_known      scales its values
+    flat_depth       a thing whose depth is replaced by its median or a plane
 
     Raises InputError for an unknown convention, kind or curve, and for an impossible unit.
     """
@@ -336,6 +337,13 @@ class PlateOptions:
         DepthSide.NONE,
         "depth side",
         "half of the picture that holds its depth in grey, as in side-by-side footage",
+    )
+    flat_depth: str | None = option_field(
+        None,
+        "flat depth",
+        "mend a wrong depth inside a matte, cryptomatte:THING, CHANNEL:ID or matte:CHANNEL: its "
+        "median becomes the depth of all of it, or with plane: before it a plane",
+        metavar="MATTE",
     )
 
     @property

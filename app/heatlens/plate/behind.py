@@ -58,6 +58,7 @@ def deep_options(options: PlateOptions) -> PlateOptions:
         near_m=None,
         far_m=None,
         despike=False,
+        flat_depth=None,
     )
 
 

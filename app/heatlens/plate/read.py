@@ -35,6 +35,7 @@ from heatlens.plate.header.channel_choice import ColorChoice, NoDepthError, choo
 from heatlens.plate.header.channels import Header, Part, compression_name, list_channels, pixels_of
 from heatlens.plate.header.placement import rigid_at
 from heatlens.plate.header.views import views_of
+from heatlens.plate.mattes.flat_depth import with_flat_depth
 from heatlens.plate.parts.carried import carried
 from heatlens.plate.plate import FloatImage, Plate, read_pixels
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
@@ -48,6 +49,7 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     """
     path, options = Path(path), options or PlateOptions()
     plate, behind = _file_read(path, options)
+    plate = with_flat_depth(plate, options.flat_depth)
     plate = replace(plate, world_to_camera=rigid_at(plate.attributes, options.scene_unit_m))
     for number, other in enumerate(behind_paths(path, options)):
         own = file_options(options, number)

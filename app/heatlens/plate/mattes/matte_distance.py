@@ -8,7 +8,7 @@ from heatlens.plate.mattes.mattes import matte_of
 from heatlens.plate.plate import FloatImage, Plate
 
 _LEAST_PX = 4.0  # coverage below which an object counts as hidden
-_SURE = 0.5  # coverage from which the depth of a pixel is the object's
+SURE = 0.5  # coverage from which the depth of a pixel is the object's
 _NEAREST = 0.98  # share of the coverage behind the nearest part: ignores stray pixels
 
 
@@ -32,8 +32,8 @@ def distance_m(matte: FloatImage, depth_m: FloatImage, part: MattePart) -> float
     if float(matte.sum()) < _LEAST_PX:
         return None
     # Pixels at an edge may have the depth of something else.
-    if (matte >= _SURE).sum() >= _LEAST_PX:
-        is_there = matte >= _SURE
+    if (matte >= SURE).sum() >= _LEAST_PX:
+        is_there = matte >= SURE
     dioptres, weights = 1.0 / depth_m[is_there].astype(np.float64), matte[is_there]
     order = np.argsort(dioptres)
     passed = np.cumsum(weights[order], dtype=np.float64)

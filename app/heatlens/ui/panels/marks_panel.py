@@ -29,7 +29,7 @@ from heatlens.ui import probe, theme, topmost, widgets
 from heatlens.ui.state import UiState
 
 _NAME_EM, _NAME_LEAST_EM, _DISTANCE_EM = 5.0, 3.2, 4.4
-_ROW_EM = 14.0  # width of a row without its name
+_ROW_EM = 20.5  # width of the widest row without its name
 _PULL = "pull focus"
 _HERE = "here"
 _RADIUS_EM = 0.33  # radius of the ring around a point

@@ -185,7 +185,12 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
     options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))
     tip = "Removes single pixels far brighter than their neighbours, a fault of path tracers."
     despike = widgets.check("take out bright grains", options.despike, tip=tip)
-    options = replace(options, despike=despike)
+    tip = "Mends a wrong depth inside a matte, such as cryptomatte:card or plane:matte:mask.A."
+    widgets.label("flat depth", tip)
+    flat = widgets.text_field(
+        "flat depth", options.flat_depth or "", options.flat_depth, widgets.optional(str.strip), say
+    )
+    options = replace(options, despike=despike, flat_depth=flat)
     if not plate.views:
         return options
     return replace(
