@@ -8,6 +8,7 @@ from heatlens.base.errors import InputError
 from heatlens.model.coc import sharp_dioptres
 from heatlens.model.following import Follow, bridged, followed
 from heatlens.model.lens import Lens
+from heatlens.model.pull import pull
 from heatlens.model.shot import LensParameter, Shot
 
 SHOT = Shot(Lens(focal_length_mm=50, f_stop=1.4, focus_distance_m=3, sensor_width_mm=36))
@@ -81,3 +82,21 @@ def test_impossible_hands_are_refused():
     for wrong in ({"ignored_part": -1}, {"ease_frames": -1}, {"most_dioptres_per_s": float("nan")}):
         with pytest.raises(InputError, match="--follow-"):
             Follow(**wrong)
+
+
+def test_a_pull_in_mid_walk_leaves_one_followed_mark_for_another():
+    """Follow A, then B from where the pull arrives, then pull: each is followed on its side."""
+    first = {frame: 4.0 - 0.05 * frame for frame in range(1, 31)}
+    second = {frame: 2.0 + 0.03 * frame for frame in range(18, 31)}
+    shot = followed(followed(SHOT, first), second)
+    shot = pull(shot, first[12], second[18], 12, 6)
+    for frame in range(1, 31):
+        place = at(shot, frame)
+        slack = 0.51 * sharp_dioptres(shot.lens_at(frame))
+        if frame <= 12:
+            assert abs(place - 1 / first[frame]) <= slack, frame
+        elif frame >= 18:
+            assert abs(place - 1 / second[frame]) <= slack, frame
+        else:
+            ends = sorted((1 / first[12], 1 / second[18]))
+            assert ends[0] - 1e-9 <= place <= ends[1] + 1e-9
