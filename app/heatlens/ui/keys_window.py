@@ -18,8 +18,7 @@ _GAP = "   "  # gap after a description
 _BETWEEN_EM = 1.3  # gap between keys and description
 
 _MOUSE: Rows = (
-    ("click, drag", "focus on what is under the pointer"),
-    ("", "(the sky is infinity)"),
+    ("click, drag", "focus there; the sky is infinity"),
     ("Ctrl+Shift+click", "set a mark at that point"),
     ("wheel", "zoom at the pointer"),
     ("wheel over the focus bar", "focus"),
