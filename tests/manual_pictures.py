@@ -25,6 +25,7 @@ _MARGIN = 52  # of a panel around its controls, in screen units
 COLORS = 96  # few enough for small files; panels have flat colours
 OF_PLATE = ("Lens", "Plate", "Guides", "Export", "Looks")
 OF_SCENE = ("Scene", "Marks", "Timeline")
+LOW, FROM_ABOVE = (1500, 1000), ("Plan",)  # it fills its panel
 
 
 def panel_picture(gui: Gui, name: str) -> Image.Image:
@@ -49,14 +50,24 @@ def main() -> None:
     shots = Path(tempfile.gettempdir()) / "shots"  # the folder that the Plate tab shows
     shots.mkdir()  # never one that is there already, for it is removed in the end
     plate = shutil.copy(ASSETS / "still_life.exr", shots)
-    for source, names in ((plate, OF_PLATE), (DEMO, OF_SCENE)):
-        _write(ctx, source, names, folder)
+    for source, names, size in (
+        (plate, OF_PLATE, SIZE),
+        (DEMO, OF_SCENE, SIZE),
+        (DEMO, FROM_ABOVE, LOW),
+    ):
+        _write(ctx, source, names, size, folder)
     shutil.rmtree(shots)
     ctx.release()
 
 
-def _write(ctx: moderngl.Context, source: str, names: tuple[str, ...], folder: Path) -> None:
-    with gui_of(ctx, source, size=SIZE, scale=SCALE) as gui:
+def _write(
+    ctx: moderngl.Context,
+    source: str,
+    names: tuple[str, ...],
+    size: tuple[int, int],
+    folder: Path,
+) -> None:
+    with gui_of(ctx, source, size=size, scale=SCALE) as gui:
         if source != DEMO:
             gui.settled()
             gui.do("Keep this look")
