@@ -1,26 +1,23 @@
-// Composites a blurred layer over the layers behind it. Coverage, like colour, ripples slightly beyond 0..1;
-// it is not clamped, because the two ripples cancel and a uniform colour stays uniform.
+// Composites a blurred layer that is smaller than the picture; whole ones are composited by the blur itself.
 //
 // Inputs
-//   layer_tx        rgb times coverage, a coverage, both blurred; if REDUCED a smaller picture, of which
-//                   tiles that are not active are empty, whatever is stored there
+//   layer_tx        rgb times coverage, a coverage, both blurred; tiles that are not active are empty,
+//                   whatever is stored there
 //   with MIXED, for a layer of which the larger size is already in out_color_img:
 //   behind_tx       rgb so far without the layer; `share` is how much the smaller one counts
 // Output
 //   out_color_img   rgb so far (read and written); a 1
 
+#include "lib/over.lib.glsl"
 #include "lib/tile_list.lib.glsl"
+#include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = TILE, local_size_y = TILE) in;
 
 uniform sampler2D layer_tx;
-uniform bool is_farthest;  // the layer covers everything, so dividing by its blurred coverage is safe
 layout(rgba32f) uniform image2D out_color_img;
 
 uniform int reduction;     // side of a pixel of the layer, in pixels of the picture
-
-#ifdef REDUCED
-#include "lib/tile_mask.lib.glsl"
 
 vec4 active_at(ivec2 at) { return is_active(at) ? texelFetch(layer_tx, at, 0) : vec4(0.0); }
 
@@ -33,9 +30,6 @@ vec4 layer_at(ivec2 at) {
     vec4 below = mix(active_at(ivec2(a.x, b.y)), active_at(b), part.x);
     return mix(above, below, part.y);
 }
-#else
-vec4 layer_at(ivec2 at) { return texelFetch(layer_tx, at, 0); }
-#endif
 
 #ifdef MIXED
 uniform sampler2D behind_tx;
@@ -49,14 +43,8 @@ vec3 shared_at(ivec2 at, vec3 color) { return color; }
 #endif
 
 void composite(ivec2 at) {
-    vec4 layer = layer_at(at);
-    vec3 color;
-    if (is_farthest) {
-        color = layer.a == 1.0 ? layer.rgb : layer.rgb / max(layer.a, 1e-3);
-    } else {
-        color = layer.rgb + (1.0 - layer.a) * behind_at(at);
-    }
-    imageStore(out_color_img, at, vec4(shared_at(at, max(color, 0.0)), 1.0));
+    vec3 color = composited(layer_at(at), behind_at(at)).rgb;
+    imageStore(out_color_img, at, vec4(shared_at(at, color), 1.0));
 }
 
 // A workgroup's part of a tile: with a reduction of 2, a tile stands for 2 x 2 workgroups.

@@ -192,10 +192,7 @@ void add_pole(inout Output o, int part, int pole, Value y) {
 #endif
 }
 
-// A pixel exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
 void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
-    if (part < PARTS - 1 || !is_inside) return;
-    if (here == 0.0) o.y = texelFetch(color_tx, at, 0);
-    imageStore(out_color_img, at, o.y);
+    if (part == PARTS - 1 && is_inside) store_color(at, o.y, here == 0.0);
 }
 #endif

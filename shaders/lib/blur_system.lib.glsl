@@ -14,7 +14,7 @@
 //   poles_tx    columns only: output of the rows; one layer a pole, eight halves in its four words,
 //               if HALF_POLES, else floats, two layers a pole (real, imaginary) if COMPLEX
 // Outputs
-//   out_poles_img (rows)    out_color_img (columns)
+//   out_poles_img (rows)    color_img (columns; with is_over also read: what the blurred picture covers)
 //
 // The functions of this file keep the contract of shaders/README.md.
 
@@ -45,7 +45,16 @@ uniform sampler2DArray poles_tx;
 #endif
 uniform sampler2D color_tx;
 uniform Num sum_weights[POLES];  // m_b
-layout(rgba32f) uniform writeonly image2D out_color_img;
+layout(rgba32f) uniform image2D color_img;
+uniform bool is_over;
+#include "lib/over.lib.glsl"
+
+// A pixel exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
+void store_color(ivec2 at, vec4 y, bool is_in_focus) {
+    if (is_in_focus) y = texelFetch(color_tx, at, 0);
+    if (is_over) y = composited(y, imageLoad(color_img, at).rgb);
+    imageStore(color_img, at, y);
+}
 #endif
 
 #ifdef SHAPED
@@ -201,11 +210,7 @@ struct Output {
 void clear_output(out Output o) { o.y = vec4(0.0); }
 void add_pole(inout Output o, int pole, Value y) { o.y += real_of_product(sum_weights[pole], y); }
 
-// A pixel exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
-void store(ivec2 at, Output o) {
-    if (diameter_2_at(at) == 0.0) o.y = texelFetch(color_tx, at, 0);
-    imageStore(out_color_img, at, o.y);
-}
+void store(ivec2 at, Output o) { store_color(at, o.y, diameter_2_at(at) == 0.0); }
 #endif
 
 float conductance(Input a, Input b) { return min(a.d_2, b.d_2); }

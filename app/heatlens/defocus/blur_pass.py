@@ -1,7 +1,7 @@
 """Diffuse one image along rows, then columns, with the poles of a kernel."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import moderngl
 import numpy as np
@@ -17,11 +17,20 @@ PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a 
 
 
 @dataclass(frozen=True)
+class Over:
+    """The picture that a blurred layer of the same size is composited over, in place."""
+
+    color: moderngl.Texture  # RGBA
+    is_farthest: bool  # the layer replaces what is behind it
+
+
+@dataclass(frozen=True)
 class BlurTargets:
     """The scratch and result textures of the blur, all of the picture's size."""
 
     poles: moderngl.TextureArray  # `pole_layers` of `PACKED`, or of float32
     out_color: moderngl.Texture  # RGBA
+    over: Over | None = None  # takes the result instead of `out_color`, which is scratch then
 
 
 @dataclass(frozen=True)
@@ -90,8 +99,9 @@ class BlurPass:
             defines=_defines(targets.poles.dtype == PACKED, bool(what.shape_uniforms)),
         )
         source = what.color
-        for _ in range(kernel.steps):
-            for axis, bound in _both_axes(what, source, targets):
+        for left in reversed(range(kernel.steps)):
+            over = None if left else targets.over
+            for axis, bound in _both_axes(what, source, replace(targets, over=over)):
                 yield from self._solver.steps(system, axis, what.color.size, bound, mask)
             source = targets.out_color
 
@@ -104,7 +114,7 @@ def _both_axes(
     what: Diffusion, source: moderngl.Texture, targets: BlurTargets
 ) -> Iterator[tuple[Axis, Bindings]]:
     """Yield rows of `source`, then columns; pixels in focus are taken from `what.color`."""
-    kernel, sums = what.kernel, what.kernel.mix.sum(axis=0)
+    kernel, sums, over = what.kernel, what.kernel.mix.sum(axis=0), targets.over
     uniforms: dict[str, object] = {
         "kappa": _numbers(kernel, kernel.poles),
         "mix_weights": _numbers(kernel, kernel.mix / sums),
@@ -126,8 +136,10 @@ def _both_axes(
         "columns",
         Bindings(
             {"coc_tx": what.coc, "color_tx": what.color, "poles_tx": targets.poles},
-            {"out_color_img": targets.out_color},
-            uniforms | {"axis_scale": what.axis_scales[1]},
+            {"color_img": targets.out_color if over is None else over.color},
+            uniforms
+            | {"axis_scale": what.axis_scales[1], "is_over": over is not None}
+            | {"is_farthest": over is not None and over.is_farthest},
         ),
     )
 

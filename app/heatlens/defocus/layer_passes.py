@@ -220,7 +220,7 @@ class CocFillPass:
 
 
 class CompositePass:
-    """Composites a blurred layer over the layers behind it."""
+    """Composites a blurred layer, smaller than the picture, over the layers behind it."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         shader = "composite.comp.glsl"
@@ -237,20 +237,16 @@ class CompositePass:
 
         One that has only a share of the layer is composited over `behind`, and mixed with `color`.
         """
-        listed, mask, uniforms = blurred.listed.words, blurred.mask, WHOLE_LIST
-        buffers: dict[str, StorageBuffer] = {"tile_list_block": listed}
-        is_mixed = plan.share < 1.0
+        listed, mask, is_mixed = blurred.listed.words, blurred.mask, plan.share < 1.0
         shared: _Textures = {"behind_tx": behind} if is_mixed else {}
-        if plan.reduction > 1:
-            buffers["tile_mask_block"] = mask.words
-            uniforms = uniforms | mask.uniforms
-        self._programs.with_(REDUCED=plan.reduction > 1, MIXED=is_mixed).dispatch(
+        self._programs.with_(MIXED=is_mixed).dispatch(
             listed,
             offset=TileList.OF_PICTURE,
             textures={"layer_tx": blurred.color} | shared,
             images={"out_color_img": color},
-            buffers=buffers,
-            uniforms=uniforms
+            buffers={"tile_list_block": listed, "tile_mask_block": mask.words},
+            uniforms=WHOLE_LIST
+            | mask.uniforms
             | {"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction}
             | ({"share": plan.share} if is_mixed else {}),
         )

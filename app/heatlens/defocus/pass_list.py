@@ -159,7 +159,7 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "composite",
-        _comp("composite", variants=({}, {"REDUCED": 1}, {"REDUCED": 1, "MIXED": 1})),
+        _comp("composite", variants=either("MIXED")),
         pass_costs.composite_bytes,
         reads_last=("layer", "behind"),
     ),

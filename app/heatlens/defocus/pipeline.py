@@ -14,7 +14,7 @@ from typing import assert_never
 
 import moderngl
 
-from heatlens.defocus.blur_pass import PACKED, BlurTargets, Diffusion, pole_layers
+from heatlens.defocus.blur_pass import PACKED, BlurTargets, Diffusion, Over, pole_layers
 from heatlens.defocus.color_rounds import ColorRounds
 from heatlens.defocus.far_parts import FAR_FROM_PX, FarField, FarSurfaces, is_in_parts, with_far_cut
 from heatlens.defocus.fragment_pass import Fragments
@@ -189,11 +189,13 @@ class DefocusPipeline:
             self._tell_progress(number, len(plans))
             behind = self._kept(out) if plan.share < 1.0 else out
             for size, where in zip(plan.sizes, tiles, strict=False):
-                layer = yield from self._blurred_layer(picture, size, where, optics, settings)
-                self._passes.composite.run(layer, size, behind, out)
+                layer = yield from self._blurred_layer(picture, size, where, optics, settings, out)
+                if size.reduction > 1:
+                    self._passes.composite.run(layer, size, behind, out)
+                    yield "composite"
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
                 self._passes.far_parts.over(far, out)
-            yield self.scratch.passed("composite")
+            self.scratch.passed("composite")
         if listed is not None:
             drawn = self._passes.draw_highlights.steps(listed, picture, optics, out)
             yield from self._named("highlights drawn", drawn)
@@ -207,8 +209,9 @@ class DefocusPipeline:
         where: LayerTiles,
         optics: Optics,
         settings: DefocusSettings,
+        out: moderngl.Texture,
     ) -> Steps[Layer]:
-        """Return one layer, blurred."""
+        """Return one layer, blurred; composite it over `out` if it is as large."""
         layer, layer_coc = yield from self._layer(picture, plan, where, optics)
         is_in_front, rim = plan.cut.is_before_focus, optics.disc.aperture.rim
         what = Diffusion(
@@ -221,7 +224,8 @@ class DefocusPipeline:
             is_in_front=is_in_front,
         )
         poles = self._poles("poles", picture.coc.size, kernel_for(settings))
-        blur = self._passes.blur.steps(what, BlurTargets(poles, layer.color), layer.mask)
+        over = Over(out, plan.cut.is_farthest) if plan.reduction == 1 else None
+        blur = self._passes.blur.steps(what, BlurTargets(poles, layer.color, over), layer.mask)
         yield from self._named("blur", blur)
         return layer
 
