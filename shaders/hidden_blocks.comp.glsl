@@ -1,19 +1,27 @@
-// Lists the hidden pixels to guess: one by one near visible pixels; deeper inside, one guess for each
-// block of 2 x 2.
+// Clears a layer's hidden pixels in the masks of visible pixels, and lists those to guess: one by one near
+// visible pixels; deeper inside, one guess for each block of 2 x 2.
 //
 // Inputs
-//   bits_buf     seen pixels (seen_bits_clear.comp.glsl)
-//   pixel list   the hidden pixels
-// Output
-//   block list   hidden pixels, marked as lib/hidden_block.lib.glsl says
+//   layer_tx       a below 0 if hidden (lib/hidden.lib.glsl); tiles that are not active are hidden too
+//   pixel list     the hidden pixels
+// Outputs
+//   bits_buf       numbered as in lib/hidden.lib.glsl
+//   block list     hidden pixels, marked as lib/hidden_block.lib.glsl says
+//   out_cost_img   -1 in blocks with hidden pixels and beside them; with MATCHED out_match_img too
 
+#include "lib/hidden.lib.glsl"
 #include "lib/hidden_block.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
-#include "lib/seen_bits.lib.glsl"
+#include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
-uniform ivec2 size;
+uniform sampler2D layer_tx;
+layout(rgba32f) uniform writeonly image2D out_cost_img;
+#ifdef MATCHED
+layout(rgba32f) uniform writeonly image2D out_match_img;
+#endif
+layout(std430) buffer bits_block { uint bits_buf[]; };
 uniform int slices;  // number of slices in which later passes work through the list
 layout(std430) buffer block_list_block {
     uint block_groups[3];
@@ -30,29 +38,51 @@ void append_block(ivec2 at, uint marks) {
     block_pixels[slot] = uint(at.y) << 16 | uint(at.x) | marks;
 }
 
-// True if no earlier pixel of the block is hidden.
-bool is_first_of_block(ivec2 at) {
-    ivec2 first = at & ~1, place = at - first;
-    bool is_first = place.x == 0 || is_seen(ivec2(first.x, at.y), size);
-    if (place.y == 1) is_first = is_first && is_seen(first, size) && is_seen_or_outside(first + ivec2(1, 0), size);
-    return is_first;
+void clear_pixel(ivec2 at) {
+    ivec2 size = textureSize(layer_tx, 0);
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
+        int i = position_of(k, at);
+        int word = first_word(k, size) + line_of(k, at, size) * words_per_line(k, size) + (i >> 5);
+        atomicAnd(bits_buf[word], ~(1u << (i & 31)));
+    }
+}
+
+void clear_cost(ivec2 block, bool is_asked) {
+    int i = 0;
+    do {
+        ivec2 beside = block_beside(block, i, imageSize(out_cost_img));
+        if (!is_asked) continue;
+        imageStore(out_cost_img, beside, vec4(-1.0));
+#ifdef MATCHED
+        imageStore(out_match_img, beside, vec4(-1.0));
+#endif
+    } while (is_asked && ++i < 9);
 }
 
 bool is_hidden(ivec2 at) {
-    at = clamp(at, ivec2(0), size - 1);
-    return !is_seen(at, size);
+    at = clamp(at, ivec2(0), textureSize(layer_tx, 0) - 1);
+    return !is_active(at) || texelFetch(layer_tx, at, 0).a < 0.0;
 }
 
-bool is_deep(ivec2 first) {
+// The hidden pixels of a block: bit 0 is the first, 1 the one beside it, 2 and 3 those below.
+uint hidden_in(ivec2 first) {
+    uint bits = 0u;
+    for (int i = 0; i < 4; ++i) bits |= uint(is_hidden(first + ivec2(i & 1, i >> 1))) << i;
+    return bits;
+}
+
+bool is_surrounded(ivec2 first) {
     const int far = DEEP_PX + 1;
-    bool is_whole = is_hidden(first) && is_hidden(first + ivec2(1, 0)) && is_hidden(first + ivec2(0, 1)) &&
-        is_hidden(first + 1);
-    return is_whole && is_hidden(first - ivec2(DEEP_PX, 0)) && is_hidden(first + ivec2(far, 0)) &&
+    return is_hidden(first - ivec2(DEEP_PX, 0)) && is_hidden(first + ivec2(far, 0)) &&
         is_hidden(first - ivec2(0, DEEP_PX)) && is_hidden(first + ivec2(0, far));
 }
 
 void list_block(ivec2 at) {
-    bool is_first = is_first_of_block(at), is_whole = is_deep(at & ~1);
+    ivec2 first = at & ~1, place = at - first;
+    uint hidden = hidden_in(first), earlier = (1u << (place.x + 2 * place.y)) - 1u;
+    bool is_first = (hidden & earlier) == 0u, is_whole = hidden == 15u && is_surrounded(first);
+    clear_pixel(at);
+    clear_cost(at >> 1, is_first);
     if (is_first || !is_whole)
         append_block(at, (is_first ? MARK_FIRST : 0u) | (is_whole ? MARK_WHOLE : 0u));
 }

@@ -3,7 +3,7 @@
 //
 // Inputs
 //   layer_tx       rgb times coverage, a coverage, marked if hidden
-//   bits_buf       seen pixels (seen_bits_clear.comp.glsl)
+//   bits_buf       seen pixels (hidden_blocks.comp.glsl)
 //   pixel list     the pixels to guess (hidden_blocks.comp.glsl)
 // Output (a pixel a block of 2 x 2; those with hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist

@@ -5,9 +5,9 @@
 // flicker during a focus pull: there all ends count equally, averaged further, and the guess is smooth.
 //
 // Inputs
-//   cost_tx           hidden_cost.comp.glsl, -1 for visible pixels
+//   cost_tx           hidden_cost.comp.glsl, -1 for visible blocks beside hidden ones
 //   around_tx         surroundings of highlights (highlight_split.comp.glsl), for has_highlights
-//   bits_buf          visible pixels (seen_bits_clear.comp.glsl)
+//   bits_buf          visible pixels (hidden_blocks.comp.glsl)
 //   pixel list        the pixels to guess (hidden_blocks.comp.glsl)
 //   listed_tx         with LISTS: listed fragments (layer_split.comp.glsl), preferred to a guess as deep
 //                     behind a silhouette as the lens can see
@@ -55,15 +55,11 @@ Content content_at(ivec2 at) {
     return Content(vec4(dimmed(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
-ivec2 block_beside(ivec2 block, int i) {  // of 3 x 3, over which measurements are averaged
-    return clamp(block + ivec2(i % 3, i / 3) - 1, ivec2(0), textureSize(cost_tx, 0) - 1);
-}
-
 vec4 mean_cost(ivec2 block, bool is_asked) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
     int i = 0;
     do {
-        vec4 cost = texelFetch(cost_tx, block_beside(block, i), 0);
+        vec4 cost = texelFetch(cost_tx, block_beside(block, i, textureSize(cost_tx, 0)), 0);
         vec4 counts = step(0.0, cost);
         sum += counts * cost;
         count += counts;
@@ -103,7 +99,7 @@ uniform sampler2D match_tx;
 vec3 match_at(ivec2 block) {
     vec4 sum = vec4(0.0);
     for (int i = 0; i < 9; ++i) {
-        vec4 matched = texelFetch(match_tx, block_beside(block, i), 0);
+        vec4 matched = texelFetch(match_tx, block_beside(block, i, textureSize(match_tx, 0)), 0);
         sum += max(matched.a, 0.0) * vec4(matched.rgb, 1.0);
     }
     return exp(sum.rgb / max(sum.a, 1e-9));

@@ -1,4 +1,4 @@
-// Looks up visible pixels of a layer and the distance to the next one (seen_bits_all, seen_bits_clear).
+// Looks up visible pixels of a layer and the distance to the next one (seen_bits_all, hidden_blocks).
 
 #include "lib/hidden.lib.glsl"
 
@@ -8,10 +8,6 @@ layout(std430) readonly buffer bits_block { uint bits_buf[]; };
 bool is_seen(ivec2 at, ivec2 size) {
     uint word = bits_buf[at.y * words_per_line(0, size) + (at.x >> 5)];
     return (word >> (at.x & 31) & 1u) == 1u;
-}
-
-bool is_seen_or_outside(ivec2 at, ivec2 size) {
-    return any(greaterThanEqual(at, size)) || is_seen(at, size);
 }
 
 int steps_ahead(int first, int per_line, int i) {

@@ -26,15 +26,11 @@ def filled(
     head = np.array([-(-len(hidden) // 64), 1, 1, len(hidden)], np.uint32)
     pixels = ctx.buffer(reserve=list_bytes(size))
     pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
-    cost = new_texture(ctx, block_size(size), 4)
-    upload(cost, np.full((*block_size(size)[::-1], 4), -1.0, np.float32))
     bits, tiles = ctx.buffer(reserve=seen_bytes(size)), TileMask.bytes_for(size)
     SeenBitsPass(ctx).mark([size], BufferParts(mask.words, tiles), BufferParts(bits, bits.size))
-    scratch = HiddenScratch(
-        bits,
-        ctx.buffer(reserve=list_bytes(size)),
-        cost,
-    )
+    cost = new_texture(ctx, block_size(size), 4)
+    upload(cost, np.full((*block_size(size)[::-1], 4), np.nan, np.float32))
+    scratch = HiddenScratch(bits, ctx.buffer(reserve=list_bytes(size)), cost)
     list(HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px))
     return download(target.color), download(target.state)
 

@@ -34,23 +34,28 @@ class Rig:
         return self.pipeline.steps(self.color, self.depth, optics, settings)
 
 
+def last_of_each(steps: list[str], name: str) -> list[int]:
+    """Return where each run of the pass `name` ends."""
+    later = [*steps[1:], ""]
+    return [at for at, step in enumerate(steps) if step == name != later[at]]
+
+
 @pytest.fixture(scope="module")
 def rig(session_context):
     return Rig(session_context)
 
 
-def test_each_step_is_a_declared_pass_and_layers_end_with_their_composite(rig):
+def test_each_step_is_a_declared_pass_and_layers_end_with_their_blur(rig):
     settings = DefocusSettings(Bokeh.DISC, Quality.DRAFT, 3)
     steps = list(rig.steps(settings))
     assert set(steps) <= {one.name for one in PASSES}
     assert steps[0] == "coc" and steps[-1] == "highlights drawn"
     assert steps.index("tiles") < steps.index("layer split")
-    layers = steps.count("composite")
-    assert layers > 1 == steps.count("tiles")
-    ends = [at for at, name in enumerate(steps) if name == "composite"]
+    ends = last_of_each(steps, "blur")
+    assert len(ends) > 1 == steps.count("tiles")
     for begin, end in zip([-1, *ends], ends, strict=False):
         part = steps[begin + 1 : end + 1]
-        assert part.index("layer split") < part.index("blur") < part.index("composite")
+        assert part.index("layer split") < part.index("coc fill") < part.index("blur")
 
 
 @pytest.mark.parametrize(
@@ -64,7 +69,7 @@ def test_each_step_is_a_declared_pass_and_layers_end_with_their_composite(rig):
 )
 def test_another_method_has_one_layer(rig, method, step):
     steps = list(rig.steps(DefocusSettings(method=method)))
-    assert "composite" not in steps and step in steps and steps[-1] == "limits"
+    assert "layer split" not in steps and step in steps and steps[-1] == "limits"
 
 
 @pytest.mark.parametrize("method", [Method.ACCUMULATION, Method.RAYTRACED])
@@ -77,7 +82,7 @@ def test_progress_is_told_from_the_first_layer_on(rig):
     told = []
     rig.pipeline.on_layer = lambda done, layers: told.append((done, layers))
     settings = DefocusSettings(Bokeh.GAUSSIAN, Quality.DRAFT, 3)
-    layers = list(rig.steps(settings)).count("composite")
+    layers = len(last_of_each(list(rig.steps(settings)), "blur"))
     assert told == [(done, layers) for done in range(layers)]
     told.clear()
     lens = lens_blurring(6.0, 48)

@@ -89,7 +89,7 @@ class HiddenScratch:
 
     bits    which pixels are visible: so far all, see `SeenBitsPass`
     blocks  list of blocks to fill, of size `list_bytes` of the picture
-    cost    RGBA of `block_size`, filled with -1
+    cost    RGBA of `block_size`
     match   like `cost`; only with fragment lists that are matched to the picture
     """
 
@@ -108,9 +108,8 @@ class HiddenFillPass:
     """Guesses hidden colours: continues visible structures behind nearer layers."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")
-        self._block_program = ComputeProgram(ctx, "hidden_blocks.comp.glsl")
-        cost, fill = "hidden_cost.comp.glsl", "hidden_fill.comp.glsl"
+        blocks, cost, fill = (f"hidden_{it}.comp.glsl" for it in ("blocks", "cost", "fill"))
+        self._block_programs = ProgramVersions(lambda on: ComputeProgram(ctx, blocks, on))
         self._cost_programs = ProgramVersions(lambda on: ComputeProgram(ctx, cost, on))
         self._fill_programs = ProgramVersions(lambda on: ComputeProgram(ctx, fill, on))
         self._slices = Slices(ctx)
@@ -128,19 +127,20 @@ class HiddenFillPass:
         Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `around`
         is that of `Fragments`, for a layer that may hold highlights.
         """
-        self._list_blocks(pixels, scratch, layer.color.size)
+        told: _Textures = {} if layer.told is None else {"listed_tx": layer.told}
+        compared, out_match, match = _matched(layer, scratch)
+        written = {"out_cost_img": scratch.cost} | out_match
+        self._list_blocks(layer, pixels, scratch, written)
         yield
         guessed = {"bits_block": scratch.bits, "pixel_list_block": scratch.blocks}
         reach = {"reach_px": reach_px}
-        told: _Textures = {} if layer.told is None else {"listed_tx": layer.told}
-        compared, out_match, match = _matched(layer, scratch)
         cost = self._cost_programs.with_(MATCHED=bool(match))
         fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=bool(match))
         for part in self._slices.of(layer.color.size):
             cost.dispatch(
                 scratch.blocks,
                 textures={"layer_tx": layer.color} | compared,
-                images={"out_cost_img": scratch.cost} | out_match,
+                images=written,
                 buffers=guessed,
                 uniforms=reach | part,
             )
@@ -157,17 +157,23 @@ class HiddenFillPass:
             yield
 
     def _list_blocks(
-        self, pixels: moderngl.Buffer, scratch: HiddenScratch, size: tuple[int, int]
+        self, layer: Layer, pixels: moderngl.Buffer, scratch: HiddenScratch, written: "_Textures"
     ) -> None:
-        """Mark the hidden `pixels` as not visible, then list the blocks to fill."""
-        hidden = {"bits_block": scratch.bits, "pixel_list_block": pixels}
-        sized = WHOLE_LIST | {"size": size}
-        self._clear_program.dispatch(pixels, buffers=hidden, uniforms=sized)
+        """Mark the hidden `pixels` as not visible, and list the blocks to fill."""
         clear_list(scratch.blocks)
-        self._block_program.dispatch(
+        self._block_programs.with_(MATCHED=scratch.match is not None).dispatch(
             pixels,
-            buffers=hidden | {"block_list_block": scratch.blocks},
-            uniforms=sized | {"slices": self._slices.count(size)},
+            textures={"layer_tx": layer.color},
+            images=written,
+            buffers={
+                "bits_block": scratch.bits,
+                "pixel_list_block": pixels,
+                "block_list_block": scratch.blocks,
+                "tile_mask_block": layer.mask.words,
+            },
+            uniforms=WHOLE_LIST
+            | layer.mask.uniforms
+            | {"slices": self._slices.count(layer.color.size)},
         )
 
 

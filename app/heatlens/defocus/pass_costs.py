@@ -163,14 +163,14 @@ def coc_fill_bytes(work: Work, runs: int) -> Traffic:
 
 
 def blur_pass_bytes(work: Work, runs: int) -> Traffic:
-    """Count all steps of the kernel."""
-    moved = blur_bytes(work.solver, work.kernel)
-    return Traffic(runs * moved, runs * (_COLOR + _COC + _COLOR), at_most=True)
+    """Count all steps of the kernel, and the picture that the layer is composited over."""
+    moved = blur_bytes(work.solver, work.kernel) + _COLOR
+    return Traffic(runs * moved, runs * (_COLOR + _COC + 2 * _COLOR), at_most=True)
 
 
 def composite_bytes(work: Work, runs: int) -> Traffic:
-    """Count one write of the farthest layer; each nearer layer also reads what is behind it."""
-    moved = runs * 2 * _COLOR + (runs - 1) * _COLOR
+    """Count a layer smaller than the picture, and the picture read and written."""
+    moved = runs * 3 * _COLOR
     return Traffic(moved, moved, at_most=True)
 
 

@@ -129,8 +129,7 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "hidden fill",
-        _comp("seen_bits_clear", "hidden_blocks")
-        | _comp("hidden_cost", variants=either("MATCHED"))
+        _comp("hidden_blocks", "hidden_cost", variants=either("MATCHED"))
         | _comp("hidden_fill", variants=_MATCHED),
         pass_costs.hidden_fill_bytes,
         reads_last=("told", "hidden list"),

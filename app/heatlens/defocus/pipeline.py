@@ -40,7 +40,6 @@ from heatlens.defocus.tile_pass import LayerTiles
 from heatlens.gpu.buffer_parts import BufferPart
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 
-_NO_COST = (-1.0, -1.0, -1.0, -1.0)  # marks visible pixels for hidden_fill.comp.glsl
 # These methods handle a different focus for each colour themselves.
 SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)
 
@@ -373,8 +372,8 @@ class DefocusPipeline:
         work = HiddenScratch(
             seen,
             self.scratch.buffer("hidden blocks", list_bytes(whole)),
-            self.scratch.filled("hidden cost", blocks, _NO_COST, plan.reduction),
-            self.scratch.filled("hidden match", blocks, _NO_COST, plan.reduction)
+            self.scratch.texture("hidden cost", blocks, 4, reduction=plan.reduction),
+            self.scratch.texture("hidden match", blocks, 4, reduction=plan.reduction)
             if picture.lists is not None and not picture.lists.is_exact
             else None,
         )
