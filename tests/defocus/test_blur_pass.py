@@ -1,10 +1,12 @@
 """The diffusion on the GPU against float64, and its laws: every strategy, every kernel."""
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 import pytest
 
-from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
+from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, Over, pole_layers
 from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel
 from heatlens.defocus.line_solver import SOLVERS, LineSolver
 from heatlens.gpu.textures import Storage, download, new_array, new_texture, upload
@@ -32,7 +34,10 @@ def blurred(
     kernel: Kernel,
     scales: tuple[float, float] = (1.0, 1.0),
     storage: Storage = "f4",
+    behind: np.ndarray | None = None,
+    is_farthest: bool = False,
 ) -> np.ndarray:
+    """Return the blurred picture, or `behind` with the blurred picture over it."""
     ctx = solver._ctx
     height, width = coc.shape
     color, diameter = new_texture(ctx, (width, height), 4), new_texture(ctx, (width, height), 1)
@@ -44,9 +49,14 @@ def blurred(
         ),
         new_texture(ctx, (width, height), 4),
     )
+    out = targets.out_color
+    if behind is not None:
+        out = new_texture(ctx, (width, height), 4)
+        upload(out, behind)
+        targets = replace(targets, over=Over(out, is_farthest))
     BlurPass(solver).run(Diffusion(color, diameter, kernel, scales), targets)
-    result = download(targets.out_color)
-    for texture in (color, diameter, targets.poles, targets.out_color):
+    result = download(out)
+    for texture in {color, diameter, targets.poles, targets.out_color, out}:
         texture.release()
     return result
 
@@ -61,6 +71,20 @@ def random_plate(
     coc[rng.random((height, width)) < 0.4] = coc_max
     coc[rng.random((height, width)) < 0.02] = 0.0
     return x, np.copysign(coc, rng.standard_normal((height, width))).astype(np.float32)
+
+
+@pytest.mark.parametrize("kernel", [named_kernel("disc_4"), gaussian_kernel(3)], ids=str)
+def test_a_layer_is_composited_by_its_coverage(solver, rng, kernel):
+    x, coc = random_plate(rng, (40, 21), 9.0)
+    behind = rng.random((21, 40, 4), np.float32)
+    layer = blurred(solver, x, coc, kernel)
+    cover = layer[..., 3:]
+    expected = np.maximum(layer[..., :3] + (1 - cover) * behind[..., :3], 0)
+    over = blurred(solver, x, coc, kernel, behind=behind)
+    np.testing.assert_allclose(over[..., :3], expected, atol=1e-6)
+    farthest = blurred(solver, x, coc, kernel, behind=behind, is_farthest=True)
+    np.testing.assert_allclose(farthest[..., :3], np.maximum(layer[..., :3] / cover, 0), rtol=1e-5)
+    assert (over[..., 3] == 1).all() and (farthest[..., 3] == 1).all()
 
 
 @pytest.mark.parametrize(("name", "size"), CASES, ids=str)
