@@ -122,15 +122,8 @@ class TimeDesk:
         take = RingTake(lens.ring, source, editing)
         self.recording = PullRecording(shared, timeline, rows, take)
         self.scheduler = RenderScheduler(shared, pictures.sides, visible, self.pull, view, speed)
-        self.workers = (
-            self.marks,
-            self.marks.things,
-            self.marks.tracking,
-            tracks,
-            self.player,
-            self.recording,
-            self.pull,
-        )
+        own: tuple[Worker, ...] = (tracks, self.player, self.recording, self.pull)
+        self.workers = (*self.marks.workers, *own)
 
     def toggle_key(self, row: Row) -> None:
         """Set a key of a row at the playhead, or remove the one that is there."""

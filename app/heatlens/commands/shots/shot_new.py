@@ -6,6 +6,7 @@ Keys and focus marks are typed so: `focus@1001=0.94:linear`, `A=6'3"`, `B@960,54
 
 import argparse
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -88,7 +89,6 @@ _KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
 _MARK = re.compile(r"([^@=]+)(=|@)(.+)")
 _CLICK = re.compile(r"(-?\d{1,6}(?:\.\d+)?),(-?\d{1,6}(?:\.\d+)?)@(-?\d{1,9})")
 
-_OBJECT, _NEAREST, _TRACK, _WORLD = "object:", "nearest:", "track:", "world:"
 Keys = dict[LensParameter, list[Key]]
 
 
@@ -339,21 +339,27 @@ def mark_of(text: str) -> Mark:
     if match is None:
         raise InputError(f"--mark takes NAME=DISTANCE or NAME@X,Y; got {text!r}.")
     name, sign, place = match.groups()
-    if sign == "=" and place.startswith(_OBJECT):
-        return ObjectMark(name, place.removeprefix(_OBJECT))
-    if sign == "=" and place.startswith(_NEAREST):
-        return MatteMark(name, place.removeprefix(_NEAREST), MattePart.NEAREST)
-    if sign == "=" and place.startswith(_TRACK):
-        return TrackMark(name, _clicks(place.removeprefix(_TRACK)))
-    if sign == "=" and place.startswith(_WORLD):
-        x, y, z = _point(text, place.removeprefix(_WORLD), 3)
-        return WorldMark(name, x, y, z)
-    if sign == "=" and ":" in place:
-        return MatteMark(name, place)
-    if sign == "=":
-        return DistanceMark(name, parse_distance_m(place))
-    x, y = _point(text, place, 2)
-    return PointMark(name, x, y)
+    if sign == "@":
+        x, y = _point(text, place, 2)
+        return PointMark(name, x, y)
+    for prefix, hold in _HOLDS.items():
+        if place.startswith(prefix):
+            return hold(name, place.removeprefix(prefix))
+    return MatteMark(name, place) if ":" in place else DistanceMark(name, parse_distance_m(place))
+
+
+def _world_mark(name: str, place: str) -> Mark:
+    x, y, z = _point(f"{name}=world:{place}", place, 3)
+    return WorldMark(name, x, y, z)
+
+
+# What a mark holds on to, by the first word of its place; other places are distances or mattes.
+_HOLDS: dict[str, Callable[[str, str], Mark]] = {
+    "object:": ObjectMark,
+    "nearest:": lambda name, place: MatteMark(name, place, MattePart.NEAREST),
+    "track:": lambda name, place: TrackMark(name, _clicks(place)),
+    "world:": _world_mark,
+}
 
 
 def _point(text: str, place: str, count: int) -> tuple[float, ...]:

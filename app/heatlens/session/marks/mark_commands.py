@@ -62,6 +62,7 @@ class MarkCommands(Commands, Worker):
         self.tracking = SurfaceTracking(shared, self._take_tracked)
         self.corrected: str | None = None  # the tracked mark that the next click corrects
         self.things = ThingDistances(self._wake)
+        self.workers: tuple[Worker, ...] = (self, self.things, self.tracking)
 
     @property
     def is_reading(self) -> bool:

@@ -107,21 +107,29 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
             if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):
                 commands.follow(mark)
     if isinstance(mark, PointMark | TrackMark) and desk.timeline.cache is not None:
-        imgui.same_line(0.0, 4.0)
-        with widgets.disabled(commands.is_reading):
-            _track_button(commands, mark)
-        if isinstance(mark, PointMark) and commands.has_world:
-            imgui.same_line(0.0, 4.0)
-            if widgets.button(f"place##{mark.name}", f"place {mark.name}", _PLACE_TIP):
-                commands.place(mark)
+        _surface_buttons(commands, mark)
     if isinstance(mark, MatteMark):
-        imgui.same_line(0.0, 4.0)
-        if widgets.button(f"{mark.part}##{mark.name}", f"part {mark.name}", _PART_TIP):
-            parts = [it for it in MattePart if it is not mark.part]
-            commands.change(mark, replace(mark, part=parts[0]))
+        _part_button(commands, mark)
     imgui.same_line(0.0, 4.0)
     if widgets.button(f"x##{mark.name}", f"delete {mark.name}"):
         commands.delete(mark)
+
+
+def _part_button(commands: MarkCommands, mark: MatteMark) -> None:
+    imgui.same_line(0.0, 4.0)
+    if widgets.button(f"{mark.part}##{mark.name}", f"part {mark.name}", _PART_TIP):
+        parts = [it for it in MattePart if it is not mark.part]
+        commands.change(mark, replace(mark, part=parts[0]))
+
+
+def _surface_buttons(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
+    imgui.same_line(0.0, 4.0)
+    with widgets.disabled(commands.is_reading):
+        _track_button(commands, mark)
+    if isinstance(mark, PointMark) and commands.has_world:
+        imgui.same_line(0.0, 4.0)
+        if widgets.button(f"place##{mark.name}", f"place {mark.name}", _PLACE_TIP):
+            commands.place(mark)
 
 
 def _track_button(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
