@@ -203,6 +203,35 @@ def test_a_damaged_edit_is_refused_by_name(tmp_path, name, content):
     assert str(path) in str(refusal.value)
 
 
+@pytest.mark.parametrize("is_moved", [False, True])
+def test_a_whole_aaf_has_its_media_ranges_and_gaps(tmp_path, is_moved):
+    """Written by pyaaf2, with the clock of a tape, a gap, and media that lie where --media says."""
+    names = ("sh010", "sh020")
+    folders = [plates(tmp_path / "media", name, range(1001, 1011)) for name in names]
+    starts, shown = (86400, 0), (times(86402, 4), times(3, 5))
+    clips = [
+        by_url(name, (folder / f"{name}.1001.exr").as_uri(), times(start, 10), part)
+        for name, folder, start, part in zip(names, folders, starts, shown, strict=True)
+    ]
+    track = schema.Track(kind=schema.TrackKind.Video)
+    track.extend([clips[0], schema.Gap(source_range=times(0, 5)), clips[1]])
+    timeline = schema.Timeline("cut", global_start_time=RationalTime(90000, RATE))
+    timeline.tracks.append(track)
+    path = tmp_path / "cut.aaf"
+    otio.adapters.write_to_file(timeline, str(path), use_empty_mob_ids=True)
+    if is_moved:
+        (tmp_path / "media").rename(tmp_path / "elsewhere")
+        folders = [tmp_path / "elsewhere" / name for name in names]
+        assert len(read(path).missing) == 2
+    reel = read(path, tmp_path / "elsewhere") if is_moved else read(path)
+    assert (reel.start_timecode, reel.gaps) == ("01:02:30:00", ((1, 5),))
+    assert [(shot.source, shot.frames) for shot in reel.shots] == [
+        (str(folders[0] / "sh010.####.exr"), FrameRange(1003, 1006)),
+        (str(folders[1] / "sh020.####.exr"), FrameRange(1004, 1008)),
+    ]
+    assert not any(shot.notes for shot in reel.shots)
+
+
 def test_exported_frames_take_the_place_of_the_plates(tmp_path):
     """What is written reads back with the same cut, and has the pulls as markers."""
     folder = plates(tmp_path, "sh010", range(1001, 1007))
