@@ -10,7 +10,9 @@ from heatlens.model.reel import Reel, ReelShot
 from heatlens.model.shot import Shot
 from heatlens.session.door.door import Door
 from heatlens.session.door.requests import Focus
-from support.evening import FIRST, LAST, begun, settled, until, write_plates
+from heatlens.session.time.playback import Ending
+from heatlens.source import opener
+from support.evening import FIRST, LAST, begun, settled, turn, until, write_plates
 
 CUT = FrameRange(1005, 1010)
 
@@ -100,3 +102,81 @@ def test_another_file_can_be_opened_beside_the_reel(session, tmp_path):
     session.files.reel.go(2)
     shown(session, "s3.heatlens.json")
     assert session.files.reel.at == 2
+
+
+@pytest.fixture
+def cut(tmp_path):
+    """Open a reel of two plates, a shot that is missing and a shot file; all of two frames."""
+    sources = []
+    for name in ("a", "b", "c"):
+        (tmp_path / name).mkdir()
+        sources.append(write_plates(tmp_path / name))
+    own = tmp_path / "c.heatlens.json"
+    frames = FrameRange(1003, 1004)
+    lens = Lens(50.0, 2.8, 3.0, 36.0)
+    write_shot(own, Shot(lens, source=sources[2], frames=FrameRange(FIRST, LAST), in_out=frames))
+    shots = (
+        ReelShot("a", sources[0], FrameRange(1005, 1006)),
+        ReelShot("gone", "", None, ("its media are missing: /nowhere",)),
+        ReelShot("b", sources[1], FrameRange(1010, 1011)),
+        ReelShot("c", str(own)),
+    )
+    path = tmp_path / "cut.heatreel.json"
+    write_reel(path, Reel("cut", shots))
+    session = begun(tmp_path / "preferences", str(path))
+    settled(session)
+    yield session
+    session.close()
+
+
+def played(session, count: int) -> list[tuple[str, int]]:
+    """Play on until the playhead was on `count` frames; return them with their plates."""
+    seen: list[tuple[str, int]] = []
+
+    def has_all() -> bool:
+        now = session.editing.shot.source.split("/")[-2], session.editing.frame
+        if not seen or seen[-1] != now:
+            seen.append(now)
+        return len(seen) == count
+
+    until(session, has_all, "the end")
+    return seen
+
+
+THROUGH = [("a", 1005), ("a", 1006), ("b", 1010), ("b", 1011), ("c", 1003), ("c", 1004)]
+
+
+def test_playback_goes_on_across_cuts_and_begins_again(cut):
+    timeline = cut.time.timeline
+    timeline.playback.ending = Ending.REEL
+    timeline.play(1)
+    assert played(cut, 8) == [*THROUGH, *THROUGH[:2]]
+    assert timeline.playback.direction == 1 and cut.files.reel.at == 0
+
+
+def test_other_endings_stay_in_the_shot(cut):
+    cut.time.timeline.play(1)
+    assert played(cut, 4) == [*THROUGH[:2], *THROUGH[:2]]
+
+
+def test_playback_stops_where_the_next_shot_cannot_be_opened(cut, tmp_path):
+    cut.files.reel.go(2)
+    settled(cut)
+    (tmp_path / "c.heatlens.json").write_text("{")
+    timeline = cut.time.timeline
+    timeline.playback.ending = Ending.REEL
+    timeline.play(1)
+    until(cut, lambda: timeline.playback.direction == 0, "the stop")
+    assert "c.heatlens.json" in cut.messages.text
+    assert cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr")
+
+
+def test_the_next_shot_is_opened_before_it_is_asked_for(cut, tmp_path, monkeypatch):
+    """Its first plate is read while the shot before is open, and not once more at the cut."""
+    prepared = cut.source.opener._ahead
+    until(cut, lambda: prepared._coming is not None and prepared._coming.done(), "the next plate")
+    monkeypatch.setattr(opener, "_opened", lambda _: pytest.fail("opened once more"))
+    cut.files.reel.step(1)
+    turn(cut)
+    assert cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr")
+    assert cut.editing.frame == 1010

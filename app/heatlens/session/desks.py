@@ -149,7 +149,7 @@ class FileDesk:
     def __init__(self, shared: Shared, pictures: PictureDesk, timeline: Timeline) -> None:
         self.documents = documents = ShotDocuments(shared, timeline)
         self.exports = ExportCommands(shared, timeline, pictures.look, lambda: documents.shot_name)
-        self.reel = reel = OpenReel(shared, documents)
+        self.reel = reel = OpenReel(shared, documents, timeline.playback)
         self.commands = FileCommands(
             *(shared, documents, pictures.saving, pictures.references),
             *(reel, self.exports.write_sheet),

@@ -45,6 +45,8 @@ class SourceOpener:
         self._wake = wake
         self._stream = stream
         self._coming: Background[Opened] = Background(wake, drop=lambda opened: opened.close())
+        self._ahead: Background[Opened] = Background(wake, drop=lambda opened: opened.close())
+        self._ahead_of: object = None  # what `prepare` was called with
         self._stop = Stop()
         self.opening: str | None = None  # the name of the source that is being opened
         self.refused: Refused | None = None  # the last failure, until another source is opened
@@ -67,10 +69,35 @@ class SourceOpener:
             self._stream.begin(options)
             return
         self.opening, self._options, self.refused = text, options, None
-        self._stop = Stop()
+        if self._ahead_of == (text, options, frame, self._placing_of(text)):
+            self._coming, self._ahead = self._ahead, self._coming
+        else:
+            self._stop = Stop()
+            self._start(self._coming, text, options, frame, timing)
+        self._ahead.cancel()
+        self._ahead_of = None
+
+    def prepare(self, text: str, options: PlateOptions, frame: int | None) -> None:
+        """Begin to open plates that are probably asked for next, with their first picture.
+
+        They are kept until anything is opened.
+        """
+        asked = (text, options, frame, self._placing_of(text))
+        if kind_of(text).reads_plates and asked != self._ahead_of:
+            self._ahead_of = asked
+            self._start(self._ahead, text, options, frame, None)
+
+    def _start(
+        self,
+        background: Background[Opened],
+        text: str,
+        options: PlateOptions,
+        frame: int | None,
+        timing: SceneTiming | None,
+    ) -> None:
         placing = self._placing_of(text)
         opening = Opening(text, options, frame, timing, placing, self._wake, self._stop)
-        self._coming.start(partial(_opened, opening))
+        background.start(partial(_opened, opening))
 
     def cancel(self) -> None:
         """Cancel the opening without waiting, and end the process that reads a scene."""
@@ -102,6 +129,7 @@ class SourceOpener:
     def close(self) -> None:
         """Cancel the opening, without waiting."""
         self.cancel()
+        self._ahead.cancel()
 
 
 @faults_reported("The file could not be opened")

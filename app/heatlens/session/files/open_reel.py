@@ -9,11 +9,13 @@ from heatlens.base.errors import HeatlensError, InputError
 from heatlens.documents.edit_read import EditOptions
 from heatlens.documents.reel_file import is_reel, read_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.reel import Reel, ReelShot
 from heatlens.model.shot import Shot
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.loop.worker import Worker
 from heatlens.session.shared import Commands, Shared
+from heatlens.session.time.playback import Playback
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,9 @@ class CutFocus:
 
     first_m: float | None = None
     last_m: float | None = None
+
+
+_Asked = tuple[str, PlateOptions, int | None]  # source, its options, first frame
 
 
 @dataclass(frozen=True)
@@ -34,18 +39,22 @@ class _Read:
 class OpenReel(Commands, Worker):
     """Opens a reel or an edit, and one of its shots after the other.
 
-    Going to another shot saves the one that is left if it has a file.
+    Going to another shot saves the one that is left if it has a file. The first plate of the next
+    shot is read ahead.
     """
 
-    def __init__(self, shared: Shared, documents: ShotDocuments) -> None:
+    def __init__(self, shared: Shared, documents: ShotDocuments, playback: Playback) -> None:
         super().__init__(shared)
-        self._documents = documents
+        self._documents, self._playback = documents, playback
+        playback.next_shot = self._play_on
         self._reader: Background[_Read] = Background(self._wake)
         self.path: Path | None = None
         self.reel: Reel | None = None
         self.focus: tuple[CutFocus, ...] = ()  # of each shot, as read or as last left
         self.at = 0  # the number of the open shot
-        self._wanted: ReelShot | None = None  # its plates are on their way
+        self._wanted: ReelShot | None = None  # its file or its plates are on their way
+        self._ahead: Background[_Asked] = Background(self._wake)
+        self._ahead_of = -1  # the shot beside which the next one was read ahead
 
     def opens(self, text: str) -> bool:
         """Begin to open `text` if it is a reel or an edit, and return whether it is one."""
@@ -62,13 +71,37 @@ class OpenReel(Commands, Worker):
         """Go to the next shot or the one before, past those whose media are missing."""
         if self.reel is None:
             return
-        at = self.at + by
-        while 0 <= at < len(self.reel.shots) and not self.reel.shots[at].source:
-            at += by
-        if 0 <= at < len(self.reel.shots):
-            self.go(at)
+        beside = [at for at in self._there if (at - self.at) * by > 0]
+        if beside:
+            self.go(min(beside) if by > 0 else max(beside))
         else:
             self._say(f"This is the {'last' if by > 0 else 'first'} shot of the reel.")
+
+    @property
+    def _there(self) -> list[int]:
+        """The numbers of the shots that have media."""
+        shots = () if self.reel is None else self.reel.shots
+        return [at for at, shot in enumerate(shots) if shot.source]
+
+    @property
+    def _after(self) -> int:
+        """The number of the next shot that has media, after the last one of the first."""
+        return next((at for at in self._there if at > self.at), self._there[0])
+
+    def _play_on(self) -> bool:
+        """Go on in the next shot; return False if there is no other, or another file is open."""
+        if self._wanted is not None:
+            return True
+        if not self._is_open or self._after == self.at or self._editing.performance is not None:
+            return False
+        self.go(self._after)
+        return True
+
+    @property
+    def _is_open(self) -> bool:
+        """True if the shot of the reel is what is open."""
+        opened = (self._editing.shot.source, str(self._documents.path))
+        return self.reel is not None and self.reel.shots[self.at].source in opened
 
     def go(self, number: int) -> None:
         """Open a shot by its number, from 0; the present one stays until its picture is there."""
@@ -107,20 +140,39 @@ class OpenReel(Commands, Worker):
         read = self._reader.poll()
         if read is not None:
             self._begin(read)
-        wanted, shot = self._wanted, self._editing.shot
-        if wanted is not None and shot.source == wanted.source and wanted.frames is not None:
+        if self._wanted is not None:
+            self._take(self._wanted)
+        elif self._is_open:
+            self._look_ahead()
+
+    def _take(self, wanted: ReelShot) -> None:
+        """Set the part of plates that the cut shows when they have arrived."""
+        shot = self._editing.shot
+        if self._is_open:
             self._wanted = None
-            if shot.in_out is None:
+            if wanted.frames and shot.in_out is None and self._documents.path is None:
                 self._editing.edit(replace(shot, in_out=wanted.frames))
+        elif not (self._documents.is_reading or self._source.opener.opening):
+            self._wanted = None  # it could not be opened, which is told
+            self._playback.stop()
+
+    def _look_ahead(self) -> None:
+        """Have the first plate of the next shot read."""
+        assert self.reel is not None
+        if self._ahead_of != self.at:
+            self._ahead_of, shot = self.at, self.reel.shots[self._after]
+            self._ahead.start(partial(_asked, shot, self._preferences.options_for(shot.source)))
+        asked = self._ahead.poll()
+        if asked is not None and asked[0] not in ("", self._editing.shot.source):
+            self._source.opener.prepare(*asked)
 
     def _begin(self, read: _Read) -> None:
         self.path, self.reel, self.focus = read.path, read.reel, read.focus
-        self._wanted = None
+        self._wanted, self._ahead_of = None, -1
         self._preferences.opened(str(read.path))
-        there = [at for at, shot in enumerate(read.reel.shots) if shot.source]
-        if not there:
+        if not self._there:
             raise InputError(f"{read.path}: the media of all shots are missing.")
-        self.at = there[0]
+        self.at = self._there[0]
         missing = len(read.reel.missing)
         if missing:
             self._say(f"{missing} of {len(read.reel.shots)} shots have no media here.")
@@ -128,6 +180,7 @@ class OpenReel(Commands, Worker):
 
     def _open(self, shot: ReelShot) -> None:
         """Open a shot file or plates; plates that are open already only get another part."""
+        self._wanted = shot
         if self._documents.opens(shot.source):
             return
         first = None if shot.frames is None else shot.frames.first
@@ -135,14 +188,25 @@ class OpenReel(Commands, Worker):
             self._editing.begin(replace(self._editing.shot, in_out=shot.frames))
             self._documents.begun()
             self._editing.frame = self._editing.frame if first is None else first
+            self._wanted = None
             return
-        self._wanted = shot
         self._source.open(shot.source, self._preferences.options_for(shot.source), first)
 
 
 def _read(path: Path) -> _Read:
     reel = read_reel(path, EditOptions())
     return _Read(path, reel, tuple(map(_focus_in_file, reel.shots)))
+
+
+def _asked(shot: ReelShot, options: PlateOptions) -> _Asked:
+    """Return what opening a shot asks for first; the source is "" if its file is damaged."""
+    if not is_shot_file(shot.source):
+        return shot.source, options, None if shot.frames is None else shot.frames.first
+    try:
+        read = read_shot(shot.source)
+    except HeatlensError:  # told when the shot is opened
+        return "", options, None
+    return read.source or "", read.plate_options, None if read.played is None else read.played.first
 
 
 def _focus_in_file(shot: ReelShot) -> CutFocus:

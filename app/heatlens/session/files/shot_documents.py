@@ -101,6 +101,11 @@ class ShotDocuments(Commands, Worker):
         return self._saved is not None and self._saved == self._editing.shot
 
     @property
+    def is_reading(self) -> bool:
+        """True while a shot file is read, or the user is asked which version to open."""
+        return self._reading is not None or self.offer is not None
+
+    @property
     def title(self) -> str:
         """The name of the shot's file, with a star for unsaved changes; "" without a file."""
         return "" if self.path is None else f"{self.path.name}{'' if self.is_saved else ' *'}"

@@ -16,6 +16,7 @@ class Ending(StrEnum):
     LOOP = "loop"  # start again at the first
     BOUNCE = "bounce"  # reverse the direction
     ONCE = "once"  # stop
+    REEL = "reel"  # go on in the next shot of the reel; without one, start again
 
 
 class Playback:
@@ -24,6 +25,7 @@ class Playback:
     is_every_frame  True waits for each frame to be ready; False keeps time and drops frames
     ending          what happens after the last frame
     direction       1 forward, -1 backward, 0 while nothing plays
+    next_shot       goes on in the next shot of a reel; returns False if there is none
     """
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
@@ -31,6 +33,7 @@ class Playback:
         self.is_every_frame = True
         self.ending = Ending.LOOP
         self.direction = 0
+        self.next_shot: Callable[[], bool] = lambda: False
         self._shown_at = 0.0
 
     def play(self, direction: int, frame: int, frames: FrameRange) -> int:
@@ -52,15 +55,21 @@ class Playback:
         steps = self._steps_due(rate)
         if not self.direction or steps < 1:
             return frame
+        if self.is_every_frame and not is_ready:
+            return frame
+        if self._crosses_cut(frame + steps, frames) and self.next_shot():
+            self._shown_at = self._clock()  # the new shot drops no frame for the wait
+            return frame
         if self.is_every_frame:
-            if not is_ready:
-                return frame
             # At most one frame late: playback that was delayed continues and does not rush.
             self._shown_at = max(self._shown_at + 1 / rate, self._clock() - 1 / rate)
             steps = 1
         else:
             self._shown_at += steps / rate
         return self._stepped(frame, steps, frames)
+
+    def _crosses_cut(self, frame: int, frames: FrameRange) -> bool:
+        return self.ending is Ending.REEL and self.direction > 0 and frame > frames.last
 
     def is_due(self, rate: float) -> bool:
         """Return True if the next frame is due."""

@@ -14,7 +14,7 @@ from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.loop.messages import Problem
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.frame_states import FrameStates, Run
-from heatlens.session.time.playback import Playback
+from heatlens.session.time.playback import Ending, Playback
 
 _STILL_REACH = 100_000  # largest frame number that the playhead can reach on a still
 _FRAMES_MOST = 1_000_000  # largest number of frames of a shot
@@ -159,7 +159,8 @@ class Timeline(Commands):
 
     def play(self, direction: int) -> None:
         """Play in a direction, or stop if it plays in that direction."""
-        if self.playback.direction == direction or self.played.count == 1:
+        stays = self.played.count == 1 and self.playback.ending is not Ending.REEL
+        if self.playback.direction == direction or stays:
             self.playback.stop()
         else:
             self.put(self.playback.play(direction, self._editing.frame, self.played))
