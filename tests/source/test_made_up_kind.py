@@ -12,6 +12,7 @@ import pytest
 
 import heatlens
 from heatlens.base.errors import InputError
+from heatlens.base.on_use import OnUse
 from heatlens.camera.from_shot import camera_before_plates
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
@@ -23,7 +24,7 @@ from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.session.files.start_choices import word_of
 from heatlens.session.opened.picture_feed import PictureFeed
 from heatlens.source import kinds
-from heatlens.source.kinds import KINDS, OnUse, SourceKind, kind_of, refused
+from heatlens.source.kinds import KINDS, SourceKind, kind_of, refused
 from heatlens.source.opened import Opened
 from heatlens.source.origin import Origin
 from support.command_line import stderr_of_run

@@ -4,7 +4,6 @@ HEATLENS_LOG_DIR names the folder of the reports, and HEATLENS_DEBUG=1 also prin
 report contains no pixels, and nothing of the user's files except their names.
 """
 
-import importlib.metadata
 import os
 import platform
 import sys
@@ -122,9 +121,11 @@ def _report(error: BaseException) -> str:
 
 
 def _version(name: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version  # slow, and only faults need it
+
     try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
+        return version(name)
+    except PackageNotFoundError:
         return "is not installed"
 
 

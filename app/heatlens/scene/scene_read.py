@@ -1,19 +1,16 @@
 """Read 3D scene files with the reader for their extension."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.base.on_use import OnUse
 from heatlens.base.paths import unreadable
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import read_usd_apart, usd_failures_reported, usd_module
 from heatlens.model.framing import SceneTiming
-from heatlens.scene.gltf.file import named_files
-from heatlens.scene.gltf.read import read_gltf
-from heatlens.scene.mesh_read import read_mesh
-from heatlens.scene.obj_files import files_of_obj
 from heatlens.scene.scene import Scene
-from heatlens.scene.usd.read import read_usd
 
 
 def files_of_usd(path: Path) -> tuple[Path, ...]:
@@ -44,25 +41,19 @@ def _file_of(name: object) -> str:
     return str(resolver.SplitPackageRelativePathOuter(name)[0] if is_packed else name)
 
 
+_GLTF = OnUse("scene.gltf.read", "read_gltf")
+_MESH = OnUse("scene.mesh_read", "read_mesh")
+_USD = OnUse("scene.usd.read", "read_usd")
+_GLTF_FILES = OnUse("scene.gltf.file", "named_files")
 _READERS = {
-    ".glb": read_gltf,
-    ".gltf": read_gltf,
-    ".obj": read_mesh,
-    ".ply": read_mesh,
-    ".stl": read_mesh,
-    ".usd": read_usd,
-    ".usda": read_usd,
-    ".usdc": read_usd,
-    ".usdz": read_usd,
+    **dict.fromkeys((".glb", ".gltf"), _GLTF),
+    **dict.fromkeys((".obj", ".ply", ".stl"), _MESH),
+    **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), _USD),
 }
-_NAMING = {
-    ".glb": named_files,
-    ".gltf": named_files,
-    ".obj": files_of_obj,
-    ".usd": files_of_usd,
-    ".usda": files_of_usd,
-    ".usdc": files_of_usd,
-    ".usdz": files_of_usd,
+_NAMING: dict[str, Callable[[Path], tuple[Path, ...]]] = {
+    **dict.fromkeys((".glb", ".gltf"), _GLTF_FILES),
+    ".obj": OnUse("scene.obj_files", "files_of_obj"),
+    **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), files_of_usd),
 }
 
 SCENE_SUFFIXES = tuple(_READERS)
@@ -98,10 +89,12 @@ def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) 
     if not os.path.isfile(path):
         raise unreadable(path)
     if timing is None:
-        return reader(path)
-    if reader is not read_gltf:
+        scene: Scene = reader(path)
+        return scene
+    if reader is not _GLTF:
         raise InputError(
             f"{path}: clips, frame rate and first frame can be chosen only for glTF; other scenes "
             "define their frames or do not move."
         )
-    return read_gltf(path, timing)
+    moved: Scene = reader(path, timing)
+    return moved

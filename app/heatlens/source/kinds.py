@@ -6,11 +6,11 @@ Whatever differs between the kinds is a field of `SourceKind`, so a new kind is 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heatlens.base.errors import InputError
+from heatlens.base.on_use import OnUse
 from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.scene.scene_name import names_scene
 
@@ -26,22 +26,6 @@ if TYPE_CHECKING:  # they are imported on use, so that a command loads only what
 _PATTERN_MARKS = "#%@$"
 STREAM_PREFIX = "tev://"
 NO_FILES = "These frames come from a renderer and have no files: write an EXR there and open that."
-
-
-@dataclass(frozen=True)
-class OnUse:
-    """A function or class of another module, which is imported when it is called."""
-
-    module: str
-    name: str
-
-    @property
-    def found(self) -> Any:
-        """The function or class itself."""
-        return getattr(import_module(f"heatlens.{self.module}"), self.name)
-
-    def __call__(self, *args: Any) -> Any:
-        return self.found(*args)
 
 
 @dataclass(frozen=True)
