@@ -118,19 +118,13 @@ def _measured_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJo
 def farm_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJob:
     """Return the job, with the frames of a shot as one part, without the memory that it needs."""
     expected = None if args.submit is None else program_here()
-    output = plain_path(args.output.partition(SHOT_FIELD)[0] + "_").parent
     config = None
     if not shots[0].plan.job.output.is_exr:
         config = args.ocio or os.environ.get("OCIO") or None
     tables = config_files(config)
     beside = [path for shot in shots for path in files_beside(shot.plan)]
     files = _files_of_shots(args, shots)
-    places = (
-        *(Place("Shot", path, "FILE", "IN") for path in files[:1] if not shots[0].name),
-        *_folders(shots, (*beside, *(files if shots[0].name else ()))),
-        Place("Out", output, "DIRECTORY", "OUT"),
-        *(Place("Config", path, "FILE", "IN") for path in tables[:1]),
-    )
+    places = (*_places(args, shots, files, beside), *_place_of_config(tables))
     words = JobWords(places, config, expected)
     return FarmJob(
         name=(Path(args.shot) if is_reel(args.shot) else shots[0].plan.job.output.pattern).name,
@@ -140,6 +134,23 @@ def farm_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJob:
         needs=Needs(processors=args.cpus or _CPUS, gpus=args.gpus or 0),
         inputs=tuple(dict.fromkeys((*files, *beside, *tables))),
     )
+
+
+def _places(
+    args: argparse.Namespace, shots: Sequence[SentShot], files: Sequence[Path], beside: list[Path]
+) -> Iterator[Place]:
+    """Yield what a machine may have elsewhere: the shot file or folders, and the output."""
+    is_of_reel = bool(shots[0].name)
+    if files and not is_of_reel:
+        yield Place("Shot", files[0], "FILE", "IN")
+    yield from _folders(shots, (*beside, *(files if is_of_reel else ())))
+    output = plain_path(args.output.partition(SHOT_FIELD)[0] + "_").parent
+    yield Place("Out", output, "DIRECTORY", "OUT")
+
+
+def _place_of_config(tables: Sequence[Path]) -> Iterator[Place]:
+    if tables:
+        yield Place("Config", tables[0], "FILE", "IN")
 
 
 def task_words(args: argparse.Namespace, plan: ExportPlan) -> tuple[Word, ...]:
