@@ -7,6 +7,8 @@
 // Outputs (far rim only)
 //   out_far_img   rgb of the far fragment, a coverage of the near one
 //   out_near_img  rgb of the near fragment, a its signed coc
+// Output (both rims)
+//   thin list     the rims that may be those of hair, for fragments_thin.comp.glsl
 
 #include "lib/lean.lib.glsl"
 #ifdef LISTS
@@ -15,17 +17,27 @@
 #include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"
 #include "lib/tone.lib.glsl"
-#include "lib/thin.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 layout(rgba16f) uniform writeonly image2D out_far_img;
 layout(rgba16f) uniform writeonly image2D out_near_img;
+layout(std430) buffer thin_list_block {
+    uint thin_groups[3];
+    uint thin_count;
+    uint thin_pixels[];  // y << 16 | x, see lib/pixel_list.lib.glsl
+};
+
+void append_thin(ivec2 at) {
+    uint slot = atomicAdd(thin_count, 1u);
+    bool opens_group = slot % PIXELS_PER_GROUP == 0u && slot / PIXELS_PER_GROUP < GROUPS_MAX;
+    if (opens_group) atomicAdd(thin_groups[0], 1u);
+    thin_pixels[slot] = uint(at.y) << 16 | uint(at.x);
+}
 
 #define FAR_RIM_WEIGHT 0.1  // weight of a near neighbour that is itself beside something nearer
 #define MOST_COVERAGE 0.5   // depth was sampled at the pixel's centre and missed the near surface
 #define KNOWN_FROM_PX 1.5   // of less blur, what is seen beside it shows as sharply, and is nearer
-#define LEAST_SEEN 0.7       // of a far surface behind hair, to keep its own detail
 #define FAR_SIDE 5          // pixels: across a wire's far rim to the next unmixed pixel
 
 // Compressed colour of the far surface where a nearer pixel hides it; a = its weight.
@@ -103,22 +115,19 @@ float outline_coverage(ivec2 at, float coc) {
     return nearer;
 }
 
-// True beside something nearer that ends again after one or two pixels.
-bool is_beside_thin(ivec2 at, float coc) {
-    for (int k = 0; k < 9; ++k) {
-        ivec2 onward = ivec2(k % 3, k / 3) - 1;
-        vec3 own;
-        bool ends = !is_in_front(coc_at(at + 2 * onward), coc) || !is_in_front(coc_at(at + 3 * onward), coc);
-        bool begins = is_in_front(coc_at(at + onward), coc);
-        if (begins && ends && !unmixed_near(inside(at + onward), own)) return true;
-    }
-    return false;
+// Lists a rim that may be beside, or on, something nearer that ends again after one or two pixels.
+void list_thin(ivec2 at, float coc) {
+    vec3 own;
+    bool is_far = kind_at(at) == FAR_RIM;
+    bool may_be = is_far ? ends_beside(at, coc) : abs(coc) > SPLIT_FROM_PX && !unmixed_near(at, own);
+    if (may_be) append_thin(at);
 }
 
 void split_far(ivec2 at) {
-    if (kind_at(at) != FAR_RIM) return;
     stand_at(at);
     float coc = coc_at(at);
+    list_thin(at, coc);
+    if (kind_at(at) != FAR_RIM) return;
     vec3 x = color_at(at), far = x;
     FarSide unmixed = far_side(at, coc);
     vec4 near = near_side(at, coc);
@@ -129,12 +138,6 @@ void split_far(ivec2 at) {
     float seen = 1.0 - coverage;
     vec3 rest = (x - far - coverage * (near.rgb - far)) / max(seen, 0.2);
     far = max(far + smoothstep(0.3, 0.7, seen) * rest, 0.0);
-    Mixture mixed = thin_mixture(at, coc, is_beside_thin(at, coc));
-    float mixed_seen = 1.0 - mixed.coverage;
-    if (mixed_seen > LEAST_SEEN) mixed.far = max(x - mixed.coverage * mixed.near, 0.0) / mixed_seen;
-    coverage = mix(coverage, mixed.coverage, mixed.sure);
-    near.rgb = mix(near.rgb, mixed.near, mixed.sure);
-    far = mix(far, mixed.far, mixed.sure);
     imageStore(out_far_img, at, vec4(min(far, HALF_MAX), coverage));
     imageStore(out_near_img, at, vec4(min(near.rgb, HALF_MAX), near.a));
 }

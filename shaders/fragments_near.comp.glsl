@@ -9,7 +9,6 @@
 #include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"
 #include "lib/tone.lib.glsl"
-#include "lib/thin.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
@@ -17,24 +16,14 @@ layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform writeonly image2D near_img;
 
 #define LEAST_COVERAGE 0.5  // depth was sampled at the pixel's centre and hit the near surface
-#define LEAST_THIN_COVERAGE 0.1
-#define SPLIT_FROM_PX 2.0   // a surface in focus keeps its pixels: their mixed colour is already right
-#define SPLIT_FULL_PX 6.0
 
 vec3 far_color(ivec2 at) {
     return kind_at(at) == FAR_RIM ? imageLoad(far_img, at).rgb : color_at(at);
 }
 
-// The far layer guesses what lies behind, and other things keep their pixels.
-void split_thin(ivec2 at, vec3 x, float coc) {
-    float behind = coc;
-    for (int k = 0; k < 9; ++k) behind = max(behind, coc_at(neighbour(at, k)));
-    Mixture mixed = thin_mixture(at, behind, abs(coc) > SPLIT_FROM_PX);
-    float through = 1.0 - max(mixed.coverage, LEAST_THIN_COVERAGE);
-    float coverage = 1.0 - mixed.sure * smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)) * through;
-    vec3 own = max((x - (1.0 - coverage) * mixed.far) / coverage, 0.0);
-    imageStore(far_img, at, vec4(min(own, HALF_MAX), coverage));
-    imageStore(near_img, at, vec4(vec3(0.0), coverage < 1.0 ? behind : coc));
+void keep(ivec2 at, vec3 x, float coc) {
+    imageStore(far_img, at, vec4(min(x, HALF_MAX), 1.0));
+    imageStore(near_img, at, vec4(vec3(0.0), coc));
 }
 
 void split_near(ivec2 at) {
@@ -43,7 +32,7 @@ void split_near(ivec2 at) {
     float coc = coc_at(at);
     vec3 x = color_at(at), near;
     if (!unmixed_near(at, near)) {
-        split_thin(at, x, coc);
+        if (abs(coc) <= SPLIT_FROM_PX) keep(at, x, coc);  // fragments_thin.comp.glsl splits others
         return;
     }
     vec4 through = vec4(0.0);  // a coc
@@ -63,7 +52,7 @@ void split_near(ivec2 at) {
     float variance = variance_of(through.rgb, squares / count);
     float coverage = coverage_of(x, near, through.rgb, variance, 1.0 - farther);
     coverage = clamp(coverage, LEAST_COVERAGE, 1.0);
-    coverage = 1.0 - smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)) * (1.0 - coverage);
+    coverage = 1.0 - unmixed_part(coc) * (1.0 - coverage);
     vec3 own = max((x - (1.0 - coverage) * through.rgb) / coverage, 0.0);
     imageStore(far_img, at, vec4(min(own, HALF_MAX), coverage));
     imageStore(near_img, at, vec4(vec3(0.0), through.a));

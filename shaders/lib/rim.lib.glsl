@@ -1,8 +1,11 @@
-// Shared by the two rim passes.
+// Shared by the passes over rims.
 
 #include "lib/silhouette.lib.glsl"
 
 #define HALF_MAX 65504.0  // fragments are stored in half
+
+#define SPLIT_FROM_PX 2.0   // a near surface in focus keeps its pixels: their mixed colour is already right
+#define SPLIT_FULL_PX 6.0
 
 uniform sampler2D color_tx;
 uniform sampler2D kind_tx;
@@ -22,4 +25,20 @@ bool unmixed_near(ivec2 at, out vec3 color) {
     }
     color = sum.rgb / max(sum.a, 1.0);
     return sum.a > 0.0;
+}
+
+// How far a near surface of this coc is unmixed, 0..1.
+float unmixed_part(float coc) { return smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)); }
+
+// True if something nearer begins at neighbour `k`, and ends again one or two pixels further on.
+bool ends_in(ivec2 at, int k, float coc) {
+    ivec2 onward = ivec2(k % 3, k / 3) - 1;
+    bool ends = !is_in_front(coc_at(at + 2 * onward), coc) || !is_in_front(coc_at(at + 3 * onward), coc);
+    return ends && is_in_front(coc_at(at + onward), coc);
+}
+
+bool ends_beside(ivec2 at, float coc) {
+    bool ends = false;
+    for (int k = 0; k < 9; ++k) ends = ends || ends_in(at, k, coc);
+    return ends;
 }

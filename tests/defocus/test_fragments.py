@@ -30,14 +30,15 @@ def split(
     channels = (1 if lists is None else 2, 4, 4)
     kind, far, near = (new_texture(ctx, size, count, "f2") for count in channels)
     picture = Fragments(color_tx, coc_tx, kind, far, near, lists)
-    pixels = ctx.buffer(reserve=list_bytes(size))
+    pixels, thin = (ctx.buffer(reserve=list_bytes(size)) for _ in range(2))
     optics = Optics(CocLine(AT_INFINITY_PX, PER_DIOPTRE_PX), np.array([0.0]))
-    list(FragmentPass(ctx).steps(picture, optics, pixels))
+    list(FragmentPass(ctx).steps(picture, optics, pixels, thin))
 
     def read(texture: moderngl.Texture) -> FloatArray:
         return np.frombuffer(texture.read(), np.float16).astype(np.float32).reshape(*coc.shape, -1)
 
-    return {"kind": read(kind)[..., 0], "far": read(far), "near": read(near)}
+    listed = np.float32([np.frombuffer(thin.read(16), np.uint32)[3]])
+    return {"kind": read(kind)[..., 0], "far": read(far), "near": read(near), "thin": listed}
 
 
 def edge(coverage: float) -> tuple[FloatArray, FloatArray]:
@@ -170,3 +171,11 @@ def test_a_wire_of_like_light_keeps_its_pixels(ctx: moderngl.Context) -> None:
     parts = split(ctx, color, coc)
     np.testing.assert_allclose(parts["far"][3:15, 8, :3], color[3:15, 8], atol=0.001)
     assert np.all(parts["far"][3:15, 8, 3] == 1.0)
+
+
+def test_hair_alone_has_the_work_of_hair(ctx: moderngl.Context) -> None:
+    """Its rims are listed, three columns of them; those of something wide are not."""
+    color, coc, _ = hair(np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)))
+    parts = split(ctx, color, coc)
+    assert parts["thin"] == 3 * 18 == (parts["kind"] != WHOLE).sum()
+    assert split(ctx, *edge(0.3))["thin"] == 0

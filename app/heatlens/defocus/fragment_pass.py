@@ -57,12 +57,16 @@ class FragmentPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._find = ListProgram(ctx, "fragments_find.comp.glsl")
         self._far = ListProgram(ctx, "fragments_far.comp.glsl")
+        self._thin = ComputeProgram(ctx, "fragments_thin.comp.glsl")
         self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
-    def steps(self, picture: Fragments, optics: Optics, pixels: moderngl.Buffer) -> Iterator[None]:
-        """Split the silhouette pixels of `picture`; `pixels` is scratch memory."""
+    def steps(
+        self, picture: Fragments, optics: Optics, pixels: moderngl.Buffer, thin: moderngl.Buffer
+    ) -> Iterator[None]:
+        """Split the silhouette pixels of `picture`; `pixels` and `thin` are scratch memory."""
         clear_list(pixels)
+        clear_list(thin)
         buffers = {"pixel_list_block": pixels}
         uniforms = optics.infinity_uniforms
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
@@ -81,16 +85,17 @@ class FragmentPass:
                 pixels,
                 textures=textures,
                 images={"out_far_img": picture.far, "out_near_img": picture.near},
-                buffers=buffers | list_buffers(lists),
+                buffers=buffers | {"thin_list_block": thin} | list_buffers(lists),
                 uniforms=uniforms | part | list_uniforms(lists),
             )
             yield
-        for part in self._slices.of(picture.color.size):
-            self._near.dispatch(
-                pixels,
-                textures=textures,
-                images={"far_img": picture.far, "near_img": picture.near},
-                buffers=buffers,
-                uniforms=uniforms | part,
-            )
-            yield
+        for program, listed in ((self._thin, thin), (self._near, pixels)):
+            for part in self._slices.of(picture.color.size):
+                program.dispatch(
+                    listed,
+                    textures=textures,
+                    images={"far_img": picture.far, "near_img": picture.near},
+                    buffers={"pixel_list_block": listed},
+                    uniforms=uniforms | part,
+                )
+                yield

@@ -323,8 +323,8 @@ class DefocusPipeline:
             lists,
             around,
         )
-        rims = scratch.buffer("rim list", list_bytes(size))
-        apart = self._passes.fragments.steps(picture, optics, rims)
+        rims, thin = (scratch.buffer(f"{name} list", list_bytes(size)) for name in ("rim", "thin"))
+        apart = self._passes.fragments.steps(picture, optics, rims, thin)
         yield from self._named("fragments", apart)
         return picture
 
