@@ -14,6 +14,7 @@ from heatlens.export.plan import ExportPlan
 from heatlens.files.movie_read import av, movie_at
 from heatlens.files.picture_formats import in_movie
 from heatlens.model.frames import exact_rate
+from heatlens.source.origin import StampedFile
 
 _RATE = 48_000
 _SAME_RATE = 1e-4  # 23.976 is not 24
@@ -47,7 +48,7 @@ def _why_silent(path: Path, spots: Sequence[Spot | None], frames_per_second: flo
     return "" if has_whole_sound(path) else "it is damaged"
 
 
-def _spot(files: Sequence[Any]) -> Spot | None:
+def _spot(files: Sequence[StampedFile]) -> Spot | None:
     return in_movie(files[0].path) if files else None
 
 

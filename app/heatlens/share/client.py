@@ -179,7 +179,7 @@ class Client:
         if picture is not None and picture is not self._picture and self.is_ready:
             await self._send_picture(picture)
 
-    async def _send_state(self, state: dict[str, Any]) -> None:
+    async def _send_state(self, state: dict[str, object]) -> None:
         changes = {n: v for n, v in state.items() if n not in self._sent or self._sent[n] != v}
         changes |= {name: None for name in self._sent if name not in state}
         if not changes:

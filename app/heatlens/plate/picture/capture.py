@@ -16,7 +16,7 @@ _LONG_SIDE_MM = 36.0  # of the full frame, on which phones tell their focal leng
 _SAME_ASPECT = 0.02
 
 
-def capture_info(path: Path, size: tuple[int, int]) -> dict[str, Any]:
+def capture_info(path: Path, size: tuple[int, int]) -> dict[str, object]:
     """Return the header of the camera for a picture of a capture; a note if it cannot be used."""
     file = path.parent.parent / _FILE
     if path.parent.name.lower() != _FOLDER or not file.is_file():

@@ -232,7 +232,7 @@ def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
     draw.pop_clip_rect()
 
 
-def _draw_dashes(ends: list[Any], dash: float) -> None:
+def _draw_dashes(ends: Sequence[ImVec2], dash: float) -> None:
     """Draw a broken line, as for a thing that is hidden."""
     start, end = ends
     draw, count = imgui.get_window_draw_list(), max(int(math.dist(start, end) / dash), 1)
