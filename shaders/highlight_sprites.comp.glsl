@@ -6,7 +6,7 @@
 //   places_tx    if `has_places`: r, g position of the light in its pixel, from the middle, b its variance
 //                along an axis, pixels
 // COUNT output   tally_buf        a tally a block
-// WRITE inputs   plan, offset_buf  output  sprite_buf
+// WRITE inputs   plan, tally_buf, offset_buf  output  sprite_buf
 
 #include "lib/aperture.lib.glsl"
 #include "lib/highlights.lib.glsl"
@@ -23,6 +23,7 @@ uniform bool has_places;
 layout(std430) writeonly buffer tally_block { BlockTally tally_buf[]; };
 #else
 layout(std430) readonly buffer plan_block { Plan plan; };
+layout(std430) readonly buffer tally_block { BlockTally tally_buf[]; };
 layout(std430) readonly buffer offset_block { uint offset_buf[]; };
 layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #endif
@@ -78,14 +79,24 @@ vec2 light_offset(ivec2 at, float coc_px) {
     return offset * towards / steepest;
 }
 
-bool load_block() {
+// WRITE does not look at the pixels of a block for which COUNT found nothing to draw.
+bool is_block_read(int index) {
+#ifdef COUNT
+    return true;
+#else
+    return plan.level < LEVELS && tally_buf[index].sprites[plan.level] > 0u;
+#endif
+}
+
+bool load_block(bool is_read) {
     lit_count = 0;
-    for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i) {
-        ivec2 at = pixel(i);
-        bool inside = all(lessThan(at, size));
-        energy[i] = inside ? sum_of(texelFetch(high_tx, at, 0).rgb) : 0.0;
-        lit_count += energy[i] > 0.0 ? 1 : 0;
-    }
+    int next = 0;
+    do {
+        ivec2 at = pixel(next);
+        bool inside = is_read && all(lessThan(at, size));
+        energy[next] = inside ? sum_of(texelFetch(high_tx, at, 0).rgb) : 0.0;
+        lit_count += energy[next] > 0.0 ? 1 : 0;
+    } while (is_read && ++next < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK);
     if (lit_count > 0)
         for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i)
             if (energy[i] > 0.0) coc[i] = highlight_coc(pixel(i));
@@ -188,7 +199,7 @@ void main() {
     if (any(greaterThanEqual(block, blocks))) return;
     corner = block * HIGHLIGHT_BLOCK;
     int index = block.y * blocks.x + block.x;
-    bool any_light = load_block();
+    bool any_light = load_block(is_block_read(index));
 #ifdef COUNT
     for (int level = 0; level < LEVELS; ++level) {
         float area = 0.0;
@@ -197,6 +208,6 @@ void main() {
     }
 #else
     float area;
-    if (any_light && plan.level < LEVELS) make_sprites(int(plan.level), offset_buf[index], area);
+    if (any_light) make_sprites(int(plan.level), offset_buf[index], area);
 #endif
 }

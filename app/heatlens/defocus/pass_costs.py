@@ -122,10 +122,10 @@ def highlights_found_bytes(work: Work, runs: int) -> Traffic:
 
 
 def highlights_listed_bytes(work: Work, runs: int) -> Traffic:
-    """Count two reads of the highlights; counts and offsets are written and read again."""
+    """Count one read of the highlights; counts and offsets are written and read again."""
     width, height = work.size
     blocks = block_count(work.size) / (width * height)
-    moved = 2 * _COLOR + blocks * (3 * _TALLY + 2 * _OFFSET)
+    moved = _COLOR + blocks * (4 * _TALLY + 2 * _OFFSET)
     return Traffic(runs * moved, runs * _COLOR, at_least=True)
 
 
