@@ -131,10 +131,10 @@ def depth_of(
     if choice is None:
         raise InputError(f"{path} has no colour from which a depth could be estimated.")
     light = read_color(path, parts, choice)[0]
-    return estimated_depth(path, light, options, partial(_light_at, options))
+    return estimated_depth(path, light, options, partial(read_light, options))
 
 
-def _light_at(options: PlateOptions, path: Path) -> FloatImage:
+def read_light(options: PlateOptions, path: Path) -> FloatImage:
     """Return the light (H, W, 4) of the picture at `path`."""
     parts = color_file_parts(path, options)
     choice = choose_color(path, [header for header, _ in parts], options.color_layer, options.eye)

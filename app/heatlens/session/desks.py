@@ -146,10 +146,16 @@ class TimeDesk:
 class FileDesk:
     """Files: opening, saving, exporting, and the preferences."""
 
-    def __init__(self, shared: Shared, pictures: PictureDesk, timeline: Timeline) -> None:
+    def __init__(
+        self,
+        shared: Shared,
+        pictures: PictureDesk,
+        timeline: Timeline,
+        frames_folder: Path | None,
+    ) -> None:
         self.documents = documents = ShotDocuments(shared, timeline)
         self.exports = ExportCommands(shared, timeline, pictures.look, lambda: documents.shot_name)
-        self.reel = reel = OpenReel(shared, documents, timeline.playback)
+        self.reel = reel = OpenReel(shared, documents, timeline.playback, frames_folder)
         self.commands = FileCommands(
             *(shared, documents, pictures.saving, pictures.references),
             *(reel, self.exports.write_sheet),

@@ -65,7 +65,7 @@ class Session:
         speed = Speed(is_software=is_software)
         self.lens = lens = LensDesk(shared)
         self.time = time = TimeDesk(shared, pictures, lens, self.scenes, speed, frames_folder)
-        self.files = FileDesk(shared, pictures, time.timeline)
+        self.files = FileDesk(shared, pictures, time.timeline, frames_folder)
         self.facts = Facts(source, self.editing, pictures, time, self.scenes.size)
         self._lost_surfaces = LostSurfaces(shared)
         # Polled in this order in each frame of the window.

@@ -27,7 +27,7 @@ from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.opening_panel import opening_panel
 from heatlens.ui.panels.plan_panel import PlanPanel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
-from heatlens.ui.panels.reel_panel import reel_panel
+from heatlens.ui.panels.reel_panel import ReelTextures, reel_panel
 from heatlens.ui.panels.ring_panel import ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.size_row import size_row
@@ -57,6 +57,7 @@ class DockedPanels:
         self._ui = ui
         self._planned, self._plan_panel = PlanDrawer(), PlanPanel()
         self._hovered: tuple[int, int] | None = None
+        self._reel_textures = ReelTextures(session.pictures.renderer.ctx)
         self.stills = LookStills(session.facts, session.pictures)
 
     def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
@@ -73,7 +74,7 @@ class DockedPanels:
             "Marks": partial(marks_panel, self._time, self._facts.unit, self._ui),
             "Plan": self._plan,
             "Looks": partial(looks_panel, self._facts, self._session.pictures, self.stills),
-            "Reel": partial(reel_panel, self._ui.files.reel, self._facts.unit),
+            "Reel": partial(reel_panel, self._ui.files.reel, self._facts.unit, self._reel_textures),
             "Guides": self._guides,
             "Export": self._export,
             "Speed": self._speed,

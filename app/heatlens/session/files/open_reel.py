@@ -1,5 +1,6 @@
 """The reel of the session: a cut of which one shot is open, and the way to the others."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,6 +14,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.reel import Reel, ReelShot
 from heatlens.model.shot import Shot
 from heatlens.session.files.shot_documents import ShotDocuments
+from heatlens.session.files.shot_stills import FirstPicture, ShotStills, Still
 from heatlens.session.loop.worker import Worker
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.playback import Playback
@@ -24,9 +26,6 @@ class CutFocus:
 
     first_m: float | None = None
     last_m: float | None = None
-
-
-_Asked = tuple[str, PlateOptions, int | None]  # source, its options, first frame
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,13 @@ class OpenReel(Commands, Worker):
     shot is read ahead.
     """
 
-    def __init__(self, shared: Shared, documents: ShotDocuments, playback: Playback) -> None:
+    def __init__(
+        self,
+        shared: Shared,
+        documents: ShotDocuments,
+        playback: Playback,
+        frames_folder: Path | None,
+    ) -> None:
         super().__init__(shared)
         self._documents, self._playback = documents, playback
         playback.next_shot = self._play_on
@@ -53,7 +58,8 @@ class OpenReel(Commands, Worker):
         self.focus: tuple[CutFocus, ...] = ()  # of each shot, as read or as last left
         self.at = 0  # the number of the open shot
         self._wanted: ReelShot | None = None  # its file or its plates are on their way
-        self._ahead: Background[_Asked] = Background(self._wake)
+        self._ahead: Background[FirstPicture] = Background(self._wake)
+        self._stills = ShotStills(self._wake, frames_folder)
         self._ahead_of = -1  # the shot beside which the next one was read ahead
 
     def opens(self, text: str) -> bool:
@@ -122,6 +128,15 @@ class OpenReel(Commands, Worker):
             return _focus_of(self._editing.shot, self.reel.shots[number])
         return self.focus[number]
 
+    def still_of(self, number: int) -> Still | None:
+        """Return a small picture of a shot; None until it is read, and if there is none."""
+        return self._stills.of(number, self._first_of(number))
+
+    def _first_of(self, number: int) -> Callable[[], FirstPicture]:
+        assert self.reel is not None
+        shot = self.reel.shots[number]
+        return partial(_first_picture, shot, self._preferences.options_for(shot.source))
+
     def _leave(self) -> None:
         """Keep the focus of the open shot for the list, and save it if it has a file."""
         if self._source.plate is None or self._wanted is not None:
@@ -160,15 +175,20 @@ class OpenReel(Commands, Worker):
         """Have the first plate of the next shot read."""
         assert self.reel is not None
         if self._ahead_of != self.at:
-            self._ahead_of, shot = self.at, self.reel.shots[self._after]
-            self._ahead.start(partial(_asked, shot, self._preferences.options_for(shot.source)))
+            self._ahead_of = self.at
+            self._ahead.start(self._first_of(self._after))
         asked = self._ahead.poll()
         if asked is not None and asked[0] not in ("", self._editing.shot.source):
             self._source.opener.prepare(*asked)
 
+    def close(self) -> None:
+        """Read no more stills."""
+        self._stills.close()
+
     def _begin(self, read: _Read) -> None:
         self.path, self.reel, self.focus = read.path, read.reel, read.focus
         self._wanted, self._ahead_of = None, -1
+        self._stills.clear()
         self._preferences.opened(str(read.path))
         if not self._there:
             raise InputError(f"{read.path}: the media of all shots are missing.")
@@ -198,7 +218,7 @@ def _read(path: Path) -> _Read:
     return _Read(path, reel, tuple(map(_focus_in_file, reel.shots)))
 
 
-def _asked(shot: ReelShot, options: PlateOptions) -> _Asked:
+def _first_picture(shot: ReelShot, options: PlateOptions) -> FirstPicture:
     """Return what opening a shot asks for first; the source is "" if its file is damaged."""
     if not is_shot_file(shot.source):
         return shot.source, options, None if shot.frames is None else shot.frames.first
