@@ -108,3 +108,29 @@ def test_the_loop_sleeps_until_the_next_frame_is_due():
     assert not playback.is_due(RATE)
     clock.now_s += 1 / RATE
     assert playback.is_due(RATE) and 0 < playback.seconds_until_due(RATE) < 0.01
+
+
+@pytest.mark.parametrize("every", [True, False])
+def test_late_playback_of_every_frame_drops_none_before_a_cut(every):
+    """At 1004 and 0.2 s late: every frame shows 1005 before the next shot, real time does not."""
+    clock, playback, frame = playing(Ending.REEL, 1, 1004, every)
+    cuts = []
+    playback.next_shot = lambda: not cuts.append(clock.now_s)
+    clock.now_s += 0.2
+    frame = playback.moved(frame, FRAMES, RATE, is_ready=True)
+    assert (frame, len(cuts)) == ((1005, 0) if every else (1004, 1))
+
+
+def test_the_wait_for_the_next_shot_drops_none_of_its_frames():
+    clock, playback, frame = playing(Ending.REEL, 1, 1005, every=False)
+    playback.next_shot = lambda: True
+    clock.now_s += 5.0
+    assert playback.moved(frame, FRAMES, RATE, is_ready=True) == 1005
+    clock.now_s += 1 / RATE
+    assert playback.moved(1001, FRAMES, RATE, is_ready=True) == 1002
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_without_a_next_shot_it_begins_again(direction):
+    start = 1004 if direction > 0 else 1002
+    assert seen(Ending.REEL, direction, start, 2)[-1] == (1001 if direction > 0 else 1005)

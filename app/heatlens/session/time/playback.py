@@ -55,15 +55,16 @@ class Playback:
         steps = self._steps_due(rate)
         if not self.direction or steps < 1:
             return frame
-        if self.is_every_frame and not is_ready:
-            return frame
+        if self.is_every_frame:
+            if not is_ready:
+                return frame
+            steps = 1
         if self._crosses_cut(frame + steps, frames) and self.next_shot():
             self._shown_at = self._clock()  # the new shot drops no frame for the wait
             return frame
         if self.is_every_frame:
             # At most one frame late: playback that was delayed continues and does not rush.
             self._shown_at = max(self._shown_at + 1 / rate, self._clock() - 1 / rate)
-            steps = 1
         else:
             self._shown_at += steps / rate
         return self._stepped(frame, steps, frames)
