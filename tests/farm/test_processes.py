@@ -6,7 +6,9 @@ import subprocess
 
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import write_shot
+from heatlens.farm import children, processes
 from support.dask_cluster import HEATLENS, children_of, wait_for
 from support.exports import MANY, exported, files_in, refused, shot_of, write_plates
 
@@ -20,6 +22,32 @@ def test_processes_make_what_one_makes(capsys, shot_file, tmp_path, output):
     again = exported(capsys, shot_file, tmp_path / "out" / output, "--processes", 2)
     assert "0 frames written, 6 were finished before" in again
     assert not list((tmp_path / "out").glob("*.frames"))
+
+
+@pytest.mark.parametrize(
+    ("count", "given", "expected"),
+    [(2, None, "4"), (3, None, "2"), (20, None, "1"), (1, None, ""), (2, "7", "7")],
+)
+def test_processes_share_the_processors(monkeypatch, tmp_path, count, given, expected):
+    """The software rasteriser of each would otherwise start a thread for every processor."""
+    heard = tmp_path / "python"
+    heard.write_text('#!/bin/sh\necho "$LP_NUM_THREADS"\n')
+    heard.chmod(0o755)
+    monkeypatch.setattr("sys.executable", str(heard))
+    monkeypatch.setattr("os.cpu_count", lambda: 8)
+    monkeypatch.delenv("LP_NUM_THREADS", raising=False)
+    if given is not None:
+        monkeypatch.setenv("LP_NUM_THREADS", given)
+    with children.started(["export"], count=count) as process:
+        assert process.communicate()[0] == f"{expected}\n"
+
+
+def test_each_process_is_told_how_many_there_are(capsys, shot_file, tmp_path, monkeypatch):
+    def refuse(words, count):
+        raise InputError(f"one of {count}")
+
+    monkeypatch.setattr(processes, "started", refuse)
+    assert "one of 3" in refused(capsys, shot_file, tmp_path / "n.####.exr", "--processes", 3)
 
 
 def test_unusual_frames_are_told_as_by_one_process(capsys, mixed_plates, tmp_path):

@@ -66,7 +66,8 @@ def _several(args: argparse.Namespace) -> int:
         processes = []
         for number in range(args.processes):
             words = ["worker", args.address, *device_words(args.device, number)]
-            processes.append(undone.enter_context(started(words, is_shown=True)))
+            process = started(words, is_shown=True, count=args.processes)
+            processes.append(undone.enter_context(process))
             undone.callback(stop, processes[-1])
         codes = [process.wait() for process in processes]
     if any(codes):

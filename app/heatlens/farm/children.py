@@ -1,5 +1,6 @@
 """Start the heatlens command as processes beside this one, and stop them."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -11,13 +12,28 @@ PATIENCE_S = 2.0  # time to stop before a process is killed
 _STOPS = (signal.SIGINT, signal.SIGTERM)
 
 
-def started(words: Sequence[str], is_shown: bool = False) -> "subprocess.Popen[str]":
-    """Start the heatlens command with these words as a process, which may print here."""
+def started(
+    words: Sequence[str], is_shown: bool = False, count: int = 1
+) -> "subprocess.Popen[str]":
+    """Start the heatlens command with these words as a process, one of `count` at work.
+
+    If `is_shown`, it prints here.
+    """
     # -P: do not run a file in the current folder that has the name of a Python module.
     line = [sys.executable, "-P", "-m", "heatlens", *words]
     with _signals_heard_by_children():
         pipe = None if is_shown else subprocess.PIPE
-        return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
+        environment = _share_of_processors(count) | os.environ
+        return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=environment)
+
+
+def _share_of_processors(count: int) -> dict[str, str]:
+    """Return the number of threads for Mesa's software rasteriser, which else takes all processors.
+
+    With more threads than processors, each pass waits for the slowest of them.
+    """
+    threads = max(1, (os.cpu_count() or 1) // count)
+    return {"LP_NUM_THREADS": str(threads)} if count > 1 else {}
 
 
 @contextmanager

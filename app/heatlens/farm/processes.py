@@ -14,6 +14,8 @@ from heatlens.export.run import FrameDone
 from heatlens.farm.children import started, stop
 from heatlens.sequence.names import frames_text
 
+_TOLD = ("--progress=json", "--quiet")
+
 
 class ProcessMaker:
     """Makes frames in `count` processes; `say` shows the messages about their frames."""
@@ -43,7 +45,8 @@ class ProcessMaker:
         with ExitStack() as undone:
             for number, share in enumerate(shares):
                 part = f"--part={frames_text([frame.frame for frame in share])}"
-                self._follow(undone, (part, *device_words(self._devices, number)))
+                more = (part, *device_words(self._devices, number))
+                self._follow(undone, started([*self._words, *more, *_TOLD], count=len(shares)))
             running = len(shares)
             while running:
                 news = self._news.get()
@@ -52,8 +55,7 @@ class ProcessMaker:
                     yield FrameDone(frame, paths[frame], was_there)
                 running -= self._has_ended(news)
 
-    def _follow(self, undone: ExitStack, more: Sequence[str]) -> None:
-        process = started([*self._words, *more, "--progress=json", "--quiet"])
+    def _follow(self, undone: ExitStack, process: "subprocess.Popen[str]") -> None:
         undone.enter_context(process)
         undone.callback(stop, process)
         Thread(target=self._read, args=(process,), daemon=True).start()
