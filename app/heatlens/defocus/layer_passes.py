@@ -133,7 +133,6 @@ class HiddenFillPass:
         self._list_blocks(layer, pixels, scratch, written)
         yield
         guessed = {"bits_block": scratch.bits, "pixel_list_block": scratch.blocks}
-        reach = {"reach_px": reach_px}
         cost = self._cost_programs.with_(MATCHED=bool(match))
         fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=bool(match))
         for part in self._slices.of(layer.color.size):
@@ -142,7 +141,7 @@ class HiddenFillPass:
                 textures={"layer_tx": layer.color} | compared,
                 images=written,
                 buffers=guessed,
-                uniforms=reach | part,
+                uniforms={"reach_px": reach_px} | part,
             )
             yield
         read = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | told | match
@@ -152,7 +151,7 @@ class HiddenFillPass:
                 textures=read,
                 images={"layer_img": layer.color, "state_img": layer.state},
                 buffers=guessed,
-                uniforms=reach | part | {"has_highlights": around is not None},
+                uniforms={"reach_px": reach_px, "has_highlights": around is not None} | part,
             )
             yield
 

@@ -175,11 +175,27 @@ class DefocusPipeline:
             lists = None if without.lists is None else without.lists.diffused
         far = yield from self._far_field(color, coc, optics, settings, lists)
         picture = yield from self._fragmented(color, coc, optics, lists, around)
+        out = self.scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
+        yield from self._over_each_other(picture, optics, settings, far, out)
+        if listed is not None:
+            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out)
+            yield from self._named("highlights drawn", drawn)
+        self.scratch.passed("highlights drawn")
+        return out
+
+    def _over_each_other(
+        self,
+        picture: Fragments,
+        optics: Optics,
+        settings: DefocusSettings,
+        far: FarField | None,
+        out: moderngl.Texture,
+    ) -> Steps[None]:
+        """Blur the layers of a picture, and composite them over `out`."""
         cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
         if far is not None:
             cuts = with_far_cut(cuts, settings.proxy)
-        plans = layer_plans(cuts, optics, color.size)
-        out = self.scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
+        plans = layer_plans(cuts, optics, out.size)
         sizes = [size for plan in plans for size in plan.sizes]
         found = self._passes.tiles.look_through(picture, sizes, self.scratch)
         tiles = iter(self._passes.tiles.find(found, sizes, optics, self.scratch))
@@ -195,11 +211,6 @@ class DefocusPipeline:
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
                 self._passes.far_parts.over(far, out)
             self.scratch.passed("composite")
-        if listed is not None:
-            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out)
-            yield from self._named("highlights drawn", drawn)
-        self.scratch.passed("highlights drawn")
-        return out
 
     def _blurred_layer(
         self,
