@@ -51,8 +51,23 @@ def plate(tmp_path, rng):
 @pytest.mark.parametrize("made", [ground, room, wires_and_lamps])
 def test_noise_is_doubted_and_patterns_are_not(rng, made, samples):
     color = made(*SIZE)[0].astype(np.float32)
-    assert noise_doubt(color, "p.exr") == ()
-    assert "p.exr is noisy" in noise_doubt(grainy(color, samples, rng), "p.exr")[0]
+    assert noise_doubt(noise_of(color), "p.exr") == ()
+    assert "p.exr is noisy" in noise_doubt(noise_of(grainy(color, samples, rng)), "p.exr")[0]
+
+
+def test_facts_of_a_plate_measure_its_noise_once(plate, monkeypatch):
+    """It is the longest of their work."""
+    measured = []
+
+    def counted(color):
+        measured.append(color.shape)
+        return noise_of(color)
+
+    monkeypatch.setattr("heatlens.plate.grain.noise_of", counted)
+    monkeypatch.setattr("heatlens.plate.inspection.noise_of", counted)
+    facts = inspect(plate, PlateOptions())
+    assert len(measured) == 1
+    assert facts["color"]["noise"] > 0.05 and any("is noisy" in it for it in facts["notes"])
 
 
 @given(st.floats(0.02, 0.4), st.floats(1e-3, 1e3))

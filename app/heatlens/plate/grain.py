@@ -61,9 +61,8 @@ def _blocks(values: NDArray[np.float64], rows: int, columns: int) -> NDArray[np.
     return cut.swapaxes(1, 2).reshape(-1, _BLOCK * _BLOCK)
 
 
-def noise_doubt(color: FloatImage, what: str, cure: str = "") -> tuple[str, ...]:
-    """Return a note if a picture is noisy; `cure` is added to the advice at its end."""
-    noise = noise_of(color)
+def noise_doubt(noise: float, what: str, cure: str = "") -> tuple[str, ...]:
+    """Return a note if the noise of a picture is too much; `cure` ends the advice."""
     if noise < NOISE_DOUBTFUL:
         return ()
     return (

@@ -89,6 +89,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
     headers = read_headers(plate.path)
     window, shown = _deep_window(plate.path, headers, options), plate.display_window
     rgb = plate.color[..., :3]
+    noise = noise_of(rgb)
     depth = {name: _json_value(value) for name, value in asdict(plate.depth).items()}
     span = depth_span(plate, options.scene_unit_m)
     stated = header_primaries(plate.attributes)
@@ -110,12 +111,12 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
             "max": float(rgb.max()),
             "nan_count": 0,
             "infinite_count": 0,
-            "noise": noise_of(rgb),
+            "noise": noise,
         },
         "depth": depth,
         "notes": [
             *plate.notes,
-            *noise_doubt(rgb, str(plate.path)),
+            *noise_doubt(noise, str(plate.path)),
             *(doubt.sentence for doubt in _doubts(plate.camera, span)),
         ],
     }
@@ -204,8 +205,8 @@ def _color_facts(
     }
     try:
         color, notes = read_color(path, parts, choice)
-        facts["noise"] = noise_of(color)
-        facts["notes"] = [*choice.notes, *notes, *noise_doubt(color, str(path), DESPIKE_HELPS)]
+        facts["noise"] = noise = noise_of(color)
+        facts["notes"] = [*choice.notes, *notes, *noise_doubt(noise, str(path), DESPIKE_HELPS)]
     except InputError as error:
         facts["problem"] = str(error)
     return choice, facts
