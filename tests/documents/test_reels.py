@@ -149,6 +149,17 @@ def test_what_a_reel_cannot_hold_is_told(tmp_path):
     assert reel.gaps == ((1, 5),)
 
 
+@pytest.mark.parametrize("suffix", [".otio", ".edl"])
+def test_a_grade_that_is_not_shown_is_said(tmp_path, suffix):
+    """In an EDL it stands as *ASC_SOP and *ASC_SAT."""
+    folder, values = plates(tmp_path, "sh010"), [1.0, 1.0, 1.0]
+    clip = by_url("sh010", f"{folder}/sh010.####.exr", None, times(1001, 2))
+    sop = {"slope": values, "offset": values, "power": values}
+    clip.metadata["cdl"] = {"asc_sat": 0.8, "asc_sop": sop}
+    (shot,) = read(cut_of(tmp_path / f"a{suffix}", clip), tmp_path).shots
+    assert "its grade (ASC CDL) is not shown" in shot.notes
+
+
 def test_the_topmost_clip_is_seen(tmp_path):
     folder = plates(tmp_path, "sh010")
     url = f"{folder}/sh010.####.exr"

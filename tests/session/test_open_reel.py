@@ -180,3 +180,12 @@ def test_the_next_shot_is_opened_before_it_is_asked_for(cut, tmp_path, monkeypat
     turn(cut)
     assert cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr")
     assert cut.editing.frame == 1010
+
+
+def test_the_part_of_the_cut_is_no_change_of_the_user(cut, tmp_path):
+    """Nothing of it is offered after a crash, and nothing asks in the middle of playback."""
+    assert cut.editing.shot.in_out == FrameRange(1005, 1006)
+    assert not cut.files.documents.window_title.endswith("*")
+    assert not cut.editing.history.past
+    settled(cut)
+    assert not list(tmp_path.rglob("unsaved/*"))

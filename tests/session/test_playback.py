@@ -126,6 +126,8 @@ def test_the_wait_for_the_next_shot_drops_none_of_its_frames():
     playback.next_shot = lambda: True
     clock.now_s += 5.0
     assert playback.moved(frame, FRAMES, RATE, is_ready=True) == 1005
+    clock.now_s += 5.0  # until it has arrived
+    assert playback.moved(1001, FRAMES, RATE, is_ready=True) == 1001
     clock.now_s += 1 / RATE
     assert playback.moved(1001, FRAMES, RATE, is_ready=True) == 1002
 

@@ -144,6 +144,7 @@ def _shot(item: Any, track: Any, finder: MediaFinder, rate: float) -> ReelShot:
         doubt if media.source else f"its media are missing: {media.told}",
         "" if there else f"none of its frames {frames} exists: {media.told}",
         _rate_note(item, rate),
+        "its grade (ASC CDL) is not shown" if "cdl" in item.metadata else "",
         *_dissolves(item, track),
     )
     marks, others = _markers(item)

@@ -165,8 +165,10 @@ class OpenReel(Commands, Worker):
         shot = self._editing.shot
         if self._is_open:
             self._wanted = None
+            self._playback.is_new_shot = True
             if wanted.frames and shot.in_out is None and self._documents.path is None:
-                self._editing.edit(replace(shot, in_out=wanted.frames))
+                self._editing.begin(replace(shot, in_out=wanted.frames))
+                self._documents.begun()
         elif not (self._documents.is_reading or self._source.opener.opening):
             self._wanted = None  # it could not be opened, which is told
             self._playback.stop()

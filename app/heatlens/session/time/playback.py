@@ -25,6 +25,7 @@ class Playback:
     is_every_frame  True waits for each frame to be ready; False keeps time and drops frames
     ending          what happens after the last frame
     direction       1 forward, -1 backward, 0 while nothing plays
+    is_new_shot     the frame is the first of a shot: its time begins when it is next asked for
     next_shot       goes on in the next shot of a reel; returns False if there is none
     """
 
@@ -33,6 +34,7 @@ class Playback:
         self.is_every_frame = True
         self.ending = Ending.LOOP
         self.direction = 0
+        self.is_new_shot = False
         self.next_shot: Callable[[], bool] = lambda: False
         self._shown_at = 0.0
 
@@ -52,6 +54,8 @@ class Playback:
 
     def moved(self, frame: int, frames: FrameRange, rate: float, is_ready: bool) -> int:
         """Return the frame to show now; `is_ready`: the previous one has been shown."""
+        if self.is_new_shot:
+            self.is_new_shot, self._shown_at = False, self._clock()
         steps = self._steps_due(rate)
         if not self.direction or steps < 1:
             return frame
@@ -60,7 +64,7 @@ class Playback:
                 return frame
             steps = 1
         if self._crosses_cut(frame + steps, frames) and self.next_shot():
-            self._shown_at = self._clock()  # the new shot drops no frame for the wait
+            self.is_new_shot = True
             return frame
         if self.is_every_frame:
             # At most one frame late: playback that was delayed continues and does not rush.
