@@ -9,6 +9,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.session.files import shot_stills
 from heatlens.session.files.shot_stills import ShotStills
 from support.exr_files import write_file
+from support.session_files import write_scene
 
 WIDTH, HEIGHT = 512, 256
 
@@ -52,9 +53,13 @@ def test_a_kept_still_is_not_read_again_until_the_file_changes(tmp_path, monkeyp
     assert sides(still(ShotStills(lambda: None, folder), source)) == (255, 0)
 
 
-@pytest.mark.parametrize("source", ["", "demo", "{folder}/none.####.exr", "{folder}/bad.exr"])
+@pytest.mark.parametrize(
+    "source",
+    ["", "demo", "tev://", "{folder}/none.####.exr", "{folder}/bad.exr", "{folder}/two.glb"],
+)
 def test_a_shot_without_a_picture_has_no_still(tmp_path, source):
     (tmp_path / "bad.exr").write_bytes(b"no")
+    write_scene(tmp_path / "two.glb")
     assert still(ShotStills(lambda: None, tmp_path), source.format(folder=tmp_path)) is None
 
 

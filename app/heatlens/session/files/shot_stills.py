@@ -20,7 +20,6 @@ from heatlens.plate.read import read_light
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.kept_picture import KeptPicture, half_of
 from heatlens.sequence.sequence import find_sequence, stamp_of
-from heatlens.source.kinds import kind_of
 
 Still = NDArray[np.uint8]
 FirstPicture = tuple[str, PlateOptions, int | None]  # source, its options, frame
@@ -68,8 +67,6 @@ def _made(store: DiskStore | None, first: Callable[[], FirstPicture]) -> Still |
     try:
         with faults_reported("The first picture of a shot could not be read"):
             source, options, frame = first()
-            if not source or not kind_of(source).reads_plates:
-                return None
             kept = _kept(store, _path_at(source, frame), options)
     except HeatlensError:  # told when the shot is opened
         return None
