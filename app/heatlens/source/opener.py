@@ -69,7 +69,7 @@ class SourceOpener:
             self._stream.begin(options)
             return
         self.opening, self._options, self.refused = text, options, None
-        if self._ahead_of == (text, options, frame, self._placing_of(text)):
+        if self._ahead_of == (text, options, frame):
             self._coming, self._ahead = self._ahead, self._coming
         else:
             self._stop = Stop()
@@ -82,7 +82,7 @@ class SourceOpener:
 
         They are kept until anything is opened.
         """
-        asked = (text, options, frame, self._placing_of(text))
+        asked = (text, options, frame)
         if kind_of(text).reads_plates and asked != self._ahead_of:
             self._ahead_of = asked
             self._start(self._ahead, text, options, frame, None)
