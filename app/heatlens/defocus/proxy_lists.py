@@ -8,6 +8,7 @@ import numpy as np
 
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.model.lean import LEVEL
 
 FRAGMENT_BYTES = 12
 _MORE_A_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others
@@ -110,6 +111,7 @@ def _whole_uniforms(whole: FragmentBuffers) -> dict[str, object]:
         "lists_origin": whole.origin,
         "lists_stride": whole.stride or whole.size[0],
         "fragment_line": (0.0, 1.0),
+        **LEVEL.uniforms(1.0),
         "is_open": False,
         "is_alpha": False,
     }

@@ -32,6 +32,7 @@ _NAME_EM, _NAME_LEAST_EM, _DISTANCE_EM = 5.0, 3.2, 4.4
 _ROW_EM = 20.5  # width of the widest row without its name
 _PULL = "pull focus"
 _HERE = "here"
+_GAP = 4.0  # between the buttons of a mark, in pixels
 _RADIUS_EM = 0.33  # radius of the ring around a point
 _PULL_MOST = 100_000  # frames
 _FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
@@ -58,6 +59,7 @@ def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
     elif imgui.begin_table("marks", 3, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", 0, name_em * em)
         imgui.table_setup_column("distance", 0, _DISTANCE_EM * em)
+        imgui.table_setup_column("buttons", imgui.TableColumnFlags_.width_stretch)
         for mark in desk.editing.shot.marks:
             _row(desk, unit, mark)
         imgui.end_table()
@@ -102,7 +104,7 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
     if widgets.button(f"focus##{mark.name}", f"go {mark.name}"):
         commands.go(mark)
     if not isinstance(mark, DistanceMark):
-        imgui.same_line(0.0, 4.0)
+        _beside("follow")
         with widgets.disabled(commands.is_reading):
             if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):
                 commands.follow(mark)
@@ -110,26 +112,34 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
         _surface_buttons(commands, mark)
     if isinstance(mark, MatteMark):
         _part_button(commands, mark)
-    imgui.same_line(0.0, 4.0)
+    _beside("x")
     if widgets.button(f"x##{mark.name}", f"delete {mark.name}"):
         commands.delete(mark)
 
 
 def _part_button(commands: MarkCommands, mark: MatteMark) -> None:
-    imgui.same_line(0.0, 4.0)
+    _beside(mark.part)
     if widgets.button(f"{mark.part}##{mark.name}", f"part {mark.name}", _PART_TIP):
         parts = [it for it in MattePart if it is not mark.part]
         commands.change(mark, replace(mark, part=parts[0]))
 
 
 def _surface_buttons(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
-    imgui.same_line(0.0, 4.0)
+    _beside("correct")
     with widgets.disabled(commands.is_reading):
         _track_button(commands, mark)
     if isinstance(mark, PointMark) and commands.has_world:
-        imgui.same_line(0.0, 4.0)
+        _beside("place")
         if widgets.button(f"place##{mark.name}", f"place {mark.name}", _PLACE_TIP):
             commands.place(mark)
+
+
+def _beside(word: str) -> None:
+    """Stay in the line if a button with this word has room there, else begin the next one."""
+    width = imgui.calc_text_size(word).x + 2 * imgui.get_style().frame_padding.x
+    end = imgui.get_item_rect_max().x + _GAP + width
+    if end <= imgui.internal.get_current_window().work_rect.max.x:
+        imgui.same_line(0.0, _GAP)
 
 
 def _track_button(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
