@@ -38,6 +38,7 @@ void append_thin(ivec2 at) {
 #define FAR_RIM_WEIGHT 0.1  // weight of a near neighbour that is itself beside something nearer
 #define MOST_COVERAGE 0.5   // depth was sampled at the pixel's centre and missed the near surface
 #define KNOWN_FROM_PX 1.5   // of less blur, what is seen beside it shows as sharply, and is nearer
+#define LEAST_SHARE 0.02    // smaller ones do not count (THIN in lib/layer.lib.glsl)
 #define FAR_SIDE 5          // pixels: across a wire's far rim to the next unmixed pixel
 
 // Compressed colour of the far surface where a nearer pixel hides it; a = its weight.
@@ -138,6 +139,8 @@ void split_far(ivec2 at) {
     float seen = 1.0 - coverage;
     vec3 rest = (x - far - coverage * (near.rgb - far)) / max(seen, 0.2);
     far = max(far + smoothstep(0.3, 0.7, seen) * rest, 0.0);
+    vec3 own = max(x - seen * far, 0.0) / max(coverage, LEAST_SHARE);
+    near.rgb = mix(own, near.rgb, unmixed_part(near.a));  // in focus, both together are the pixel
     imageStore(out_far_img, at, vec4(min(far, HALF_MAX), coverage));
     imageStore(out_near_img, at, vec4(min(near.rgb, HALF_MAX), near.a));
 }

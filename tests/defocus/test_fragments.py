@@ -105,6 +105,18 @@ def test_a_known_far_side_decides_the_far_colour_of_a_rim(
     assert off_known < 0.6 * off_guessed if is_used else np.array_equal(known, guessed)
 
 
+def test_the_rim_of_a_thing_in_focus_ends_as_its_own_pixel(ctx: moderngl.Context) -> None:
+    """Its own part differs from its neighbours: taking theirs would give it bristles."""
+    color, coc = edge(0.0)
+    coc[:, :5] = -1.0
+    color[::2, 5] = 0.45 * np.array((1.3, 0.3, 0.1)) + 0.55 * color[0, 8]
+    color[1::2, 5] = 0.45 * np.array((0.5, 0.1, 0.0)) + 0.55 * color[0, 8]
+    parts = split(ctx, color, coc)
+    far, near, cover = parts["far"][:, 5, :3], parts["near"][:, 5, :3], parts["far"][:, 5, 3:]
+    assert np.all(parts["kind"][:, 5] == FAR_RIM) and cover.min() > 0.3
+    np.testing.assert_allclose(cover * near + (1 - cover) * far, color[:, 5], atol=0.002)
+
+
 def test_a_slanted_surface_has_no_rim(ctx: moderngl.Context) -> None:
     coc = np.tile(np.linspace(-20, 20, 64, dtype=np.float32), (9, 1))
     color = np.full((9, 64, 3), 0.5, np.float32)
