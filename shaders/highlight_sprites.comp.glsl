@@ -2,19 +2,20 @@
 // level's list, WRITE writes the chosen one where highlight_plan says, in the picture's order.
 //
 // Inputs
+//   pixel list   the blocks with highlights (highlight_blocks.comp.glsl)
 //   high_tx      rgb of the removed light, a signed coc (highlight_split.comp.glsl)
 //   places_tx    if `has_places`: r, g position of the light in its pixel, from the middle, b its variance
 //                along an axis, pixels
 // COUNT output   tally_buf        a tally a block
-// WRITE inputs   plan, tally_buf, offset_buf  output  sprite_buf
+// WRITE inputs   plan, offset_buf  output  sprite_buf
 
 #include "lib/aperture.lib.glsl"
 #include "lib/highlights.lib.glsl"
 #include "lib/pixel_cover.lib.glsl"
+#include "lib/pixel_list.lib.glsl"
 
-layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
+layout(local_size_x = PIXELS_PER_GROUP) in;
 
-uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 uniform sampler2D high_tx;
 uniform sampler2D places_tx;
 uniform bool has_places;
@@ -23,7 +24,6 @@ uniform bool has_places;
 layout(std430) writeonly buffer tally_block { BlockTally tally_buf[]; };
 #else
 layout(std430) readonly buffer plan_block { Plan plan; };
-layout(std430) readonly buffer tally_block { BlockTally tally_buf[]; };
 layout(std430) readonly buffer offset_block { uint offset_buf[]; };
 layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #endif
@@ -79,28 +79,14 @@ vec2 light_offset(ivec2 at, float coc_px) {
     return offset * towards / steepest;
 }
 
-// WRITE does not look at the pixels of a block for which COUNT found nothing to draw.
-bool is_block_read(int index) {
-#ifdef COUNT
-    return true;
-#else
-    return plan.level < LEVELS && tally_buf[index].sprites[plan.level] > 0u;
-#endif
-}
-
-bool load_block(bool is_read) {
+void load_block() {
     lit_count = 0;
-    int next = 0;
-    do {
-        ivec2 at = pixel(next);
-        bool inside = is_read && all(lessThan(at, size));
-        energy[next] = inside ? sum_of(texelFetch(high_tx, at, 0).rgb) : 0.0;
-        lit_count += energy[next] > 0.0 ? 1 : 0;
-    } while (is_read && ++next < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK);
-    if (lit_count > 0)
-        for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i)
-            if (energy[i] > 0.0) coc[i] = highlight_coc(pixel(i));
-    return lit_count > 0;
+    for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i) {
+        ivec2 at = pixel(i);
+        energy[i] = all(lessThan(at, size)) ? sum_of(texelFetch(high_tx, at, 0).rgb) : 0.0;
+        lit_count += energy[i] > 0.0 ? 1 : 0;
+        if (energy[i] > 0.0) coc[i] = highlight_coc(at);
+    }
 }
 
 int brightest(ivec2 from, int side) {
@@ -192,22 +178,22 @@ uint make_sprites(int level, uint offset, out float area) {
     return count;
 }
 
-void main() {
-    size = textureSize(high_tx, 0);
-    ivec2 block = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
-    ivec2 blocks = (size + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
-    if (any(greaterThanEqual(block, blocks))) return;
+void merge_block(ivec2 block) {
     corner = block * HIGHLIGHT_BLOCK;
-    int index = block.y * blocks.x + block.x;
-    bool any_light = load_block(is_block_read(index));
+    int index = block.y * ((size.x + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK) + block.x;
+    float area;
+    load_block();
 #ifdef COUNT
     for (int level = 0; level < LEVELS; ++level) {
-        float area = 0.0;
-        tally_buf[index].sprites[level] = any_light ? make_sprites(level, 0u, area) : 0u;
+        tally_buf[index].sprites[level] = make_sprites(level, 0u, area);
         tally_buf[index].area[level] = area;
     }
 #else
-    float area;
-    if (any_light) make_sprites(int(plan.level), offset_buf[index], area);
+    if (plan.level < LEVELS) make_sprites(int(plan.level), offset_buf[index], area);
 #endif
+}
+
+void main() {
+    size = textureSize(high_tx, 0);
+    FOR_EACH_LISTED(merge_block)
 }

@@ -242,6 +242,15 @@ def test_too_many_lamps_stay_in_the_picture(
     assert np.all(lamps.drawn == 0.0)
 
 
+def test_only_blocks_with_light_are_merged(ctx: moderngl.Context) -> None:
+    """Their number decides the cost, which is high for each group of blocks with one of them."""
+    places = {(3, 5): 60.0, (7, 8): 60.0, (40, 61): 60.0, (41, 62): 60.0}
+    lamps = Lamps(ctx, night((64, 67), places), np.full((64, 67), 8.0, np.float32))
+    words = np.frombuffer(lamps.buffers.lit.read(), np.uint32)
+    listed = {(word >> 16, word & 0xFFFF) for word in words[4 : 4 + words[3]].tolist()}
+    assert listed == {(y // 8, x // 8) for y, x in places}
+
+
 def test_the_list_is_bounded_and_repeats(ctx: moderngl.Context, rng: np.random.Generator) -> None:
     color = night((512, 512), {})
     color[rng.random((512, 512)) < 0.02] = 40.0

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import moderngl
 
@@ -16,6 +17,7 @@ from heatlens.defocus.listed_fragments import (
     list_uniforms,
 )
 from heatlens.defocus.optics import Optics
+from heatlens.defocus.pixel_list import Slices, clear_list, list_bytes
 from heatlens.gpu.context import is_software
 from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.opening_textures import OpeningTextures
@@ -45,6 +47,7 @@ class HighlightBuffers:
     plan: moderngl.Buffer
     offset: moderngl.Buffer
     sprite: moderngl.Buffer
+    lit: moderngl.Buffer
 
     @staticmethod
     def sizes(size: tuple[int, int]) -> dict[str, int]:
@@ -55,6 +58,7 @@ class HighlightBuffers:
             "plan": PLAN_BYTES,
             "offset": 4 * blocks,
             "sprite": _SPRITE_BYTES * SPRITES_MAX,
+            "lit": list_bytes((blocks, 1)),
         }
 
 
@@ -162,11 +166,12 @@ class HighlightListPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         sprites = "highlight_sprites.comp.glsl"
+        self._find = ComputeProgram(ctx, "highlight_blocks.comp.glsl")
         self._count = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on), {"COUNT": 1})
         self._plan = ComputeProgram(ctx, "highlight_plan.comp.glsl")
         self._write = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on))
         self._restore = ListProgram(ctx, "highlight_restore.comp.glsl")
-        self._bands = PixelBands(ctx)
+        self._bands, self._slices = PixelBands(ctx), Slices(ctx)
         self._openings = OpeningTextures(ctx)
 
     def steps(
@@ -188,23 +193,45 @@ class HighlightListPass:
             "offset_block": buffers.offset,
         }
         blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
-        merged = partial(
-            self._bands.run,
-            size=blocks,
-            uniforms=optics.disc.uniforms | {"has_places": places is not None},
+        clear_list(buffers.lit)
+        listed = {"pixel_list_block": buffers.lit}
+        yield from self._bands.run(
+            self._find,
+            blocks,
             side=HIGHLIGHT_BLOCK,
             group=HIGHLIGHT_GROUP,
-            textures={"high_tx": high, "places_tx": places or high}
-            | self._openings.of(optics.disc.aperture),
-            buffers=planned | {"sprite_block": buffers.sprite},
+            textures={"high_tx": high},
+            buffers=listed | {"tally_block": buffers.tally},
+        )
+        textures = {"high_tx": high, "places_tx": places or high}
+        merged = partial(
+            self._merged,
+            textures=textures | self._openings.of(optics.disc.aperture),
+            buffers=planned | listed | {"sprite_block": buffers.sprite},
+            uniforms=optics.disc.uniforms | {"has_places": places is not None},
         )
         count, write = (it.with_(**optics.disc.switches) for it in (self._count, self._write))
-        yield from merged(count)
+        yield from merged(count, size)
         self._plan.dispatch((1, 1), buffers=planned, uniforms=_planned(size, blocks))
         yield
-        yield from merged(write)
+        yield from merged(write, size)
         self._put_back(split, buffers, coc)
         yield
+
+    def _merged(
+        self,
+        program: ComputeProgram,
+        size: tuple[int, int],
+        buffers: dict[str, moderngl.Buffer],
+        uniforms: dict[str, object],
+        **inputs: Any,
+    ) -> Iterator[None]:
+        """Run on the listed blocks of a picture of `size`."""
+        for part in self._slices.of(size):
+            program.dispatch(
+                buffers["pixel_list_block"], buffers=buffers, uniforms=uniforms | part, **inputs
+            )
+            yield
 
     def _put_back(
         self, split: WithoutHighlights, buffers: HighlightBuffers, coc: moderngl.Texture

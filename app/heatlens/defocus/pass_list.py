@@ -91,12 +91,12 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "highlights listed",
         _comp("highlight_sprites", variants=crossed(SHAPES, _COUNT))
-        | _comp("highlight_plan")
+        | _comp("highlight_blocks", "highlight_plan")
         | _comp("highlight_restore", variants=_LISTS),
         pass_costs.highlights_listed_bytes,
         _own("highlight plan", "highlight sprite"),
         ("high",),
-        _own("highlight tally", "highlight offset"),
+        _own("highlight tally", "highlight offset", "highlight lit"),
     ),
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
