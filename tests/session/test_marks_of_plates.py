@@ -1,11 +1,14 @@
 """Marks on plates: set, named, focused on, pulled to and followed, one step of undo each."""
 
+from dataclasses import replace
+
 import pytest
 
 from heatlens.base.errors import HeatlensError
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.model.pull import EASE_PERCENT, PullShape
+from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.session.marks.mark_commands import PULL_FRAMES
 from support.evening import FIRST, LAST, LEFT, RIGHT, begun, settled, until, write_plates
 from support.session_files import room_file
@@ -115,6 +118,54 @@ def test_a_pull_is_suggested_as_long_as_the_last_where_it_fits(walls, marks):
     assert walls.messages.text == marks.pull_past_end
     walls.time.timeline.go(LAST - 18)
     assert marks.pull_past_end == ""
+
+
+def test_a_pull_is_offered_to_the_next_mark(walls, marks):
+    """In their order, whichever was set last: A to B to C takes no choice on the way."""
+    marks.set_point(LEFT)
+    marks.set_point(RIGHT)
+    walls.lens.commands.focus(5.0)
+    marks.set_here()
+    offered = []
+    marks.go(marks.named("A"))
+    marks.lengthen_pull(6)
+    for _ in range(3):
+        marks.begin_pull()
+        offered.append(marks.pull_to)
+        marks.pull()
+        walls.time.timeline.go(walls.editing.frame + 6)
+    assert offered == ["B", "C", "A"]
+    assert [focus(walls, FIRST + at) for at in (0, 6, 12, 18)] == pytest.approx([2, 8, 5, 2])
+
+
+def test_off_all_marks_a_pull_is_offered_to_the_one_after_the_last_pull(walls, marks):
+    marks.set_point(LEFT)
+    marks.set_point(RIGHT)
+    walls.lens.commands.focus(0.3)
+    marks.begin_pull()
+    assert marks.pull_to == "A"
+    marks.pull()
+    walls.time.timeline.go(FIRST)
+    marks.begin_pull()
+    assert marks.pull_to == "B"
+
+
+def test_a_leaning_focus_is_set_so_that_the_mark_is_sharp(walls, marks):
+    """At its own point: pulls, flags on the bar and following go there."""
+    marks.set_point(LEFT)
+    marks.set_here()
+    leaning = replace(walls.editing.lens, tilt_deg=2.0, tilt_direction_deg=90.0)
+    walls.editing.edit_lens(leaning)
+    a = marks.named("A")
+    wanted_m = focused_at_pixel(walls.source.plate, leaning, *LEFT).focus_distance_m
+    assert abs(wanted_m - 2.0) > 0.1
+    marks.go(a)
+    assert focus(walls) == pytest.approx(wanted_m)
+    assert dict(walls.facts.marks_m) == pytest.approx({"A": wanted_m, "B": 4.0})
+    assert marks.distance_m(a) == 2.0  # as a tape measures it
+    marks.follow(a)
+    until(walls, lambda: walls.editing.shot.key_frames, "the keys")
+    assert [focus(walls, at) for at in (FIRST, LAST)] == pytest.approx([wanted_m] * 2)
 
 
 def test_a_still_has_no_last_frame(tmp_path):

@@ -189,3 +189,39 @@ def test_the_part_of_the_cut_is_no_change_of_the_user(cut, tmp_path):
     assert not cut.editing.history.past
     settled(cut)
     assert not list(tmp_path.rglob("unsaved/*"))
+
+
+def test_the_part_of_the_cut_counts_for_a_shot_with_a_file_too(session):
+    """It plays what the reel shows of it, from its first frame, and that is no change."""
+    session.files.reel.go(2)
+    shown(session, "s3.heatlens.json")
+    assert session.editing.shot.in_out == CUT and session.editing.frame == CUT.first
+    assert session.time.timeline.played == CUT
+    assert session.files.documents.is_saved and not session.editing.history.past
+
+
+def test_a_shot_opened_by_itself_keeps_its_own_part(session, reel):
+    session.files.reel.go(2)
+    shown(session, "s3.heatlens.json")
+    session.files.commands.open(str(reel.parent / "s3.heatlens.json"))
+    until(session, lambda: session.editing.shot.in_out is None, "the whole shot")
+
+
+def test_a_shot_without_a_file_comes_back_as_it_was_left(cut, tmp_path):
+    """With its focus and its keys, and without a question as after a crash."""
+    opened, door = cut.files.reel, Door(cut)
+    door.do(Focus(3.0))
+    cut.files.reel.step(1)
+    until(cut, lambda: cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr"), "b")
+    settled(cut)
+    door.do("Set key")
+    opened.step(-1)
+    until(cut, lambda: cut.editing.shot.source == str(tmp_path / "a" / "walls.####.exr"), "a")
+    settled(cut)
+    assert cut.editing.shot.lens.focus_distance_m == 3.0
+    assert cut.editing.shot.in_out == FrameRange(1005, 1006)
+    opened.step(1)
+    until(cut, lambda: cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr"), "b again")
+    settled(cut)
+    assert cut.editing.shot.key_frames == (1010.0,)
+    assert cut.files.documents.offer is None and not cut.files.documents.is_reading

@@ -170,6 +170,24 @@ def test_a_pull_goes_from_mark_to_mark_by_mouse(gui):
     assert gui.session.messages.text.startswith("Mark B")  # and nothing about the pull
 
 
+def test_from_mark_to_mark_by_keys_alone(gui):
+    """Shift+Enter goes on to the end of a pull, where the next one begins."""
+    marked(gui, BALL)
+    marked(gui, POST)
+    gui.session.time.marks.go(gui.session.facts.shot.marks[0])
+    gui.session.time.marks.lengthen_pull(2)
+    for shift in (True, False):
+        gui.key(K.m, shift=True)
+        gui.frame(3)
+        gui.key(K.enter, shift=shift)
+        gui.frame(3)
+        assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+    keys = gui.session.facts.shot.curves.focus_distance_m.keys
+    assert [key.frame for key in keys] == [FIRST, FIRST + 2, FIRST + 4]
+    assert gui.session.facts.frame == FIRST + 2
+    assert keys[2].value == pytest.approx(BALL_M * nearer(FIRST + 4))
+
+
 def test_without_a_mark_there_is_nothing_to_pull_to(gui):
     gui.key(K.m, shift=True)
     gui.frame(3)

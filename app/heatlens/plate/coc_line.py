@@ -30,10 +30,18 @@ def focused_at_pixel(plate: Plate, lens: Lens, x: int, y: int) -> Lens:
     the picture, and for a plate without distances.
     """
     shown, data, depth_m = plate.display_window, plate.data_window, depth_at_m(plate, x, y)
-    lean = lean_in(plate, lens)
+    pixel = x + shown.x0 - data.x0, y + shown.y0 - data.y0
+    return sharp_at(lens, lean_in(plate, lens), pixel, depth_m)
+
+
+def sharp_at(lens: Lens, lean: Lean, pixel: tuple[float, float], depth_m: float) -> Lens:
+    """Return the lens focused so that a depth is sharp at a pixel, or at infinity if it cannot be.
+
+    `lean` counts pixels from the same corner.
+    """
     if lean.is_level:
         return replace(lens, focus_distance_m=depth_m)
-    nearer = float(lean.dioptres_at(x + shown.x0 - data.x0 + 0.5, y + shown.y0 - data.y0 + 0.5))
+    nearer = float(lean.dioptres_at(pixel[0] + 0.5, pixel[1] + 0.5))
     return focused_at(lens, 1.0 / depth_m - nearer)
 
 

@@ -58,6 +58,7 @@ class OpenReel(Commands, Worker):
         self.focus: tuple[CutFocus, ...] = ()  # of each shot, as read or as last left
         self.at = 0  # the number of the open shot
         self._wanted: ReelShot | None = None  # its file or its plates are on their way
+        self._left: dict[str, Shot] = {}  # those without a file that were worked on, by source
         self._ahead: Background[FirstPicture] = Background(self._wake)
         self._stills = ShotStills(self._wake, frames_folder)
         self._ahead_of = -1  # the shot beside which the next one was read ahead
@@ -138,9 +139,15 @@ class OpenReel(Commands, Worker):
         return partial(_first_picture, shot, self._preferences.options_for(shot.source))
 
     def _leave(self) -> None:
-        """Keep the focus of the open shot for the list, and save it if it has a file."""
+        """Keep the focus of the open shot for the list, and save it if it has a file.
+
+        One without a file is kept until the reel comes back to it.
+        """
         if self._source.plate is None or self._wanted is not None:
             return
+        shot = self._editing.shot
+        if self._documents.is_begun_work and shot.source is not None:
+            self._left[shot.source] = shot
         focus = list(self.focus)
         focus[self.at] = self.focus_of(self.at)
         self.focus = tuple(focus)
@@ -162,16 +169,23 @@ class OpenReel(Commands, Worker):
 
     def _take(self, wanted: ReelShot) -> None:
         """Set the part of plates that the cut shows when they have arrived."""
-        shot = self._editing.shot
         if self._is_open:
             self._wanted = None
             self._playback.is_new_shot = True
-            if wanted.frames and shot.in_out is None and self._documents.path is None:
-                self._editing.begin(replace(shot, in_out=wanted.frames))
-                self._documents.begun()
+            if self._documents.path is None:
+                self._set_part(wanted)
         elif not (self._documents.is_reading or self._source.opener.opening):
             self._wanted = None  # it could not be opened, which is told
             self._playback.stop()
+
+    def _set_part(self, wanted: ReelShot) -> None:
+        """Set the frames of the cut, in the shot as it was left if it was worked on."""
+        left = self._left.pop(wanted.source, None)
+        if left is not None:
+            self._documents.goes_on(replace(left, in_out=wanted.frames))
+        elif wanted.frames:
+            self._editing.begin(replace(self._editing.shot, in_out=wanted.frames))
+            self._documents.begun()
 
     def _look_ahead(self) -> None:
         """Have the first plate of the next shot read."""
@@ -190,6 +204,7 @@ class OpenReel(Commands, Worker):
     def _begin(self, read: _Read) -> None:
         self.path, self.reel, self.focus = read.path, read.reel, read.focus
         self._wanted, self._ahead_of = None, -1
+        self._left = {}
         self._stills.clear()
         self._preferences.opened(str(read.path))
         if not self._there:
@@ -203,12 +218,11 @@ class OpenReel(Commands, Worker):
     def _open(self, shot: ReelShot) -> None:
         """Open a shot file or plates; plates that are open already only get another part."""
         self._wanted = shot
-        if self._documents.opens(shot.source):
+        if self._documents.opens(shot.source, shot.frames):
             return
         first = None if shot.frames is None else shot.frames.first
         if shot.source == self._editing.shot.source and self._source.plate is not None:
-            self._editing.begin(replace(self._editing.shot, in_out=shot.frames))
-            self._documents.begun()
+            self._set_part(shot)
             self._editing.frame = self._editing.frame if first is None else first
             self._wanted = None
             return
@@ -228,7 +242,8 @@ def _first_picture(shot: ReelShot, options: PlateOptions) -> FirstPicture:
         read = read_shot(shot.source)
     except HeatlensError:  # told when the shot is opened
         return "", options, None
-    return read.source or "", read.plate_options, None if read.played is None else read.played.first
+    played = shot.frames or read.played
+    return read.source or "", read.plate_options, None if played is None else played.first
 
 
 def _focus_in_file(shot: ReelShot) -> CutFocus:

@@ -8,6 +8,7 @@ from heatlens.base.errors import HeatlensError
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.documents.shot_file import is_shot_file
+from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
 from heatlens.sequence.sequence import Sequence
 from heatlens.session.loop.messages import Problem
@@ -29,6 +30,16 @@ class Document:
     shot: Shot
     saved: Shot | None = None  # the shot in the file
 
+    def within(self, cut: FrameRange | None) -> "Document":
+        """Return it played from the first to the last frame of the cut of a reel, if there is one.
+
+        That is no change: what was saved counts as saved.
+        """
+        if cut is None:
+            return self
+        saved = None if self.saved is None else replace(self.saved, in_out=cut)
+        return replace(self, shot=replace(self.shot, in_out=cut), saved=saved)
+
 
 class ShotDocuments(Commands, Worker):
     """Opens, saves and autosaves the shot, and offers unsaved changes after a crash."""
@@ -47,6 +58,7 @@ class ShotDocuments(Commands, Worker):
         ] = []  # writes, each with the message when it is done
         self._begun = self._editing.shot  # the shot without a file, as it was opened
         self._coming: Document | None = None  # waits for its plate
+        self._cut: FrameRange | None = None  # the part that a reel shows of the shot being opened
         self._complained = ""  # the reported reason why autosaving fails
 
     # Commands
@@ -55,9 +67,13 @@ class ShotDocuments(Commands, Worker):
         """Begin to read a shot file; the open source stays until the new plate has a picture."""
         self._reading = self.store.read(path.expanduser().absolute())
 
-    def opens(self, text: str) -> bool:
-        """Open `text` if it is a shot file and return True; stop waiting for an earlier shot."""
+    def opens(self, text: str, cut: FrameRange | None = None) -> bool:
+        """Open `text` if it is a shot file and return True; stop waiting for an earlier shot.
+
+        `cut` is the part of it that a reel shows.
+        """
         self._coming = self._reading = self.offer = None
+        self._cut = cut
         if is_shot_file(text):
             self.open(Path(text))
         return is_shot_file(text)
@@ -124,7 +140,12 @@ class ShotDocuments(Commands, Worker):
         name = "" if plate is None else plate.path.name
         if sequence is not None:
             name = sequence.form.text
-        return f"{name}{'' if self._editing.shot == self._begun else ' *'}"
+        return f"{name}{' *' if self.is_begun_work else ''}"
+
+    @property
+    def is_begun_work(self) -> bool:
+        """True for a shot without a file that was changed since its plate was opened."""
+        return self.path is None and self._editing.shot != self._begun
 
     def answer(self, goes_on: bool) -> None:
         """Answer the offer: recover the unsaved changes, or discard them."""
@@ -163,6 +184,11 @@ class ShotDocuments(Commands, Worker):
         path = self._unnamed_path()
         if path is not None:
             self._reading = self.store.read(path, is_asked=False)
+
+    def goes_on(self, shot: Shot) -> None:
+        """Go on with a shot without a file as it was left, and offer nothing else."""
+        self._editing.begin(shot)
+        self.path = self._saved = self._kept = self._reading = self.offer = None
 
     def poll(self) -> None:
         """Handle finished reads and writes, and autosave changes; call this once a frame."""
@@ -224,6 +250,7 @@ class ShotDocuments(Commands, Worker):
 
     def _come(self, document: Document) -> None:
         """Open the plate of a shot that has been read."""
+        document = document.within(self._cut)
         shot = document.shot
         if shot.source is None:
             self._say(f"{document.path} names no plate.")

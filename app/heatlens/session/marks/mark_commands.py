@@ -6,8 +6,11 @@ from math import inf
 from heatlens.base.background import Background
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import FrameCache
+from heatlens.model.coc import sharp_dioptres
 from heatlens.model.following import Distances, followed
 from heatlens.model.frames import FrameRange
+from heatlens.model.lean import lean_of
+from heatlens.model.lens import Lens
 from heatlens.model.marks import (
     Click,
     DistanceMark,
@@ -16,10 +19,12 @@ from heatlens.model.marks import (
     ObjectMark,
     PointMark,
     TrackMark,
+    TrackPlace,
     next_mark_name,
 )
 from heatlens.model.pull import EASE_PERCENT, PullShape, held_focus, reversed_focus, shaped_pull
 from heatlens.plate.blurred_pick import surfaces_at
+from heatlens.plate.coc_line import sharp_at
 from heatlens.plate.mark_distance import mark_over_plates_m, world_mark
 from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate
@@ -51,7 +56,7 @@ class MarkCommands(Commands, Worker):
         self._timeline = timeline
         self._scenes = scenes
         self.pull_from: str | None = None  # the name of a mark; None for the current focus
-        self.pull_to = ""
+        self.pull_to = self._pulled_to = ""
         self.pull_frames = self._wished_frames = PULL_FRAMES
         self.pull_ease_percent = EASE_PERCENT
         self.pull_shape = PullShape.EASE
@@ -102,7 +107,7 @@ class MarkCommands(Commands, Worker):
     def _add(self, mark: Mark) -> None:
         self.pull_to = mark.name
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
-        self._say(f"Mark {mark.name} is set. Shift+M pulls the focus to it.")
+        self._say(f"Mark {mark.name} is set. Shift+M pulls the focus from mark to mark.")
 
     def track(self, mark: PointMark | TrackMark, point: PointMark) -> None:
         """Follow the surface at a point of this frame over all frames, and put a mark on it.
@@ -184,6 +189,24 @@ class MarkCommands(Commands, Worker):
             return mark_m(self._source.plate, replace(mark, x_px=x, y_px=y))
         return self._scenes.point_m(*pixel, frame)
 
+    def focus_m(self, mark: Mark, frame: int | None = None) -> float | None:
+        """Return the focus distance with which a mark is sharp; None if it is unknown.
+
+        It is not the distance of the mark where the plane of focus leans at the mark's point.
+        """
+        distance_m = self.distance_m(mark, frame)
+        lens = self._editing.lens if frame is None else self._editing.shot.lens_at(frame)
+        at = self._editing.frame if frame is None else frame
+        return None if distance_m is None else self._sharp_m(mark, lens, at, distance_m)
+
+    def _sharp_m(self, mark: Mark, lens: Lens, frame: int, distance_m: float) -> float:
+        place = mark.place_at(frame) if isinstance(mark, TrackMark) else mark
+        if not isinstance(place, PointMark | TrackPlace):
+            return distance_m
+        shape = self._source.picture_shape(self._editing.shot)
+        lean = lean_of(lens, (shape.width_px, shape.height_px), shape.pixel_aspect)
+        return sharp_at(lens, lean, (place.x_px, place.y_px), distance_m).focus_distance_m
+
     def go(self, mark: Mark) -> None:
         """Focus on the mark."""
         with reported(self._say):
@@ -193,7 +216,7 @@ class MarkCommands(Commands, Worker):
             self._editing.settle()
 
     def _asked_m(self, mark: Mark, frame: int | None) -> float:
-        distance_m = self.distance_m(mark, frame)
+        distance_m = self.focus_m(mark, frame)
         if distance_m is None:
             raise InputError(
                 f"Mark {mark.name} has no distance here: it is hidden or outside the picture."
@@ -207,11 +230,25 @@ class MarkCommands(Commands, Worker):
         return next((mark for mark in self._editing.shot.marks if mark.name == name), None)
 
     def begin_pull(self) -> None:
-        """Suggest a pull from the playhead: as long as the last one, if it fits."""
+        """Suggest a pull from the playhead to the next mark, as long as the last one if it fits."""
         left = self._last_frame - self._editing.frame
         self.pull_frames = int(min(self._wished_frames, left)) if left > 0 else self._wished_frames
-        if self.named(self.pull_to) is None:
-            self.pull_to = self._editing.shot.marks[-1].name
+        self.pull_to = self._next_mark().name
+
+    def _next_mark(self) -> Mark:
+        """Return the mark after the one in focus, or after the last one that was pulled to.
+
+        After the last mark comes the first.
+        """
+        marks, lens = self._editing.shot.marks, self._editing.lens
+        away = {
+            abs(1.0 / far_m - 1.0 / lens.focus_distance_m): mark
+            for mark in marks
+            if (far_m := self.focus_m(mark)) is not None
+        }
+        nearest = min(away, default=inf)
+        before = away[nearest] if nearest <= sharp_dioptres(lens) else self.named(self._pulled_to)
+        return marks[(marks.index(before) + 1) % len(marks)] if before in marks else marks[0]
 
     def lengthen_pull(self, frames: int) -> None:
         """Set the number of frames of pulls from now on."""
@@ -246,6 +283,7 @@ class MarkCommands(Commands, Worker):
             frames, ease = self.pull_frames, self.pull_ease_percent
             shape, shot = self.pull_shape, self._editing.shot
             self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))
+            self._pulled_to = target.name
             self.pulls_made += 1
             if self.pull_past_end:
                 self._say(self.pull_past_end)
@@ -286,8 +324,13 @@ class MarkCommands(Commands, Worker):
         self._reader.start(lambda: (mark, smoothed(mark, mark_over_plates_m(plates, mark), frames)))
 
     def _take(self, mark: Mark, distances_m: Distances) -> None:
+        shot = self._editing.shot
         with reported(self._say):
-            self._editing.do(followed(self._editing.shot, distances_m))
+            focus_m = {
+                frame: far_m and self._sharp_m(mark, shot.lens_at(frame), frame, far_m)
+                for frame, far_m in distances_m.items()
+            }
+            self._editing.do(followed(shot, focus_m))
             self._say(f"The focus follows {mark.name} from {min(distances_m)} on.")
 
     def _take_tracked(self, before: Mark, after: TrackMark) -> None:

@@ -39,6 +39,7 @@ _FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in
 _TRACK_TIP = "Keeps the mark on the surface that is at its point now, at all frames."
 _PLACE_TIP = "Keeps the mark at the place in the world that is at its point now."
 _CORRECT_TIP = "Ctrl+Shift+click then tells where the surface is at this frame."
+_GO_ON_TIP = "Shift+Enter: goes to the end of the pull, where the next one begins."
 _PART_TIP = "The part of the object that is measured: its middle, or its nearest part."
 
 
@@ -179,12 +180,17 @@ def pull_popup(desk: TimeDesk, ui: UiState) -> None:
         topmost.answers_keys_itself()
         imgui.text(f"Pull the focus from frame {desk.editing.frame}")
         _pull_fields(desk)
-        if _pull_button():
+        pressed = _pull_button("Pull", "pull", False)
+        imgui.same_line()
+        goes_on = _pull_button("Pull, go on", "pull and go on", True, _GO_ON_TIP)
+        if pressed or goes_on:
             commands.pull()
             start = desk.editing.frame  # select its keys, which shows the grips to stretch it
             end = start + commands.pull_frames
             desk.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
             imgui.close_current_popup()
+        if goes_on:
+            desk.timeline.go(end)
         imgui.same_line()
         if widgets.button("Cancel", "cancel pull"):
             imgui.close_current_popup()
@@ -214,9 +220,10 @@ def _pull_fields(desk: TimeDesk) -> None:
         imgui.text_wrapped(commands.pull_past_end)
 
 
-def _pull_button() -> bool:
-    pressed = widgets.button("Pull", "pull")
-    is_typing = imgui.is_any_item_active()
+def _pull_button(words: str, name: str, has_shift: bool, tip: str = "") -> bool:
+    """Draw a button that Enter presses too, with or without Shift."""
+    pressed = widgets.button(words, name, tip)
+    is_typing = imgui.is_any_item_active() or imgui.get_io().key_shift != has_shift
     entered = any(imgui.is_key_pressed(k, False) for k in (imgui.Key.enter, imgui.Key.keypad_enter))
     return bool(pressed or (entered and not is_typing))
 
