@@ -18,9 +18,9 @@ from heatlens.model.settings import Bokeh, DefocusSettings
 from heatlens.model.shot import LensCurves, LensParameter, Shot
 
 FIFTY = Lens(50.0, 2.0, 2.24, 36.0)
-FOCUS, F_STOP, FOCAL_LENGTH, SQUEEZE = LensParameter
+FOCUS, F_STOP, FOCAL_LENGTH, SQUEEZE, TILT, SPLIT = LensParameter
 DISTANCES = st.floats(0.1, 500.0)
-VALUES = {FOCUS: 3.5, F_STOP: 5.6, FOCAL_LENGTH: 85.0, SQUEEZE: 1.5}
+VALUES = {FOCUS: 3.5, F_STOP: 5.6, FOCAL_LENGTH: 85.0, SQUEEZE: 1.5, TILT: 4.0, SPLIT: 0.5}
 
 
 def focus_at(shot: Shot, frame: float) -> float:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -14,6 +15,7 @@ from heatlens.model.interpolation import Scale
 from heatlens.model.shot import LensParameter
 from heatlens.ui.timeline.curve_axis import AXES, CurveLine
 from support.gui import Gui
+from support.sequences import LAST
 from support.timeline_window import at_frame, film_window, fresh
 
 K = imgui.Key
@@ -182,3 +184,22 @@ def test_a_parameter_without_keys_is_a_level_line(gui):
     keyed = dict(line.points(still, AXES[FOCAL], 1001, 1008, 5))
     for number, value in KEYED[FOCAL].items():
         assert keyed[number] == pytest.approx(AXES[FOCAL].place_of(value))
+
+
+def test_tilt_and_split_have_rows_where_they_are_used(gui: Gui) -> None:
+    """A key of them is set and dragged like any other."""
+    assert "row tilt_deg" not in gui.drawn and "row split_dioptres" not in gui.drawn
+    editing, at = gui.session.editing, gui.session.facts.frame
+    editing.edit_lens(replace(editing.lens, tilt_deg=2.0))
+    gui.frame(2)
+    gui.click(gui.middle("dot tilt_deg"))
+    gui.session.time.timeline.go(LAST)
+    editing.edit_lens(replace(editing.lens, tilt_deg=5.0))
+    assert values(gui, LensParameter.TILT) == {at: 2.0, LAST: 5.0}
+    assert gui.session.facts.shot.lens_at((at + LAST) / 2).tilt_deg == pytest.approx(3.5)
+    gui.frame(2)
+    assert "row split_dioptres" not in gui.drawn
+    choose(gui, LensParameter.TILT)
+    x, y = place(gui, LAST, LensParameter.TILT)
+    gui.drag((x, y), (x, y + 20))
+    assert values(gui, LensParameter.TILT)[LAST] < 5.0

@@ -13,7 +13,7 @@ from support.gui import Gui
 from support.timeline_window import film_window, fresh, typed
 
 SPACING, MORE = 8.0, 30.0
-ROWS = [f"row {parameter}" for parameter in LensParameter]
+ROWS = [f"row {parameter}" for parameter in LensParameter if not parameter.is_rare]
 
 
 def nothing() -> None:

@@ -26,11 +26,18 @@ class LensParameter(StrEnum):
     F_STOP = "f_stop"
     FOCAL_LENGTH = "focal_length_mm"
     SQUEEZE = "squeeze"
+    TILT = "tilt_deg"
+    SPLIT = "split_dioptres"
 
     @property
     def words(self) -> str:
         """The name as people say it."""
         return options_of(Lens)[self].words
+
+    @property
+    def is_rare(self) -> bool:
+        """True for those that are 0 in most lenses; the timeline shows them where they are not."""
+        return self in (LensParameter.TILT, LensParameter.SPLIT)
 
 
 # Scales of the focus between keys, by their words in files and on the command line.
@@ -41,6 +48,8 @@ _SCALES: dict[LensParameter, tuple[Scale, ...]] = {
     LensParameter.F_STOP: (Scale.LOGARITHMIC,),
     LensParameter.FOCAL_LENGTH: (Scale.LOGARITHMIC,),
     LensParameter.SQUEEZE: (Scale.LINEAR,),
+    LensParameter.TILT: (Scale.LINEAR,),
+    LensParameter.SPLIT: (Scale.LINEAR,),
 }
 
 
@@ -52,6 +61,8 @@ class LensCurves:
     f_stop: Curve = field(default_factory=lambda: Curve(scale=Scale.LOGARITHMIC))
     focal_length_mm: Curve = field(default_factory=lambda: Curve(scale=Scale.LOGARITHMIC))
     squeeze: Curve = field(default_factory=Curve)
+    tilt_deg: Curve = field(default_factory=Curve)
+    split_dioptres: Curve = field(default_factory=Curve)
 
     def __post_init__(self) -> None:
         for parameter, scales in _SCALES.items():

@@ -84,6 +84,8 @@ KEYED = {
     "f-stop": (LensParameter.F_STOP, "f_stop"),
     "focal-length": (LensParameter.FOCAL_LENGTH, "focal_length"),
     "squeeze": (LensParameter.SQUEEZE, "squeeze"),
+    "tilt": (LensParameter.TILT, "tilt"),
+    "split-dioptres": (LensParameter.SPLIT, "split_dioptres"),
 }
 _KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
 _MARK = re.compile(r"([^@=]+)(=|@)(.+)")
@@ -147,7 +149,7 @@ def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
         action="append",
         default=[],
         metavar="PARAMETER@FRAME=VALUE[:PATH]",
-        help="focus, f-stop, focal-length or squeeze at a frame, and the path to the next key: "
+        help=f"{', '.join(KEYED)} at a frame, and the path to the next key: "
         f"{', '.join(Interpolation)} (default smooth); may be repeated",
     )
     group.add_argument(

@@ -68,6 +68,16 @@ def key_frames(shot: Shot, row: Row) -> tuple[float, ...]:
     return tuple(key.frame for key in shot.curves.of(row).keys)
 
 
+def shown_rows(shot: Shot, has_camera: bool) -> tuple[Row, ...]:
+    """Return the rows that the timeline shows: those of tilt and split only where they are used."""
+    lens = (
+        it
+        for it in LensParameter
+        if not it.is_rare or getattr(shot.lens, it) or key_frames(shot, it)
+    )
+    return (*lens, CAMERA) if has_camera else tuple(lens)
+
+
 def keys_of(shot: Shot, row: Row) -> tuple[Key | PoseKey, ...]:
     """Return the keys of a row, in order."""
     if row is not CAMERA:

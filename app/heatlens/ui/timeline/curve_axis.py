@@ -27,6 +27,8 @@ _FOCAL_LENGTHS_MM = (
     *(200, 250, 300, 400, 500, 600, 800, 1200),
 )
 _SQUEEZES = (1, 1.1, 1.2, 1.25, 1.3, 1.33, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2)
+_STEPS = tuple(range(-20, 21))
+_FINE_STEPS = tuple(x / 10 for x in range(-200, 201))
 _LABELS_LEAST = 3
 _NEAREST = 1e-6  # dioptres; stands for infinity, which has no place on a scale of metres
 
@@ -111,6 +113,14 @@ AXES = {
         CurveAxis(
             LensParameter.SQUEEZE, Scale.LINEAR, -1.0, -math.inf, 0.2, (_SQUEEZES,),
             lambda value, _: f"{value:g} x",
+        ),
+        CurveAxis(
+            LensParameter.TILT, Scale.LINEAR, -1.0, -math.inf, 2.0, (_STEPS,),
+            lambda value, _: f"{value:g}°", _FINE_STEPS,
+        ),
+        CurveAxis(
+            LensParameter.SPLIT, Scale.LINEAR, -1.0, -math.inf, 0.2, (_STEPS,),
+            lambda value, _: f"{value:g} D", _FINE_STEPS,
         ),
     )
 }  # fmt: skip

@@ -10,7 +10,7 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.session.keys.key_drag import KeyDrag, Move, Places
-from heatlens.session.keys.key_rows import CAMERA, ROWS, Row, key_frames
+from heatlens.session.keys.key_rows import CAMERA, Row, key_frames, shown_rows
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.scale import TimeScale
@@ -23,6 +23,8 @@ _CONTROLS = {
     LensParameter.F_STOP: "f-stop",
     LensParameter.FOCAL_LENGTH: "focal length",
     LensParameter.SQUEEZE: "squeeze",
+    LensParameter.TILT: "tilt",
+    LensParameter.SPLIT: "split diopter",
 }
 _ROW_EM, _ROW_LEAST_EM = 1.45, 1.1  # height of a row, and the least height
 _KEY_EM, _REACH_EM = 0.42, 0.55
@@ -65,7 +67,7 @@ def dope_sheet(
     desk: TimeDesk, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
     """Draw the rows at `corner`, their names left of `scale`, and apply drags of keys."""
-    rows: tuple[Row, ...] = tuple(LensParameter) if not desk.keys.rows.has_camera else ROWS
+    rows = shown_rows(desk.editing.shot, desk.keys.rows.has_camera)
     strip = GRIPS_EM * imgui.get_font_size()  # below the rows, so that no key lies under a grip
     row = _row_height(height - strip, len(rows))
     height = max(height, len(rows) * row + strip)
