@@ -159,11 +159,8 @@ void limit_groups(float first) {
 
 #ifndef COUNT
 void write_fragment(uint number, vec3 color, float cover, float dioptres) {
-    uint at = WORDS * number;
-    vec3 light = min(color, 65504.0);
-    proxy_fragment_buf[at] = packHalf2x16(light.rg);
-    proxy_fragment_buf[at + 1u] = packHalf2x16(vec2(light.b, cover));
-    proxy_fragment_buf[at + 2u] = floatBitsToUint(dioptres);
+    uvec3 words = fragment_words(color, cover, dioptres);
+    for (uint i = 0u; i < WORDS; ++i) proxy_fragment_buf[WORDS * number + i] = words[i];
 }
 #endif
 

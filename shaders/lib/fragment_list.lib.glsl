@@ -3,8 +3,9 @@
 //
 // start_buf     twice the start of a pixel's fragments, plus 1 if they begin with the visible surface;
 //               an extra entry ends the last list
-// fragment_buf  three words a fragment: colour and coverage as halfs, dioptres as a float
+// fragment_buf  lib/fragment_words.lib.glsl
 
+#include "lib/fragment_words.lib.glsl"
 #include "lib/lean.lib.glsl"
 
 layout(std430) readonly buffer start_block { uint start_buf[]; };
@@ -14,8 +15,6 @@ uniform int lists_stride;     // lists cover more than the picture
 uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
 uniform bool is_open;         // the space behind a list's last fragment is empty: the plate has alpha
 uniform bool is_alpha;        // the picture is the plate's alpha, which is 1 in every fragment
-
-#define WORDS 3u
 
 struct Fragment {
     vec3 color;

@@ -56,7 +56,7 @@ def reduced(ctx, passes, plate: Plate, proxy: float) -> tuple[Image, Image, Frag
     pixels = small[0] * small[1]
     buffers = ctx.buffer(reserve=4 * (pixels + 1)), ctx.buffer(reserve=FRAGMENT_BYTES * capacity)
     held = FragmentBuffers(*buffers, small, lists.is_measured)
-    passes.proxy_lists.run(
+    passes.proxy_lists.merge(
         color, depth, whole, ProxyListRoom(held, capacity, ctx.buffer(reserve=4)), out_depth
     )
     made = np.frombuffer(buffers[0].read(), np.uint32)

@@ -100,9 +100,13 @@ def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
 
 
 def proxy_bytes(work: Work, runs: int) -> Traffic:
-    """Count the whole plate read, and a smaller one and the places of its highlights written."""
-    moved = runs * (_COLOR / work.proxy**2 + _COC + _COLOR + _COC + _PLACE)
-    return Traffic(moved, moved)
+    """Count the whole plate read, and a smaller one and the places of its highlights written.
+
+    Its depth is read again to find silhouettes.
+    """
+    depth_again = 2 * _COC / work.proxy**2
+    least = _COLOR / work.proxy**2 + _COC + _COLOR + _COC + _PLACE
+    return Traffic(runs * (least + depth_again), runs * least)
 
 
 def coc_bytes(work: Work, runs: int) -> Traffic:

@@ -66,7 +66,7 @@ PASSES: tuple[Pass, ...] = (
         "proxy",
         _comp("proxy", variants=either("PLACES"))
         | _comp("peel_starts")
-        | _comp("proxy_lists", variants=_COUNT),
+        | _comp("proxy_lists", "proxy_silhouettes", variants=_COUNT),
         pass_costs.proxy_bytes,
         _own("proxy colour", "proxy depth", "proxy places", "proxy starts", "proxy fragments")
         | _own("proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide places"),

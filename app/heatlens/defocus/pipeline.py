@@ -78,7 +78,9 @@ class DefocusPipeline:
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
             whole = PlateTextures(color, depth, fragments)
-            reduced = yield from self._reduced.steps(whole, optics, settings.proxy, self.scratch)
+            reduced = yield from self._reduced.steps(whole, optics, settings, self.scratch)
+            if fragments is None:  # what is behind silhouettes is not enough for parts of the lens
+                settings = replace(settings, parts=1)
             color, depth, fragments = reduced.color, reduced.depth, reduced.fragments
             self._places = reduced.places
             optics = optics.scaled(settings.proxy)

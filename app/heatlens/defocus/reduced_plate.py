@@ -1,6 +1,6 @@
 """Reduce a plate to proxy size, and keep the reduced plate while lens and settings change."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import moderngl
 
@@ -13,10 +13,12 @@ from heatlens.defocus.proxy_lists import (
     ProxyListsPass,
     proxy_list_capacity,
 )
+from heatlens.defocus.quality import layers_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
+from heatlens.model.settings import DefocusSettings
 
-_NOTHING_HELD = 1.0
+_NOTHING_HELD = 1.0, False
 
 
 @dataclass(frozen=True)
@@ -44,33 +46,58 @@ class ReducedPlate:
         self._ctx = ctx
         self._pass = plate_pass
         self._lists_pass = lists_pass
-        self._held = _NOTHING_HELD  # the proxy scale of the reduced plate that is kept
+        self._held = (
+            _NOTHING_HELD  # the scale of the reduced plate that is kept, and whether it has lists
+        )
 
     def steps(
-        self, whole: PlateTextures, optics: Optics, proxy: float, scratch: Scratch
+        self, whole: PlateTextures, optics: Optics, settings: DefocusSettings, scratch: Scratch
     ) -> Steps[PlateTextures]:
-        """Return the plate at the scale `proxy`; reduce it only if that has not been done yet."""
+        """Return the plate at the scale of `settings`; reduce it only if that has yet to be done.
+
+        A plate without lists gets some at its silhouettes, if its depth and the method allow it.
+        """
+        proxy = settings.proxy
         size = proxy_size(whole.color.size, proxy)
         color = scratch.texture("proxy colour", size, 4)
         depth = scratch.texture("proxy depth", size, 1)
         places = scratch.texture("proxy places", size, 4, "f2")
-        room = None if whole.fragments is None else self._room(whole.fragments, size, scratch)
-        if self._held != proxy:
+        has_lists = optics.line is not None and layers_for(settings) > 1
+        room = self._room(whole.fragments, size, scratch) if has_lists else None
+        if self._held != (proxy, has_lists):
             scale = proxy if optics.line is None else 1.0
             self._pass.run(whole.color, whole.depth, scale, color, depth, places)
-            if whole.fragments is not None and room is not None:
-                self._lists_pass.run(whole.color, whole.depth, whole.fragments, room, depth)
-            self._held = proxy
+            if room is not None:
+                self._list(whole, places, room, depth)
+            self._held = proxy, has_lists
             yield scratch.passed("proxy")
         return PlateTextures(color, depth, None if room is None else room.held, places)
 
+    def _list(
+        self,
+        whole: PlateTextures,
+        places: moderngl.Texture,
+        room: ProxyListRoom,
+        depth: moderngl.Texture,
+    ) -> None:
+        if whole.fragments is None:
+            self._lists_pass.list_silhouettes(whole.color, whole.depth, places, room, depth)
+        else:
+            self._lists_pass.merge(whole.color, whole.depth, whole.fragments, room, depth)
+
     def _room(
-        self, fragments: FragmentBuffers, size: tuple[int, int], scratch: Scratch
+        self, fragments: FragmentBuffers | None, size: tuple[int, int], scratch: Scratch
     ) -> ProxyListRoom:
         capacity = proxy_list_capacity(self._ctx, fragments, size)
         starts = scratch.buffer("proxy starts", 4 * (size[0] * size[1] + 1))
         words = scratch.buffer("proxy fragments", FRAGMENT_BYTES * capacity)
-        held = replace(fragments, starts=starts, words=words, size=size, origin=(0, 0), stride=0)
+        held = FragmentBuffers(
+            starts,
+            words,
+            size,
+            is_measured=fragments is None or fragments.is_measured,
+            is_exact=fragments is None or fragments.is_exact,
+        )
         return ProxyListRoom(held, capacity, scratch.buffer("proxy fragment count", 4))
 
     def forget(self) -> None:
