@@ -8,14 +8,14 @@
 
 Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
     float apart = 1.0 - smoothstep(FINE_RADIUS_PX, COARSE_RADIUS_PX, abs(radius));
-    if (apart == 0.0) return aperture_coverage(offset, radius, ramp, place);
     // The variance of the points and that of their ramp make up that of the pixel's box and of the light.
     float of_points = apart * apart * (1.0 - 1.0 / float(FINE_ACROSS * FINE_ACROSS)) / 12.0;
-    float narrow = sqrt(max(ramp * ramp - 3.0 * of_points, 1e-3));
+    float narrow = apart > 0.0 ? sqrt(max(ramp * ramp - 3.0 * of_points, 1e-3)) : ramp;
+    int points = apart > 0.0 ? FINE_ACROSS * FINE_ACROSS : 1, i = 0;
     Cover sum = Cover(0.0);
-    for (int i = 0; i < FINE_ACROSS * FINE_ACROSS; ++i) {
+    do {
         vec2 aside = (vec2(i % FINE_ACROSS, i / FINE_ACROSS) + 0.5) / float(FINE_ACROSS) - 0.5;
         sum += aperture_coverage(offset + apart * aside, radius, narrow, place);
-    }
-    return sum / float(FINE_ACROSS * FINE_ACROSS);
+    } while (++i < points);
+    return sum / float(points);
 }
