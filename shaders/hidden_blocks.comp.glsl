@@ -6,7 +6,7 @@
 //   pixel list     the hidden pixels
 // Outputs
 //   bits_buf       numbered as in lib/hidden.lib.glsl
-//   block list     hidden pixels, marked as lib/hidden_block.lib.glsl says
+//   block list     as lib/hidden_block.lib.glsl says
 //   out_cost_img   -1 in blocks with hidden pixels and beside them; with MATCHED out_match_img too
 
 #include "lib/hidden.lib.glsl"
@@ -23,19 +23,16 @@ layout(rgba32f) uniform writeonly image2D out_match_img;
 #endif
 layout(std430) buffer bits_block { uint bits_buf[]; };
 uniform int slices;  // number of slices in which later passes work through the list
-layout(std430) buffer block_list_block {
-    uint block_groups[3];
-    uint block_count;
-    uint block_pixels[];  // y << 16 | x, see lib/pixel_list.lib.glsl
-};
-
 #define DEEP_PX 3  // farther than this from all visible pixels, along rows and columns, the guess is smooth
 
-void append_block(ivec2 at, uint marks) {
-    uint slot = atomicAdd(block_count, 1u);
+void append_block(ivec2 at, bool is_first, uint mark) {
+    uint slot = is_first ? atomicAdd(first_count, 1u) : atomicAdd(other_count, 1u);
     uint per_group = PIXELS_PER_GROUP * uint(slices);
-    if (slot % per_group == 0u && slot / per_group < GROUPS_MAX) atomicAdd(block_groups[0], 1u);
-    block_pixels[slot] = uint(at.y) << 16 | uint(at.x) | marks;
+    bool opens_group = slot % per_group == 0u && slot / per_group < GROUPS_MAX / 2u;
+    if (opens_group) atomicAdd(all_groups[0], 1u);
+    if (opens_group && is_first) atomicAdd(first_groups[0], 1u);
+    uint last = uint(block_pixels.length()) - 1u;
+    block_pixels[is_first ? slot : last - slot] = uint(at.y) << 16 | uint(at.x) | mark;
 }
 
 void clear_pixel(ivec2 at) {
@@ -64,10 +61,12 @@ bool is_hidden(ivec2 at) {
     return !is_active(at) || texelFetch(layer_tx, at, 0).a < 0.0;
 }
 
-// The hidden pixels of a block: bit 0 is the first, 1 the one beside it, 2 and 3 those below.
+// The hidden pixels of a block in an active tile: bit 0 is the first, 1 the one beside it, 2 and 3 those below.
 uint hidden_in(ivec2 first) {
+    ivec2 last = textureSize(layer_tx, 0) - 1;
     uint bits = 0u;
-    for (int i = 0; i < 4; ++i) bits |= uint(is_hidden(first + ivec2(i & 1, i >> 1))) << i;
+    for (int i = 0; i < 4; ++i)
+        bits |= uint(texelFetch(layer_tx, min(first + ivec2(i & 1, i >> 1), last), 0).a < 0.0) << i;
     return bits;
 }
 
@@ -83,8 +82,7 @@ void list_block(ivec2 at) {
     bool is_first = (hidden & earlier) == 0u, is_whole = hidden == 15u && is_surrounded(first);
     clear_pixel(at);
     clear_cost(at >> 1, is_first);
-    if (is_first || !is_whole)
-        append_block(at, (is_first ? MARK_FIRST : 0u) | (is_whole ? MARK_WHOLE : 0u));
+    if (is_first || !is_whole) append_block(at, is_first, is_whole ? MARK_WHOLE : 0u);
 }
 
 void main() { FOR_EACH_LISTED(list_block) }

@@ -4,7 +4,7 @@
 // Inputs
 //   layer_tx       rgb times coverage, a coverage, marked if hidden
 //   bits_buf       seen pixels (hidden_blocks.comp.glsl)
-//   pixel list     the pixels to guess (hidden_blocks.comp.glsl)
+//   block list     the first hidden pixel of each block (hidden_blocks.comp.glsl)
 // Output (a pixel a block of 2 x 2; those with hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
 // With MATCHED, for fragment lists whose hidden surfaces are lit differently from the visible ones, from
@@ -13,7 +13,6 @@
 //                  beyond its end; a confidence of that, -1 where it was not measured
 
 #include "lib/hidden_block.lib.glsl"
-#include "lib/pixel_list.lib.glsl"
 #include "lib/seen_bits.lib.glsl"
 #include "lib/tone.lib.glsl"
 
@@ -55,8 +54,8 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
 #include "lib/match.lib.glsl"
 #endif
 
-void compare_ends(ivec2 listed) {
-    ivec2 at = listed & PLACE_MASK;
+void compare_ends(uint listed) {
+    ivec2 at = place_of(listed);
     size = textureSize(layer_tx, 0);
     vec4 cost = vec4(-1.0);
     ivec2 ends[HIDDEN_DIRECTIONS];
@@ -64,12 +63,10 @@ void compare_ends(ivec2 listed) {
     int taps = is_beyond_reach(ends) ? 0 : TAPS;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
         if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = difference(at, k, ends[k], taps);
-    bool is_first = (uint(listed.x) & MARK_FIRST) != 0u;
-    if (is_first) imageStore(out_cost_img, at >> 1, cost);
+    imageStore(out_cost_img, at >> 1, cost);
 #ifdef MATCHED
-    vec4 matched = match_of(at, ends, is_first && taps > 0);
-    if (is_first) imageStore(out_match_img, at >> 1, matched);
+    imageStore(out_match_img, at >> 1, match_of(at, ends, taps > 0));
 #endif
 }
 
-void main() { FOR_EACH_LISTED(compare_ends) }
+void main() { FOR_EACH_BLOCK(first_count, compare_ends) }

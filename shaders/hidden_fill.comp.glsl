@@ -8,7 +8,7 @@
 //   cost_tx           hidden_cost.comp.glsl, -1 for visible blocks beside hidden ones
 //   around_tx         surroundings of highlights (highlight_split.comp.glsl), for has_highlights
 //   bits_buf          visible pixels (hidden_blocks.comp.glsl)
-//   pixel list        the pixels to guess (hidden_blocks.comp.glsl)
+//   block list        the pixels to guess (hidden_blocks.comp.glsl)
 //   listed_tx         with LISTS: listed fragments (layer_split.comp.glsl), preferred to a guess as deep
 //                     behind a silhouette as the lens can see
 //   match_tx          with MATCHED: the correction of their brightness (hidden_cost.comp.glsl)
@@ -19,7 +19,6 @@
 #include "lib/hidden_block.lib.glsl"
 #include "lib/highlight_limit.lib.glsl"
 #include "lib/layer.lib.glsl"
-#include "lib/pixel_list.lib.glsl"
 #include "lib/seen_bits.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
@@ -183,13 +182,13 @@ void fill_pixel(ivec2 at, Guess guess) {
     imageStore(state_img, at, vec4(diameter, content, 0.0, 0.0));
 }
 
-void fill_listed(ivec2 listed) {
-    ivec2 hidden = listed & PLACE_MASK;
-    bool is_block = listed.y > PLACE_MASK;
+void fill_listed(uint listed) {
+    ivec2 hidden = place_of(listed);
+    bool is_block = listed >= MARK_WHOLE;
     Guess guess;
     make_guess(hidden, imageSize(layer_img), guess);
     int i = 0;
     do fill_pixel(hidden + ivec2(i & 1, i >> 1), guess); while (is_block && ++i < 4);
 }
 
-void main() { FOR_EACH_LISTED(fill_listed) }
+void main() { FOR_EACH_BLOCK(first_count + other_count, fill_listed) }

@@ -1,5 +1,8 @@
 // A slice of a list: a pass runs slice by slice, so that the window stays responsive.
 
+#define PIXELS_PER_GROUP 64u  // in a workgroup of a pass over a list of pixels
+#define GROUPS_MAX 65535u     // what OpenGL promises; longer lists are walked in strides
+
 uniform ivec2 list_slice;  // number of the part, and of all parts; 0, 0 for the whole list
 
 uint slice_at(uint count, int part) {

@@ -22,15 +22,15 @@ struct Stretch {
     float variance;    // variance of the mean of its logarithms of luminance
 };
 
-// Statistics of a stretch of one surface.
-Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter) {
+// Statistics of a stretch of one surface, at most `taps` pixels long.
+Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter, int taps) {
     vec4 sum = vec4(0.0);
     float count = 0.0, logs = 0.0, squares = 0.0;
     float most = max(SAME_DIAMETER_PX, SAME_DIAMETER_PART * diameter);
     int tap = 0;
     do {
         ivec2 p = from + tap * onward;
-        if (p != clamp(p, ivec2(0), size - 1) || is_seen(p, size) == hidden) break;
+        if (p != clamp(p, ivec2(0), size - 1)) break;
         if (abs(texelFetch(state_tx, p, 0).r - diameter) > most) break;
         vec4 layer = texelFetch(layer_tx, p, 0);
         if (hidden) layer.a = marked_cover(layer.a);
@@ -39,18 +39,21 @@ Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter) {
         count += 1.0;
         logs += light;
         squares += light * light;
-    } while (++tap < MATCH_TAPS);
+    } while (++tap < min(taps, MATCH_TAPS));
     float spread = squares / max(count, 1.0) - logs * logs / max(count * count, 1.0);
     return Stretch(sum, max(spread, 0.0) / min(max(count - 1.0, 1.0), INDEPENDENT));
 }
 
-// Adds the measurement at one end; `onward` points away from the hidden pixel.
-void add_match(inout vec4 sum, ivec2 at, int steps, ivec2 onward) {
-    ivec2 end = at + steps * onward;
+// Adds the measurement at one end along direction `k`, so many steps ahead, or back if less than 0; the
+// hidden pixel stands among `hidden_px` in a row.
+void add_match(inout vec4 sum, ivec2 at, int k, int ahead, int hidden_px) {
+    int steps = abs(ahead);
+    ivec2 onward = sign(ahead) * DIRECTION[k], end = at + steps * onward;
     float diameter = texelFetch(state_tx, end, 0).r;
-    Stretch one = stretch_of(end, onward, false, diameter), other = stretch_of(end - onward, -onward, true, diameter);
+    Stretch one = stretch_of(end, onward, false, diameter, seen_in_row(k, end, ahead > 0, size));
+    Stretch other = stretch_of(end - onward, -onward, true, diameter, hidden_px);
+    if (min(one.sum.a, other.sum.a) < 0.5) return;
     vec4 seen = one.sum, listed = other.sum;
-    if (min(seen.a, listed.a) < 0.5) return;
     vec3 ratio = log((seen.rgb / seen.a + LEAST_LIGHT) / (listed.rgb / listed.a + LEAST_LIGHT));
     // Uncertain measurements count less, and their hue even less.
     float sure = SURE_VARIANCE / (SURE_VARIANCE + one.variance + other.variance), grey = mean_of(ratio);
@@ -64,8 +67,9 @@ vec4 match_of(ivec2 at, ivec2 ends[HIDDEN_DIRECTIONS], bool is_asked) {
     vec4 sum = vec4(0.0);
     int i = 0;
     do {
-        int k = i >> 1, steps = (i & 1) == 0 ? ends[k].x : ends[k].y;
-        if (is_asked && steps > 0) add_match(sum, at, steps, (i & 1) == 0 ? DIRECTION[k] : -DIRECTION[k]);
+        int k = i >> 1, ahead = (i & 1) == 0 ? ends[k].x : -ends[k].y;
+        bool has_both = min(ends[k].x, ends[k].y) > 0;  // otherwise they go on to the picture's edge
+        if (is_asked && ahead != 0) add_match(sum, at, k, ahead, has_both ? ends[k].x + ends[k].y - 1 : MATCH_TAPS);
     } while (is_asked && ++i < 2 * HIDDEN_DIRECTIONS);
     return vec4(sum.rgb / max(sum.a, 1e-9), sum.a);
 }

@@ -4,9 +4,6 @@
 // The first three words are the workgroups of the later pass (glDispatchComputeIndirect); the order
 // of pixels differs from run to run, so the work on one pixel must not depend on another.
 
-#define PIXELS_PER_GROUP 64u
-#define GROUPS_MAX 65535u  // what OpenGL promises; longer lists are walked in strides
-
 #include "lib/list_slice.lib.glsl"
 
 layout(std430) buffer pixel_list_block {

@@ -49,3 +49,13 @@ ivec2 ends_of(int k, ivec2 at, ivec2 size) {
     int first = first_word(k, size) + line_of(k, at, size) * per_line;
     return ivec2(steps_ahead(first, per_line, i), steps_back(first, i));
 }
+
+// Visible pixels in a row from one on along direction k, ahead or back: at most 32.
+int seen_in_row(int k, ivec2 at, bool is_ahead, ivec2 size) {
+    int per_line = words_per_line(k, size), i = position_of(k, at), word = i >> 5, shift = i & 31;
+    int first = first_word(k, size) + line_of(k, at, size) * per_line, next = is_ahead ? word + 1 : word - 1;
+    uint bits = bits_buf[first + word], more = next == clamp(next, 0, per_line - 1) ? bits_buf[first + next] : 0u;
+    uint ahead = bits >> shift | more << 1 << (31 - shift), back = bits << (31 - shift) | more >> 1 >> shift;
+    int end = is_ahead ? findLSB(~ahead) : 31 - findMSB(~back);
+    return end < 0 ? 32 : end;
+}

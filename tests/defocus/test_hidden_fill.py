@@ -32,7 +32,23 @@ def filled(
     upload(cost, np.full((*block_size(size)[::-1], 4), np.nan, np.float32))
     scratch = HiddenScratch(bits, ctx.buffer(reserve=list_bytes(size)), cost)
     list(HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px))
+    check_blocks(scratch.blocks, layer[..., 3] < 0)
     return download(target.color), download(target.state)
+
+
+def check_blocks(blocks: moderngl.Buffer, hidden: np.ndarray) -> None:
+    """Each block of 2 x 2 has one pixel in front of the list; the others come from its end."""
+    words = np.frombuffer(blocks.read(), np.uint32)
+    first, others = words[8 : 8 + words[3]], words[words.size - words[7] :]
+    found = np.stack([first >> 16 & 0x7FFF, first & 0x7FFF], -1) // 2
+    expected = np.unique(np.argwhere(hidden) // 2, axis=0)
+    np.testing.assert_array_equal(np.unique(found, axis=0), expected)
+    assert len(found) == len(expected)
+    whole = np.zeros((hidden.shape[0] + 1, hidden.shape[1] + 1), int)
+    for word in [*first.tolist(), *others.tolist()]:
+        side = 1 + (word >> 31)
+        whole[word >> 16 & 0x7FFF :, word & 0x7FFF :][:side, :side] += 1
+    np.testing.assert_array_equal(whole[:-1, :-1], hidden)
 
 
 def layer_with_hole(color: FloatArray, hole: np.ndarray) -> tuple[FloatArray, FloatArray]:

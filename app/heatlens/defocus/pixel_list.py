@@ -8,7 +8,9 @@ import moderngl
 from heatlens.gpu.context import is_software
 
 WHOLE_LIST: dict[str, object] = {"list_slice": (0, 1)}  # see lib/list_slice.lib.glsl
-_HEAD = struct.pack("4I", 0, 1, 1, 0)  # workgroups x, y, z of the later pass; count
+# Workgroups x, y, z of the later pass, and a count; both again in lib/hidden_block.lib.glsl.
+_HEAD = struct.pack("8I", *(0, 1, 1, 0) * 2)
+OF_ALL_BLOCKS = 16  # byte offset of the second
 
 
 def list_bytes(size: tuple[int, int]) -> int:
