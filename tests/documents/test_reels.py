@@ -13,10 +13,12 @@ from heatlens.documents.edit_read import EditOptions, read_edit
 from heatlens.documents.edit_write import Exported, write_edit
 from heatlens.documents.reel_file import is_reel, read_reel, write_reel
 from heatlens.model.frames import FrameRange
+from heatlens.model.grade import Grade
 from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
 from heatlens.sequence.names import NameForm
 from support.exports import shot_of, write_plate
 
+GRADE = Grade((1.1, 1.0, 0.9), (0.0, 0.01, -0.02), (1.0, 1.1, 0.9), 0.8)
 schema = otio.schema
 RATE = 24
 
@@ -150,14 +152,24 @@ def test_what_a_reel_cannot_hold_is_told(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".otio", ".edl"])
-def test_a_grade_that_is_not_shown_is_said(tmp_path, suffix):
+def test_a_grade_of_the_edit_is_that_of_the_shot(tmp_path, suffix):
     """In an EDL it stands as *ASC_SOP and *ASC_SAT."""
-    folder, values = plates(tmp_path, "sh010"), [1.0, 1.0, 1.0]
+    folder = plates(tmp_path, "sh010")
     clip = by_url("sh010", f"{folder}/sh010.####.exr", None, times(1001, 2))
-    sop = {"slope": values, "offset": values, "power": values}
+    sop = {"slope": [1.1, 1.0, 0.9], "offset": [0.0, 0.01, -0.02], "power": [1.0, 1.1, 0.9]}
     clip.metadata["cdl"] = {"asc_sat": 0.8, "asc_sop": sop}
     (shot,) = read(cut_of(tmp_path / f"a{suffix}", clip), tmp_path).shots
-    assert "its grade (ASC CDL) is not shown" in shot.notes
+    assert shot.grade == GRADE
+    assert not any("CDL" in note for note in shot.notes)
+
+
+@pytest.mark.parametrize("told", [3, {"asc_sop": {"slope": "abc"}}, {"asc_sat": -1}])
+def test_a_grade_that_cannot_be_is_told(tmp_path, told):
+    folder = plates(tmp_path, "sh010")
+    clip = by_url("sh010", f"{folder}/sh010.####.exr", None, times(1001, 2))
+    clip.metadata["cdl"] = told
+    (shot,) = read(cut_of(tmp_path / "a.otio", clip)).shots
+    assert shot.grade is None and any("CDL" in note for note in shot.notes)
 
 
 def test_the_topmost_clip_is_seen(tmp_path):
@@ -172,7 +184,9 @@ def test_the_topmost_clip_is_seen(tmp_path):
 def test_a_reel_is_the_same_after_writing(tmp_path):
     """Sources are relative in the file, and the demo stays a name."""
     shots = (
-        ReelShot("a", str(tmp_path / "p" / "a.####.exr"), FrameRange(3, 9), ("note",), ("A=2m",)),
+        ReelShot(
+            "a", str(tmp_path / "p" / "a.####.exr"), FrameRange(3, 9), ("note",), ("A=2m",), GRADE
+        ),
         ReelShot("b", "demo"),
         ReelShot("c", "", None, ("its media are missing",)),
     )

@@ -7,11 +7,13 @@ from dataclasses import replace
 import av
 import numpy as np
 import pytest
+from PIL import Image
 
 from heatlens.commands.main import main
 from heatlens.documents.reel_file import read_reel, write_reel
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.model.frames import FrameRange
+from heatlens.model.grade import Grade
 from heatlens.model.reel import Reel, ReelShot
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.timecode import timecode_of
@@ -19,6 +21,7 @@ from heatlens.plate.parts.picture_parts import picture_header
 from support.exports import files_in, refused, shot_of, write_plates
 
 LENS = ("--f-stop", "1.4", "--focus-distance", "2", "--quality", "draft")
+GRADE = Grade((1.5, 1.0, 0.7), (0.02, 0.0, -0.02), (1.0, 1.1, 0.9), 0.5)
 FIRST, SECOND = FrameRange(1002, 1003), FrameRange(1004, 1005)
 
 
@@ -185,3 +188,56 @@ def test_a_job_for_a_farm_ends_with_the_command(tmp_path, capsys):
     last = [line for line in script.splitlines() if "afterok" in line]
     assert len(last) == 1 and "--after-export=" in script
     subprocess.run(["sh", "-n"], input=script, text=True, check=True)
+
+
+def test_the_grade_of_the_edit_is_in_pictures_and_not_in_exr(tmp_path, plates_alone):
+    """As that of the option is; a shot file of the reel keeps its own."""
+    reel = read_reel(plates_alone)
+    graded = replace(reel, shots=tuple(replace(shot, grade=GRADE) for shot in reel.shots))
+    source = tmp_path / "p" / "plate.####.exr"
+    for name, suffix in (("pictures", "png"), ("light", "exr")):
+        write_reel(plates_alone, graded)
+        export(plates_alone, tmp_path / name / f"{{shot}}.####.{suffix}", *LENS)
+        write_reel(plates_alone, reel)
+        export(plates_alone, tmp_path / name / "plain" / f"{{shot}}.####.{suffix}", *LENS)
+    words = (*LENS, "--frames", "1002", "--fps", 24)
+    export(source, tmp_path / "alone.####.png", *words, "--cdl", str(GRADE))
+    pictures, light = tmp_path / "pictures", tmp_path / "light"
+    shown = pixels_of(pictures / "s1.1002.png")
+    assert np.array_equal(shown, pixels_of(tmp_path / "alone.1002.png"))
+    assert np.abs(shown - pixels_of(pictures / "plain" / "s1.1002.png")).max() > 10
+    for folder in (light, light / "plain"):
+        assert (folder / "s1.1002.exr").exists()
+    (one,), (plain,) = (read_parts(at / "s1.1002.exr") for at in (light, light / "plain"))
+    assert all(np.array_equal(one[1][name], plain[1][name]) for name in "RGB")
+
+
+def test_the_shot_keeps_its_grade_unless_another_is_given(tmp_path):
+    source, shot = write_plates(tmp_path / "p"), tmp_path / "s.heatlens.json"
+    write_shot(shot, replace(shot_of(source), grade=GRADE))
+    assert read_shot(shot).grade == GRADE
+    reel = tmp_path / "cut.heatreel.json"
+    write_reel(reel, Reel("cut", (ReelShot("s", str(shot), FIRST, grade=Grade((9.0, 9.0, 9.0))),)))
+    words = ("--frames", "1002", "--quality", "draft")
+    export(shot, tmp_path / "own.####.png", *words)
+    export(shot, tmp_path / "none.####.png", *words, "--cdl", "none")
+    export(reel, tmp_path / "{shot}.####.png", "--quality", "draft")
+    own = pixels_of(tmp_path / "own.1002.png")
+    assert np.abs(own - pixels_of(tmp_path / "none.1002.png")).max() > 10
+    assert np.array_equal(own, pixels_of(tmp_path / "s.1002.png"))
+
+
+def test_a_changed_edit_brings_its_grade_into_the_shot(tmp_path, plates_alone):
+    made, shots = tmp_path / "made.heatreel.json", tmp_path / "shots"
+    main_words = ["reel", str(plates_alone), "-o", str(made), "--shots", str(shots), *LENS[:4]]
+    assert main(main_words) == 0
+    path = shots / "s1.heatlens.json"
+    assert read_shot(path).grade is None
+    reel = read_reel(plates_alone)
+    write_reel(plates_alone, replace(reel, shots=(replace(reel.shots[0], grade=GRADE),)))
+    assert main(main_words) == 0
+    assert read_shot(path).grade == GRADE
+
+
+def pixels_of(path) -> np.ndarray:
+    return np.asarray(Image.open(path), np.int32)

@@ -5,6 +5,7 @@ import pytest
 from heatlens.documents.reel_file import write_reel
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.model.frames import FrameRange
+from heatlens.model.grade import Grade
 from heatlens.model.lens import Lens
 from heatlens.model.reel import Reel, ReelShot
 from heatlens.model.shot import Shot
@@ -14,6 +15,7 @@ from heatlens.session.time.playback import Ending
 from heatlens.source import opener
 from support.evening import FIRST, LAST, begun, settled, turn, until, write_plates
 
+GRADE = Grade((1.5, 1.0, 0.7), (0.02, 0.0, -0.02), (1.0, 1.1, 0.9), 0.5)
 CUT = FrameRange(1005, 1010)
 
 
@@ -225,3 +227,56 @@ def test_a_shot_without_a_file_comes_back_as_it_was_left(cut, tmp_path):
     settled(cut)
     assert cut.editing.shot.key_frames == (1010.0,)
     assert cut.files.documents.offer is None and not cut.files.documents.is_reading
+
+
+def test_a_clip_is_shown_with_the_grade_of_the_edit(tmp_path):
+    """And with the switch off without it; the export then leaves it out too."""
+    source, path = write_plates(tmp_path), tmp_path / "cut.heatreel.json"
+    write_reel(
+        path, Reel("cut", (ReelShot("s1", source, CUT, grade=GRADE), ReelShot("s2", source)))
+    )
+    session = begun(tmp_path / "preferences", str(path))
+    settled(session)
+    try:
+        assert session.editing.shot.grade == GRADE and not session.editing.history.past
+        color, screen = session.pictures.color, Screen()
+        color.apply(session.facts.view, screen, session.facts.shot.grade)
+        graded = color.transform.key
+        assert session.pictures.look.options().cdl is None
+        Door(session).do("Grade of the shot")
+        color.apply(session.facts.view, screen, session.facts.shot.grade)
+        assert color.transform.key != graded
+        assert session.pictures.look.options().cdl == "none"
+        session.files.reel.go(1)
+        settled(session)
+        assert session.editing.shot.grade is None
+        assert {c.name: c for c in Door(session).commands}["Grade of the shot"].why_not()
+    finally:
+        session.close()
+
+
+class Screen:
+    """Stands for the pictures on the screen."""
+
+    transform_version = 0
+
+    @property
+    def display(self):
+        return self
+
+    def set_transform(self, transform) -> None:
+        """Take any transform."""
+
+
+def test_a_grade_is_imported_as_one_step(session, tmp_path):
+    path = tmp_path / "a.cc"
+    path.write_text(
+        "<ColorCorrection><SOPNode><Slope>1.5 1 0.7</Slope><Offset>0.02 0 -0.02</Offset>"
+        "<Power>1 1.1 0.9</Power></SOPNode><SatNode><Saturation>0.5</Saturation></SatNode>"
+        "</ColorCorrection>"
+    )
+    session.files.commands.grades.begin(path)
+    until(session, lambda: session.editing.shot.grade is not None, "the grade")
+    assert session.editing.shot.grade == GRADE and "a.cc" in session.messages.text
+    session.editing.undo()
+    assert session.editing.shot.grade is None

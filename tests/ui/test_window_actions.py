@@ -1,10 +1,13 @@
 """Everything that can be done, by menu and by key; the palette, the keys, and opening files."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
+from heatlens.model.grade import Grade
 from heatlens.model.view import Overlay
 from heatlens.session.door.named_commands import named_commands
 from heatlens.ui.actions import CTRL, SHIFT, Action
@@ -69,6 +72,8 @@ def test_every_action_can_be_done_twice(gui, small_demo, by):
     for action in ALL if by is chosen else KEYED:
         if action.name in ("Picture alone", "Full screen", "Grid of looks", "Ruler"):
             continue  # Escape leaves them: test_picture_alone, test_look_grid, test_ruler
+        if action.name == "Grade of the shot":  # which no shot has that was opened before
+            gui.session.editing.begin(replace(gui.session.facts.shot, grade=Grade()))
         for does in (by, by if by is keyed else done):
             is_on = of(gui, action).is_on
             was_on = is_on is not None and is_on()

@@ -102,6 +102,16 @@ class ColorConfig:
                 return space
         return None
 
+    def grading_space(self, input_space: str) -> str:
+        """Return the space for grades: the config's role for that, else that of the light."""
+        space = self.config.getColorSpace("color_timing")
+        return input_space if space is None else str(space.getName())
+
+    def is_data_view(self, display: str, view: str) -> bool:
+        """Return whether a view shows the numbers of a picture as they are."""
+        space = self.config.getColorSpace(self.config.getDisplayViewColorSpaceName(display, view))
+        return space is not None and bool(space.isData())
+
     def input_spaces(self) -> tuple[str, ...]:
         """Return the spaces that a scene-linear picture may have, the default first.
 

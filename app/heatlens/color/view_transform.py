@@ -17,6 +17,7 @@ from heatlens.base.paths import data_dir
 from heatlens.color.color_config import ColorConfig, check_known, one_line
 from heatlens.files.ocio_library import ocio
 from heatlens.model.display_options import PLAIN_VIEW
+from heatlens.model.grade import Grade
 from heatlens.plate.header.primaries import KNOWN, REC709, XYZ, Primaries
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
@@ -149,19 +150,25 @@ def view_transform(
     view: str,
     input_space: str,
     turned_from: Primaries | None = None,
+    grade: Grade | None = None,
 ) -> ViewTransform:
     """Return the transform of `view` on `display` for light in `input_space`.
 
     `turned_from`: the light's own primaries, if it must first be converted to linear Rec. 709.
+    `grade`: applied before the view, but for views of raw numbers.
     Raises InputError if the config lacks one of the names or cannot build the transform.
     """
     check_known(f"{config.source}: view of {display}", view, config.views(display))
     library = ocio()
     try:
-        shown = library.DisplayViewTransform(src=input_space, display=display, view=view)
-        if turned_from is not None:
-            shown = library.GroupTransform([_matrix_transform(library, turned_from), shown])
-        processor = config.config.getProcessor(shown)
+        parts = [] if turned_from is None else [_matrix_transform(library, turned_from)]
+        space = input_space
+        if grade is not None and not config.is_data_view(display, view):
+            space = config.grading_space(input_space)
+            parts.append(library.ColorSpaceTransform(src=input_space, dst=space))
+            parts.append(_grade_transform(library, grade))
+        parts.append(library.DisplayViewTransform(src=space, display=display, view=view))
+        processor = config.config.getProcessor(library.GroupTransform(parts))
         glsl, luts, key = _for_gpu(library, processor)
         on_cpu = processor.getDefaultCPUProcessor()
     except (library.Exception, library.ExceptionMissingFile) as error:
@@ -170,6 +177,11 @@ def view_transform(
             f"{one_line(error)}"
         ) from error
     return ViewTransform(display, view, input_space, key, glsl, luts, _encoder(on_cpu))
+
+
+def _grade_transform(library: ModuleType, grade: Grade) -> object:
+    slope, offset, power = map(list, (grade.slope, grade.offset, grade.power))
+    return library.CDLTransform(slope=slope, offset=offset, power=power, sat=grade.saturation)
 
 
 def _matrix_transform(library: ModuleType, primaries: Primaries) -> object:

@@ -238,4 +238,4 @@ def _look(args: argparse.Namespace, shot: Shot) -> DisplayLook:
     if parse_output(args.output).is_exr:
         return DisplayLook()
     guides = Guides(**typed_fields(args, Guides))
-    return replace(display_look(args, shot_header(shot)), guides=guides)
+    return replace(display_look(args, shot_header(shot), shot.grade), guides=guides)

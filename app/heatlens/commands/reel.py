@@ -76,16 +76,17 @@ def _with_file(args: argparse.Namespace, shot: ReelShot) -> ReelShot:
         own = argparse.Namespace(
             **{**vars(args), "plate": shot.source, "mark": [*args.mark, *shot.marks]}
         )
-        write_shot(path, replace(new_shot(own), in_out=shot.frames))
+        write_shot(path, replace(new_shot(own), in_out=shot.frames, grade=shot.grade))
     return replace(shot, source=str(path.absolute()))
 
 
 def _follow(path: Path, shot: ReelShot) -> None:
     """Let a shot file follow the cut; everything else in it stays."""
     before = read_shot(path)
-    if before.in_out == shot.frames and before.source == shot.source:
+    after = replace(before, source=shot.source, in_out=shot.frames, grade=shot.grade)
+    if after == before:
         return
-    write_shot(path, replace(before, source=shot.source, in_out=shot.frames))
+    write_shot(path, after)
     say(f"{shot.name}: the cut shows frames {_words(shot.frames)}, before {_words(before.in_out)}.")
 
 

@@ -19,6 +19,8 @@ from heatlens.documents.edit_media import MediaFinder
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.grade import Grade
+from heatlens.model.option import Values
 from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
 from heatlens.model.timecode import timecode_at
 from heatlens.model.units import parse_distance_m
@@ -139,16 +141,29 @@ def _shot(item: Any, track: Any, finder: MediaFinder, rate: float) -> ReelShot:
     there = media.sequence is None or frames.intersection(
         FrameRange(media.sequence.first, media.sequence.last)
     )
+    grade, ungraded = _grade(item.metadata.get("cdl"))
     notes = (
         changed,
         doubt if media.source else f"its media are missing: {media.told}",
         "" if there else f"none of its frames {frames} exists: {media.told}",
         _rate_note(item, rate),
-        "its grade (ASC CDL) is not shown" if "cdl" in item.metadata else "",
+        ungraded,
         *_dissolves(item, track),
     )
     marks, others = _markers(item)
-    return ReelShot(name, media.source, frames, (*filter(None, notes), *others), marks)
+    return ReelShot(name, media.source, frames, (*filter(None, notes), *others), marks, grade)
+
+
+def _grade(told: Any) -> tuple[Grade | None, str]:
+    """Return the grade of the metadata of a clip, and a note if it cannot be read."""
+    if told is None:
+        return None, ""
+    try:
+        channels = dict(told.get("asc_sop") or {})
+        values: Values = {name: tuple(map(float, it)) for name, it in channels.items()}
+        return Grade(**values, saturation=float(told.get("asc_sat", 1.0))), ""
+    except (ArithmeticError, AttributeError, TypeError, ValueError, InputError):
+        return None, "its grade (ASC CDL) cannot be read, and is not shown"
 
 
 def _times(clip: Any) -> tuple[float, int, str]:

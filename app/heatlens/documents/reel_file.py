@@ -7,8 +7,9 @@ from heatlens.base.errors import InputError
 from heatlens.documents.edit_read import EDIT_SUFFIXES, EditOptions, read_edit
 from heatlens.documents.shot_file import absolute_source, relative_source
 from heatlens.files.atomic_file import write_whole
-from heatlens.files.json_record import JsonEntry, read_json
+from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.frames import parse_frame_range
+from heatlens.model.grade import Grade
 from heatlens.model.reel import Reel, ReelShot
 
 REEL_SUFFIX = ".heatreel.json"
@@ -17,7 +18,7 @@ REEL_VERSION = 1
 _VERSION = "heatlens_reel"
 _AS_IT_IS = EditOptions()
 _LISTS = ("notes", "marks")
-_SHOT = ("name", "source", "frames", "notes", "marks", "gap_before")
+_SHOT = ("name", "source", "frames", "notes", "marks", "grade", "gap_before")
 
 
 def is_reel(text: str) -> bool:
@@ -81,6 +82,7 @@ def _shot(entry: JsonEntry, path: Path) -> ReelShot:
             "name": members["name"].text(),
             "source": absolute_source(source, path) if source else "",
             "frames": frames,
+            "grade": members["grade"].record(Grade) if "grade" in members else None,
             **{name: members[name].of_type(tuple[str, ...]) for name in _LISTS if name in members},
         },
     )
@@ -92,5 +94,6 @@ def _entry(shot: ReelShot, gap: int, folder: Path) -> dict[str, object]:
         "source": relative_source(shot.source, folder) if shot.source else "",
         **({"frames": str(shot.frames)} if shot.frames is not None else {}),
         **{name: list(texts) for name in _LISTS if (texts := getattr(shot, name))},
+        **({"grade": record_to_json(shot.grade)} if shot.grade is not None else {}),
         **({"gap_before": gap} if gap else {}),
     }

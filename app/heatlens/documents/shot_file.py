@@ -24,6 +24,7 @@ from heatlens.files.json_record import JsonEntry, plain, read_json, record_to_js
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
+from heatlens.model.grade import Grade
 from heatlens.model.interpolation import Ease, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
@@ -58,6 +59,7 @@ _FIELDS: dict[str, tuple[str, object]] = {
     "looks": ("looks", tuple[Look, ...]),
     "lens_kit": ("kit", LensKit),
     "start_timecode": ("start_timecode", str),
+    "grade": ("grade", Grade),
 }
 # Sources that are names and not paths, unless a file has that name: the built-in scene.
 _NAMES = ("demo",)

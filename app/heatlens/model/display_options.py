@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from heatlens.model.option import option_field
 
 PLAIN_VIEW = "sRGB curve"
+NO_GRADE = "none"
 
 
 @dataclass(frozen=True)
@@ -16,6 +17,7 @@ class DisplayOptions:
     input_space     name of the colour space of the light; None: from the plate's header
     gamma           display values are raised to 1/gamma, after the view
     exposure_stops  brighter by 2^stops, before the view
+    cdl             name of a grade, see `color.grade_file`; "none"; None: that of the shot
     """
 
     ocio: str | None = option_field(
@@ -39,4 +41,11 @@ class DisplayOptions:
     gamma: float = option_field(1.0, "gamma", "applied after the view (default 1)", metavar="G")
     exposure_stops: float = option_field(
         0.0, "exposure", "exposure in stops, positive is brighter (default 0)", metavar="STOPS"
+    )
+    cdl: str | None = option_field(
+        None,
+        "cdl",
+        "grade (ASC CDL) before the view, in the config's role color_timing: a .cc, .ccc or .cdl "
+        "file, FILE#ID, 'SLOPE OFFSET POWER SATURATION', or none (default: that of the shot)",
+        metavar="GRADE",
     )

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 from heatlens.base.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
+from heatlens.model.grade import Grade
+from heatlens.model.shot import Shot
 
 SHOT_FIELD = "{shot}"  # stands for the name of the shot in the name of a file
 _IN_FILE_NAMES = re.compile(r"[^\w.+-]+")
@@ -20,6 +22,7 @@ class ReelShot:
     frames   those of the cut; None for those from in to out, or all
     notes    sentences on what the edit says and a shot cannot hold, and on what is missing
     marks    focus marks that the edit holds, each as NAME=DISTANCE
+    grade    of the edit; None if it has none
     """
 
     name: str
@@ -27,10 +30,15 @@ class ReelShot:
     frames: FrameRange | None = None
     notes: tuple[str, ...] = ()
     marks: tuple[str, ...] = ()
+    grade: Grade | None = None
 
     def __post_init__(self) -> None:
         if not self.name or _IN_FILE_NAMES.search(self.name):
             raise InputError(f"A shot of a reel cannot be called {self.name!r}.")
+
+    def part_of(self, shot: Shot) -> Shot:
+        """Return what the cut shows of a shot: its frames, with its grade unless it has its own."""
+        return replace(shot, in_out=self.frames or shot.in_out, grade=shot.grade or self.grade)
 
 
 @dataclass(frozen=True)

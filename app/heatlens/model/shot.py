@@ -8,6 +8,7 @@ from heatlens.base.errors import InputError, LensError
 from heatlens.model.curve import Curve
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
 from heatlens.model.framing import Framing
+from heatlens.model.grade import Grade
 from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
@@ -91,6 +92,7 @@ class Shot:
     looks              saved lenses, in the order in which they were saved
     kit                limits the values of the lens; None for no limits
     start_timecode     timecode of the first frame; None: from the headers of the plates
+    grade              applied before the view, in what is made for the eye; None for none
 
     Raises InputError for two marks of one name, and for an impossible rate or source name.
     """
@@ -108,6 +110,7 @@ class Shot:
     looks: tuple[Look, ...] = ()
     kit: LensKit | None = None
     start_timecode: str | None = None
+    grade: Grade | None = None
 
     def __post_init__(self) -> None:
         check_marks(self.marks)

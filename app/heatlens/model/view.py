@@ -66,6 +66,7 @@ class ViewState:
     is_peaking       colour what is in focus, over any overlay
     peaking          how what is in focus is coloured
     guides           lines and mattes over the picture
+    is_graded        the grade of the shot is applied before the view transform
     """
 
     zoom: float | None = None
@@ -91,6 +92,7 @@ class ViewState:
     is_peaking: bool = False
     peaking: Peaking = USUAL_PEAKING
     guides: Guides = NO_GUIDES
+    is_graded: bool = True
 
     @property
     def has_overlay(self) -> bool:

@@ -71,7 +71,7 @@ class HeadlessLoop:
             session.files.documents.answer(goes_on=True)  # it goes on where it was
         session.time.scheduler.update()
         session.editing.rest(is_held=bool(self._shared.hands.holder))
-        session.pictures.color.apply(session.facts.view, self._screen)
+        session.pictures.color.apply(session.facts.view, self._screen, session.facts.shot.grade)
         self._tap.publish(self._tap.key(self._screen.transform_version), self._seen)
         session.drawn()
         picture_s = session.pictures.live.request_s - picture_s

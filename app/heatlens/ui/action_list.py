@@ -21,6 +21,7 @@ _DIALOGS = {
     "Save shot as...": "save shot",
     "Save picture...": "save",
     "Import camera...": "camera",
+    "Import grade...": "grade",
     "Pull sheet...": "sheet",
 }
 # The items that show or hide something, with the flag of `UiState`.

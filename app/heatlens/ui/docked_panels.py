@@ -138,7 +138,7 @@ class DockedPanels:
         facts, pictures = self._facts, self._session.pictures
         name = None if facts.reference is None else facts.reference.path.name
         pictures.view.state = display_panel(
-            facts.view, pictures.color, name, facts.has_many_views, self._say
+            facts.view, pictures.color, name, facts.has_many_views, self._say, facts.shot.grade
         )
 
     def _plate(self) -> None:

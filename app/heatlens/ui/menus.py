@@ -23,6 +23,7 @@ File
   -
   Save picture...                       Ctrl+Shift+E
   Import camera...
+  Import grade...
   Export...                             Ctrl+E
   Pull sheet...
   Copy picture                          Ctrl+C
@@ -117,6 +118,7 @@ View
   Brighter                              Ctrl+Up         repeats
   Darker                                Ctrl+Down       repeats
   Reset exposure and gamma              Ctrl+0
+  Grade of the shot
   -
   Metres or feet                        U
   Larger interface                      Ctrl++

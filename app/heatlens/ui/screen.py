@@ -115,7 +115,8 @@ class Screen:
             session.time.scheduler.update()
         self.picture.draw(hears, is_seen)
         session.editing.rest(is_held=imgui.is_any_item_active())
-        session.pictures.color.apply(session.facts.view, self._pictures)
+        facts = session.facts
+        session.pictures.color.apply(facts.view, self._pictures, facts.shot.grade)
 
     def _fit_panels(self) -> None:
         """Leave room for the picture if the panels have just become larger."""

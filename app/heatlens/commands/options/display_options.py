@@ -8,12 +8,14 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.color.color_config import ColorConfig, default_view, load_color_config
+from heatlens.color.grade_file import grade_named
 from heatlens.color.input_space import input_space_of
 from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
 from heatlens.commands.options.field_options import add_fields, typed_fields
 from heatlens.commands.output.say import say
 from heatlens.export.job import DisplayLook
-from heatlens.model.display_options import PLAIN_VIEW, DisplayOptions
+from heatlens.model.display_options import NO_GRADE, PLAIN_VIEW, DisplayOptions
+from heatlens.model.grade import Grade
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.header.channels import Header
@@ -22,7 +24,7 @@ from heatlens.source.named import source_of
 
 
 def add_display_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
-    """Add --ocio, --display, --view, --input-space, --gamma and --exposure; return their group."""
+    """Add the options of `DisplayOptions`; return their group."""
     group = parser.add_argument_group(
         "look",
         "For pictures and movies; EXR stays scene-linear. The default matches the window.",
@@ -54,27 +56,35 @@ def shot_header(shot: Shot) -> Header:
     return color_header(source_of(shot).first_file, shot.plate_options)
 
 
-def display_look(args: argparse.Namespace, header: Header) -> DisplayLook:
+def display_look(
+    args: argparse.Namespace, header: Header, grade: Grade | None = None
+) -> DisplayLook:
     """Return the look of the options for a plate with this header; see `transform_of`."""
     asked = look_of(args)
-    return DisplayLook(transform_of(asked, header), asked.exposure_stops, asked.gamma)
+    return DisplayLook(transform_of(asked, header, grade), asked.exposure_stops, asked.gamma)
 
 
-def transform_of(look: DisplayOptions, attributes: Header) -> ViewTransform:
+def transform_of(
+    look: DisplayOptions, attributes: Header, grade: Grade | None = None
+) -> ViewTransform:
     """Return the view transform of the options for a plate whose header has `attributes`.
 
-    Doubtful choices are printed. Raises InputError if the config cannot be used, or does not have
-    the given names.
+    `grade` is that of the shot. Doubtful choices are printed. Raises InputError if the config
+    cannot be used, or does not have the given names.
     """
     config = _config(look)
     light = input_space_of(config, attributes, look.input_space or "")
     if light.note:
         say(light.note)
+    if look.cdl is not None:
+        grade = None if look.cdl == NO_GRADE else grade_named(look.cdl)
     if config is None:
+        if grade is not None:
+            say(f"the grade (ASC CDL) is not shown: {PLAIN_VIEW!r} is the plain curve alone")
         return srgb_transform(light.name, light.turned_from)
     display = look.display or config.default_display
     view = look.view or default_view(config, display, attributes)
-    return view_transform(config, display, view, light.name, light.turned_from)
+    return view_transform(config, display, view, light.name, light.turned_from, grade)
 
 
 def say_seen_through(transform: ViewTransform) -> None:

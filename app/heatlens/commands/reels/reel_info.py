@@ -27,5 +27,6 @@ def _lines(shot: ReelShot) -> list[Line]:
     if shot.frames is not None:
         frames = f"{shot.frames} ({shot.frames.count})"
     about = f"{shot.source}, {frames}" if shot.source else f"no media, {frames}"
+    grade = [] if shot.grade is None else [("  grade", str(shot.grade))]
     marks = [("  mark", mark) for mark in shot.marks]
-    return [(shot.name, about), *marks, *(("  note", note) for note in shot.notes)]
+    return [(shot.name, about), *marks, *grade, *(("  note", note) for note in shot.notes)]

@@ -94,8 +94,16 @@ def shots_of(
         values = {"shot": own.source, "frames": frames, "fps": _rate(args, own, reel)}
         if args.burn_in and not args.shot_name:
             values["shot_name"] = own.name
+        if args.cdl is None and own.grade is not None and not parse_output(output).is_exr:
+            values["cdl"] = _cdl(own)
         values["output"] = output.replace(SHOT_FIELD, own.name)
         yield own, argparse.Namespace(**{**vars(args), **values})
+
+
+def _cdl(shot: ReelShot) -> str | None:
+    """Return the grade of the edit as an option; None if the file of the shot has its own."""
+    is_own = is_shot_file(shot.source) and read_shot(Path(shot.source)).grade is not None
+    return None if is_own else str(shot.grade)
 
 
 def _rate(args: argparse.Namespace, shot: ReelShot, reel: Reel) -> float | None:

@@ -83,7 +83,7 @@ def _write(args: argparse.Namespace) -> None:
     check_writable(args.output)
     check_pages(PURPOSE, args.output.suffix.lower() == ".pdf")
     parts = _parts(args)
-    looks = [display_look(args, shot_header(part.shot)) for part in parts]
+    looks = [display_look(args, shot_header(part.shot), part.shot.grade) for part in parts]
     count = sum(len(sheet_frames(part.shot, part.frames)) for part in parts)
     renderer, done, sheets = cache(headless_renderer), 0, []
     with progress_line() as show:

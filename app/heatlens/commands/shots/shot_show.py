@@ -123,6 +123,8 @@ def _about(shot: Shot, unit: str) -> str:
         lines.insert(2, ("in to out", str(shot.in_out)))
     if shot.start_timecode is not None:
         lines.append(("timecode", f"{shot.start_timecode} at the first frame"))
+    if shot.grade is not None:
+        lines.append(("grade", f"{shot.grade} (slope, offset, power, saturation)"))
     if lens.measuring_offset_m:
         lines.append(("distances", f"from the {lens.measured_from.words}"))
     if lens.close_focus_m is not None:

@@ -149,6 +149,11 @@ def _view(session: Session) -> Iterator[Command]:
     ):
         is_on = partial(lambda field, view: bool(getattr(view, field)), field)
         yield _switch(session, name, partial(view.toggle, field), is_on)
+    yield Command(
+        *("Grade of the shot", "View", partial(view.toggle, "is_graded")),
+        lambda: session.facts.view.is_graded,
+        lambda: "" if session.facts.shot.grade else "The shot has no grade (ASC CDL).",
+    )
     yield Command("Fit", "View", view.fit)
     yield Command("1:1", "View", view.one_to_one)
     yield Command("Zoom in", "View", partial(view.zoom, 2.0))

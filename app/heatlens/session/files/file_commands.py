@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.paths import folder_to_write_in, home_dir
+from heatlens.color.grade_file import GRADE_SUFFIXES
 from heatlens.documents.reel_file import REEL_SUFFIXES
 from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.files.picture_formats import MOVIES_READ, PICTURES_READ
@@ -16,7 +17,7 @@ from heatlens.session.files.folder_walk import Chosen, Purpose
 from heatlens.session.files.open_reel import OpenReel
 from heatlens.session.files.plate_reading import PlateReading
 from heatlens.session.files.shot_documents import ShotDocuments
-from heatlens.session.lens.lens_imports import camera_import, opening_import
+from heatlens.session.lens.lens_imports import camera_import, grade_import, opening_import
 from heatlens.session.loop.worker import Worker
 from heatlens.session.pictures.picture_commands import PictureCommands
 from heatlens.session.pictures.reference import ReferenceLoader
@@ -55,6 +56,13 @@ PURPOSES = {
             "Import",
             (".usd", ".usda", ".usdc", ".usdz", ".json", ".csv"),
             "Focal length, f-stop, focus and film back, with keys for what moves.",
+        ),
+        Purpose(
+            "grade",
+            "Import a grade (ASC CDL)",
+            "Import",
+            GRADE_SUFFIXES,
+            "Applied before the view, in pictures and movies; scene-linear EXR stay without it.",
         ),
         Purpose(
             "opening",
@@ -102,7 +110,7 @@ class FileCommands(Commands, Worker):
         self._reel = reel
         self.reading = PlateReading(shared)
         self.openings = opening_import(shared)
-        self.cameras = camera_import(shared)
+        self.cameras, self.grades = camera_import(shared), grade_import(shared)
         self._write_sheet = write_sheet
 
     # Opening
@@ -215,6 +223,8 @@ class FileCommands(Commands, Worker):
                 self.reading.add_behind(chosen.entry, path)
             case "camera":
                 self.cameras.begin(path)
+            case "grade":
+                self.grades.begin(path)
             case "opening":
                 self.openings.begin(at_frame)
             case "save shot":
@@ -238,6 +248,7 @@ class FileCommands(Commands, Worker):
         self.reading.follow()
         self._follow_stream()
         self.cameras.poll()
+        self.grades.poll()
         self.openings.poll()
 
     def _follow_stream(self) -> None:

@@ -10,6 +10,7 @@ from heatlens.base.errors import HeatlensError, InputError
 from heatlens.documents.edit_read import EditOptions
 from heatlens.documents.reel_file import is_reel, read_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
+from heatlens.model.grade import Grade
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.reel import Reel, ReelShot
 from heatlens.model.shot import Shot
@@ -59,6 +60,7 @@ class OpenReel(Commands, Worker):
         self.at = 0  # the number of the open shot
         self._wanted: ReelShot | None = None  # its file or its plates are on their way
         self._left: dict[str, Shot] = {}  # those without a file that were worked on, by source
+        self._lent: Grade | None = None  # that of the clip, in a shot without a file
         self._ahead: Background[FirstPicture] = Background(self._wake)
         self._stills = ShotStills(self._wake, frames_folder)
         self._ahead_of = -1  # the shot beside which the next one was read ahead
@@ -179,12 +181,18 @@ class OpenReel(Commands, Worker):
             self._playback.stop()
 
     def _set_part(self, wanted: ReelShot) -> None:
-        """Set the frames of the cut, in the shot as it was left if it was worked on."""
-        left = self._left.pop(wanted.source, None)
+        """Set the frames and the grade of the cut, in the shot as it was left if it was worked on.
+
+        Clips of the same plates share a shot, and each of them lends it its grade.
+        """
+        left, now = self._left.pop(wanted.source, None), self._editing.shot
+        shot = left or replace(now, in_out=None)
+        grade = None if shot.grade == self._lent else shot.grade
+        part, self._lent = wanted.part_of(replace(shot, grade=grade)), wanted.grade
         if left is not None:
-            self._documents.goes_on(replace(left, in_out=wanted.frames))
-        elif wanted.frames:
-            self._editing.begin(replace(self._editing.shot, in_out=wanted.frames))
+            self._documents.goes_on(part)
+        elif part != now:
+            self._editing.begin(part)
             self._documents.begun()
 
     def _look_ahead(self) -> None:
@@ -218,7 +226,7 @@ class OpenReel(Commands, Worker):
     def _open(self, shot: ReelShot) -> None:
         """Open a shot file or plates; plates that are open already only get another part."""
         self._wanted = shot
-        if self._documents.opens(shot.source, shot.frames):
+        if self._documents.opens(shot.source, shot):
             return
         first = None if shot.frames is None else shot.frames.first
         if shot.source == self._editing.shot.source and self._source.plate is not None:

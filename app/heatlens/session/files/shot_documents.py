@@ -8,7 +8,7 @@ from heatlens.base.errors import HeatlensError
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.documents.shot_file import is_shot_file
-from heatlens.model.frames import FrameRange
+from heatlens.model.reel import ReelShot
 from heatlens.model.shot import Shot
 from heatlens.sequence.sequence import Sequence
 from heatlens.session.loop.messages import Problem
@@ -30,15 +30,15 @@ class Document:
     shot: Shot
     saved: Shot | None = None  # the shot in the file
 
-    def within(self, cut: FrameRange | None) -> "Document":
-        """Return it played from the first to the last frame of the cut of a reel, if there is one.
+    def within(self, cut: ReelShot | None) -> "Document":
+        """Return it as the cut of a reel shows it, if there is one.
 
         That is no change: what was saved counts as saved.
         """
         if cut is None:
             return self
-        saved = None if self.saved is None else replace(self.saved, in_out=cut)
-        return replace(self, shot=replace(self.shot, in_out=cut), saved=saved)
+        saved = None if self.saved is None else cut.part_of(self.saved)
+        return replace(self, shot=cut.part_of(self.shot), saved=saved)
 
 
 class ShotDocuments(Commands, Worker):
@@ -58,7 +58,7 @@ class ShotDocuments(Commands, Worker):
         ] = []  # writes, each with the message when it is done
         self._begun = self._editing.shot  # the shot without a file, as it was opened
         self._coming: Document | None = None  # waits for its plate
-        self._cut: FrameRange | None = None  # the part that a reel shows of the shot being opened
+        self._cut: ReelShot | None = None  # what a reel shows of the shot that is being opened
         self._complained = ""  # the reported reason why autosaving fails
 
     # Commands
@@ -67,10 +67,10 @@ class ShotDocuments(Commands, Worker):
         """Begin to read a shot file; the open source stays until the new plate has a picture."""
         self._reading = self.store.read(path.expanduser().absolute())
 
-    def opens(self, text: str, cut: FrameRange | None = None) -> bool:
+    def opens(self, text: str, cut: ReelShot | None = None) -> bool:
         """Open `text` if it is a shot file and return True; stop waiting for an earlier shot.
 
-        `cut` is the part of it that a reel shows.
+        `cut` tells what a reel shows of it.
         """
         self._coming = self._reading = self.offer = None
         self._cut = cut

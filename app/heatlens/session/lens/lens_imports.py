@@ -1,4 +1,4 @@
-"""Import a camera file or an aperture image: read on a thread, applied as one undo step."""
+"""Import a camera, an aperture image or a grade: read on a thread, one undo step each."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,6 +11,8 @@ from heatlens.camera.camera_file import read_camera
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
+from heatlens.color.grade_file import read_grade
+from heatlens.model.grade import Grade
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.shot import Shot
 from heatlens.plate.opening_picture import read_opening_image
@@ -72,3 +74,12 @@ def opening_import(shared: Shared) -> _Import[OpeningImage]:
         return replace(shot, lens=replace(shot.lens, aperture_image=image)), sentence.strip()
 
     return _Import(shared, read_opening_image, applied)
+
+
+def grade_import(shared: Shared) -> _Import[Grade]:
+    """Return the import of a grade of the shot."""
+
+    def applied(grade: Grade, path: Path) -> tuple[Shot, str]:
+        return replace(shared.editing.shot, grade=grade), f"The grade is that of {path.name}."
+
+    return _Import(shared, read_grade, applied)

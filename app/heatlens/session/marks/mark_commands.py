@@ -201,7 +201,8 @@ class MarkCommands(Commands, Worker):
 
     def _sharp_m(self, mark: Mark, lens: Lens, frame: int, distance_m: float) -> float:
         place = mark.place_at(frame) if isinstance(mark, TrackMark) else mark
-        if not isinstance(place, PointMark | TrackPlace):
+        is_leaning = lens.tilt_deg or lens.split_dioptres
+        if not (is_leaning and isinstance(place, PointMark | TrackPlace)):
             return distance_m
         shape = self._source.picture_shape(self._editing.shot)
         lean = lean_of(lens, (shape.width_px, shape.height_px), shape.pixel_aspect)

@@ -8,10 +8,11 @@ from heatlens.color.color_config import ColorConfig, default_view, load_color_co
 from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.display.screen_pictures import ScreenPictures
+from heatlens.model.grade import Grade
 from heatlens.model.view import ViewState
 from heatlens.session.loop.messages import reported
 
-_NOT_YET = ("", "", None)  # no view has such an input space
+_NOT_YET = ("", "", None, None)  # no view has such an input space
 
 
 class ColorChoice:
@@ -30,7 +31,7 @@ class ColorChoice:
             say(f"{error} Pictures are shown through the plain sRGB curve.")
         self._inputs = self.config.input_spaces() if self.config else ()
         self.attributes: Mapping[str, object] = {}  # header entries of the open plate
-        self._current: tuple[str, str, InputSpace | None] = _NOT_YET
+        self._current: tuple[str, str, InputSpace | None, Grade | None] = _NOT_YET
         self.transform = srgb_transform()  # the transform in use
 
     def displays(self) -> tuple[str, ...]:
@@ -82,10 +83,13 @@ class ColorChoice:
         """Build the transform again at the next `apply`."""
         self._current = _NOT_YET
 
-    def apply(self, view: ViewState, screen: ScreenPictures) -> None:
-        """Set the transform that `view` names on `screen`; report one that cannot be built."""
-        light = self.input_of(view.input_space)
-        requested = (view.display, view.view, light)
+    def apply(self, view: ViewState, screen: ScreenPictures, grade: Grade | None = None) -> None:
+        """Set the transform that `view` names on `screen`, with the grade of the shot.
+
+        One that cannot be built is reported.
+        """
+        light, grade = self.input_of(view.input_space), grade if view.is_graded else None
+        requested = (view.display, view.view, light, grade)
         if requested == self._current:
             return
         self._current = requested
@@ -94,7 +98,8 @@ class ColorChoice:
                 transform = srgb_transform(light.name, light.turned_from)
             else:
                 transform = view_transform(
-                    self.config, view.display, view.view, light.name, light.turned_from
+                    *(self.config, view.display, view.view, light.name),
+                    *(light.turned_from, grade),
                 )
             screen.display.set_transform(transform)
             self.transform = transform

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.model.display_options import DisplayOptions
+from heatlens.model.display_options import NO_GRADE, DisplayOptions
 from heatlens.model.view import Compare, ViewState
 from heatlens.model.view_geometry import ViewGeometry, Viewport
 from heatlens.session.pictures.color_choice import ColorChoice
@@ -59,6 +59,8 @@ class PictureDisplay:
             view=view.view or None,
             input_space=view.input_space or None,
         )
+        if self._editing.shot.grade is not None and not view.is_graded:
+            named = replace(named, cdl=NO_GRADE)
         look = DisplayOptions() if self._color.config is None else named
         return replace(look, gamma=view.gamma, exposure_stops=view.exposure_stops)
 

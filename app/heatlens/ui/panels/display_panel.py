@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from heatlens.model.grade import Grade
 from heatlens.model.settings import Method, barred_methods
 from heatlens.model.view import Against, Compare, Overlay, ViewState
 from heatlens.session.pictures.color_choice import ColorChoice
@@ -34,14 +35,22 @@ def display_panel(
     reference: str | None,
     has_many_views: bool,
     say: Callable[[str], None],
+    grade: Grade | None = None,
 ) -> ViewState:
     """Draw the panel; return the view as the user left it. `reference` is the name of its EXR."""
     view = _color(view, color)
+    if grade is not None:
+        view = replace(view, is_graded=widgets.check("grade", view.is_graded, tip=_graded(grade)))
     imgui.separator()
     view = _buttons(view, "overlay", _OVERLAYS, "Drawn over the picture, with a legend.")
     imgui.separator()
     view = _buttons(view, "compare", _COMPARES, "A beside B, B alone, or how they differ.")
     return _compare(view, reference, has_many_views, say)
+
+
+def _graded(grade: Grade) -> str:
+    numbers = zip(("slope", "offset", "power", "saturation"), str(grade).split(), strict=True)
+    return "\n".join(("ASC CDL of the shot, before the view:", *map(" ".join, numbers)))
 
 
 def _color(view: ViewState, color: ColorChoice) -> ViewState:
