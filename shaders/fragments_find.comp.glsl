@@ -4,14 +4,14 @@
 //   coc_tx        signed circle of confusion, diameter in pixels
 // Outputs
 //   out_kind_img  the kind, see lib/kind.lib.glsl
-//   pixel list    both rims, for fragments_far and fragments_near
+//   two lists     far rims in front, near rims in the back
 
 #include "lib/lean.lib.glsl"
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
-#include "lib/pixel_list.lib.glsl"
 #include "lib/silhouette.lib.glsl"
+#include "lib/two_lists.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -49,6 +49,6 @@ void main() {
         beside_farther = beside_farther || is_in_front(coc, other);
     }
     float kind = beside_nearer ? FAR_RIM : beside_farther ? NEAR_RIM : WHOLE;
-    if (kind != WHOLE) list_append(at);
+    if (kind != WHOLE) append_word(kind == FAR_RIM, uint(at.y) << 16 | uint(at.x), 1);
     store(at, kind);
 }

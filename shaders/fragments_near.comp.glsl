@@ -1,19 +1,19 @@
 // Removes from each near rim pixel the light that shines through it from behind.
 //
 // Inputs
-//   color_tx, coc_tx, kind_tx, pixel list    as fragments_find.comp.glsl leaves them
-// Read on the far rim, written on the near rim
+//   color_tx, coc_tx, kind_tx, two lists    as fragments_find.comp.glsl leaves them
+// Read on the far rim, and on the near rim as fragments_own.comp.glsl leaves it; written on the near rim
 //   far_img       far rim: rgb far fragment; near rim: rgb own colour, a its coverage
 //   near_img      near rim: a signed coc of the light that shines through
 
-#include "lib/pixel_list.lib.glsl"
+#include "lib/two_lists.lib.glsl"
 #include "lib/rim.lib.glsl"
 #include "lib/tone.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 layout(rgba16f) uniform image2D far_img;
-layout(rgba16f) uniform writeonly image2D near_img;
+layout(rgba16f) uniform image2D near_img;
 
 #define LEAST_COVERAGE 0.5  // depth was sampled at the pixel's centre and hit the near surface
 
@@ -26,12 +26,13 @@ void keep(ivec2 at, vec3 x, float coc) {
     imageStore(near_img, at, vec4(vec3(0.0), coc));
 }
 
-void split_near(ivec2 at) {
-    if (kind_at(at) != NEAR_RIM) return;
+void split_near(uint word) {
+    ivec2 at = pixel_of_word(word);
     stand_at(at);
     float coc = coc_at(at);
-    vec3 x = color_at(at), near;
-    if (!unmixed_near(at, near)) {
+    vec4 found = imageLoad(far_img, at);
+    vec3 x = color_at(at), near = found.rgb + imageLoad(near_img, at).rgb;
+    if (found.a != OWN_FOUND) {
         if (abs(coc) <= SPLIT_FROM_PX) keep(at, x, coc);  // fragments_thin.comp.glsl splits others
         return;
     }
@@ -58,4 +59,4 @@ void split_near(ivec2 at) {
     imageStore(near_img, at, vec4(vec3(0.0), through.a));
 }
 
-void main() { FOR_EACH_LISTED(split_near) }
+void main() { FOR_EACH_IN_BACK(split_near) }

@@ -2,7 +2,7 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx    as fragments_find.comp.glsl leaves them
-//   pixel list    the rims that may be those of hair, from fragments_far.comp.glsl
+//   pixel list    the rims that may be those of hair, from fragments_own and fragments_far
 // Read and written on the far rim, written on the near rim
 //   far_img, near_img    as fragments_far.comp.glsl and fragments_near.comp.glsl write them
 

@@ -6,7 +6,7 @@
 //   pixel list     the hidden pixels
 // Outputs
 //   bits_buf       numbered as in lib/hidden.lib.glsl
-//   block list     as lib/hidden_block.lib.glsl says
+//   two lists      as lib/hidden_block.lib.glsl says
 //   out_cost_img   -1 in blocks with hidden pixels and beside them; with MATCHED out_match_img too
 
 #include "lib/hidden.lib.glsl"
@@ -24,16 +24,6 @@ layout(rgba32f) uniform writeonly image2D out_match_img;
 layout(std430) buffer bits_block { uint bits_buf[]; };
 uniform int slices;  // number of slices in which later passes work through the list
 #define DEEP_PX 3  // farther than this from all visible pixels, along rows and columns, the guess is smooth
-
-void append_block(ivec2 at, bool is_first, uint mark) {
-    uint slot = is_first ? atomicAdd(first_count, 1u) : atomicAdd(other_count, 1u);
-    uint per_group = PIXELS_PER_GROUP * uint(slices);
-    bool opens_group = slot % per_group == 0u && slot / per_group < GROUPS_MAX / 2u;
-    if (opens_group) atomicAdd(all_groups[0], 1u);
-    if (opens_group && is_first) atomicAdd(first_groups[0], 1u);
-    uint last = uint(block_pixels.length()) - 1u;
-    block_pixels[is_first ? slot : last - slot] = uint(at.y) << 16 | uint(at.x) | mark;
-}
 
 void clear_pixel(ivec2 at) {
     ivec2 size = textureSize(layer_tx, 0);
@@ -82,7 +72,8 @@ void list_block(ivec2 at) {
     bool is_first = (hidden & earlier) == 0u, is_whole = hidden == 15u && is_surrounded(first);
     clear_pixel(at);
     clear_cost(at >> 1, is_first);
-    if (is_first || !is_whole) append_block(at, is_first, is_whole ? MARK_WHOLE : 0u);
+    if (is_first || !is_whole)
+        append_word(is_first, uint(at.y) << 16 | uint(at.x) | (is_whole ? MARK_WHOLE : 0u), slices);
 }
 
 void main() { FOR_EACH_LISTED(list_block) }

@@ -4,7 +4,7 @@
 // Inputs
 //   layer_tx       rgb times coverage, a coverage, marked if hidden
 //   bits_buf       seen pixels (hidden_blocks.comp.glsl)
-//   block list     the first hidden pixel of each block (hidden_blocks.comp.glsl)
+//   two lists      in front, the first hidden pixel of each block (hidden_blocks.comp.glsl)
 // Output (a pixel a block of 2 x 2; those with hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
 // With MATCHED, for fragment lists whose hidden surfaces are lit differently from the visible ones, from
@@ -55,7 +55,7 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
 #endif
 
 void compare_ends(uint listed) {
-    ivec2 at = place_of(listed);
+    ivec2 at = pixel_of_word(listed);
     size = textureSize(layer_tx, 0);
     vec4 cost = vec4(-1.0);
     ivec2 ends[HIDDEN_DIRECTIONS];
@@ -69,4 +69,4 @@ void compare_ends(uint listed) {
 #endif
 }
 
-void main() { FOR_EACH_BLOCK(first_count, compare_ends) }
+void main() { FOR_EACH_IN_FRONT(compare_ends) }

@@ -8,7 +8,7 @@
 //   cost_tx           hidden_cost.comp.glsl, -1 for visible blocks beside hidden ones
 //   around_tx         surroundings of highlights (highlight_split.comp.glsl), for has_highlights
 //   bits_buf          visible pixels (hidden_blocks.comp.glsl)
-//   block list        the pixels to guess (hidden_blocks.comp.glsl)
+//   two lists         the pixels to guess (hidden_blocks.comp.glsl)
 //   listed_tx         with LISTS: listed fragments (layer_split.comp.glsl), preferred to a guess as deep
 //                     behind a silhouette as the lens can see
 //   match_tx          with MATCHED: the correction of their brightness (hidden_cost.comp.glsl)
@@ -183,7 +183,7 @@ void fill_pixel(ivec2 at, Guess guess) {
 }
 
 void fill_listed(uint listed) {
-    ivec2 hidden = place_of(listed);
+    ivec2 hidden = pixel_of_word(listed);
     bool is_block = listed >= MARK_WHOLE;
     Guess guess;
     make_guess(hidden, imageSize(layer_img), guess);
@@ -191,4 +191,4 @@ void fill_listed(uint listed) {
     do fill_pixel(hidden + ivec2(i & 1, i >> 1), guess); while (is_block && ++i < 4);
 }
 
-void main() { FOR_EACH_BLOCK(first_count + other_count, fill_listed) }
+void main() { FOR_EACH_IN_BOTH(fill_listed) }

@@ -1,30 +1,9 @@
-// The pixels to guess, see lib/pixel_list.lib.glsl: the first hidden pixel of each block of 2 x 2 from the
-// front of the list on, because it computes what its block shares, and the others from its end backwards.
+// Blocks of 2 x 2 pixels with hidden ones. The first hidden pixel of each, which computes what its block
+// shares, is in front in lib/two_lists.lib.glsl, others that have a guess of their own are in the back.
 
-#include "lib/list_slice.lib.glsl"
+#include "lib/two_lists.lib.glsl"
 
-#define MARK_WHOLE 0x80000000u  // flag of a pixel whose guess serves its whole block
-#define PLACE_MASK 0x7fffu      // the coordinates without the flag
-
-layout(std430) buffer block_list_block {
-    uint first_groups[3];  // workgroups of a pass over the first pixels of blocks,
-    uint first_count;
-    uint all_groups[3];    // and of one over all
-    uint other_count;
-    uint block_pixels[];   // y << 16 | x, with its flag
-};
-
-uint block_slot(uint slot) {
-    return slot < first_count ? slot : uint(block_pixels.length()) - 1u - (slot - first_count);
-}
-
-// Loops over the first `COUNT` of the list, in the main of a later pass.
-#define FOR_EACH_BLOCK(COUNT, DO) \
-    uint count = COUNT, slot = slice_start(count) + gl_GlobalInvocationID.x; \
-    if (slot >= slice_end(count)) return; \
-    do DO(block_pixels[block_slot(slot)]); while ((slot += gl_NumWorkGroups.x * PIXELS_PER_GROUP) < slice_end(count));
-
-ivec2 place_of(uint listed) { return ivec2(listed & PLACE_MASK, listed >> 16 & PLACE_MASK); }
+#define MARK_WHOLE 0x80000000u  // flag of a word: the pixel's guess serves its whole block
 
 // One of the 3 x 3 blocks over which measurements are averaged.
 ivec2 block_beside(ivec2 block, int i, ivec2 blocks) {

@@ -3,6 +3,7 @@
 #include "lib/silhouette.lib.glsl"
 
 #define HALF_MAX 65504.0  // fragments are stored in half
+#define OWN_FOUND 2.0     // a near rim's coverage as long as fragments_near.comp.glsl has not written it
 
 #define SPLIT_FROM_PX 2.0   // a near surface in focus keeps its pixels: their mixed colour is already right
 #define SPLIT_FULL_PX 6.0

@@ -37,8 +37,18 @@ def split(
     def read(texture: moderngl.Texture) -> FloatArray:
         return np.frombuffer(texture.read(), np.float16).astype(np.float32).reshape(*coc.shape, -1)
 
+    check_rims(pixels, read(kind)[..., 0])
     listed = np.float32([np.frombuffer(thin.read(16), np.uint32)[3]])
     return {"kind": read(kind)[..., 0], "far": read(far), "near": read(near), "thin": listed}
+
+
+def check_rims(pixels: moderngl.Buffer, kind: FloatArray) -> None:
+    """Far rims are in front of the list and near rims in its back, each once."""
+    words = np.frombuffer(pixels.read(), np.uint32)
+    in_front, in_back = words[12 : 12 + words[3]], words[words.size - words[7] :]
+    for listed, of_kind in ((in_front, FAR_RIM), (in_back, NEAR_RIM)):
+        expected = np.argwhere(kind == of_kind)
+        assert sorted(listed.tolist()) == sorted((expected[:, 0] << 16 | expected[:, 1]).tolist())
 
 
 def edge(coverage: float) -> tuple[FloatArray, FloatArray]:

@@ -39,7 +39,7 @@ def filled(
 def check_blocks(blocks: moderngl.Buffer, hidden: np.ndarray) -> None:
     """Each block of 2 x 2 has one pixel in front of the list; the others come from its end."""
     words = np.frombuffer(blocks.read(), np.uint32)
-    first, others = words[8 : 8 + words[3]], words[words.size - words[7] :]
+    first, others = words[12 : 12 + words[3]], words[words.size - words[7] :]
     found = np.stack([first >> 16 & 0x7FFF, first & 0x7FFF], -1) // 2
     expected = np.unique(np.argwhere(hidden) // 2, axis=0)
     np.testing.assert_array_equal(np.unique(found, axis=0), expected)

@@ -12,7 +12,7 @@ from heatlens.defocus.listed_fragments import (
     list_uniforms,
 )
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.pixel_list import Slices, clear_list
+from heatlens.defocus.pixel_list import OF_BACK, OF_FRONT, Slices, clear_list
 from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram
 
@@ -51,11 +51,17 @@ class Fragments:
         }
 
 
+_Images = dict[str, moderngl.Texture]
+_Buffers = dict[str, moderngl.Buffer]
+_Uniforms = dict[str, object]
+
+
 class FragmentPass:
     """Computes kind, far and near of a `Fragments` from its colour and coc."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._find = ListProgram(ctx, "fragments_find.comp.glsl")
+        self._own = ComputeProgram(ctx, "fragments_own.comp.glsl")
         self._far = ListProgram(ctx, "fragments_far.comp.glsl")
         self._thin = ComputeProgram(ctx, "fragments_thin.comp.glsl")
         self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
@@ -67,7 +73,7 @@ class FragmentPass:
         """Split the silhouette pixels of `picture`; `pixels` and `thin` are scratch memory."""
         clear_list(pixels)
         clear_list(thin)
-        buffers = {"pixel_list_block": pixels}
+        rims: _Buffers = {"two_lists_block": pixels}
         uniforms = optics.infinity_uniforms
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
         lists = picture.lists
@@ -78,24 +84,27 @@ class FragmentPass:
             uniforms | list_uniforms(lists) | of_lists,
             textures={"coc_tx": picture.coc},
             images={"out_kind_img": picture.kind},
-            buffers=buffers | list_buffers(lists),
+            buffers=rims | list_buffers(lists),
         )
-        for part in self._slices.of(picture.color.size):
-            self._far.version(lists is not None).dispatch(
-                pixels,
-                textures=textures,
-                images={"out_far_img": picture.far, "out_near_img": picture.near},
-                buffers=buffers | {"thin_list_block": thin} | list_buffers(lists),
-                uniforms=uniforms | part | list_uniforms(lists),
-            )
-            yield
-        for program, listed in ((self._thin, thin), (self._near, pixels)):
+        split: _Images = {"far_img": picture.far, "near_img": picture.near}
+        own: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
+        to_thin = rims | {"thin_list_block": thin}
+        known = to_thin | list_buffers(lists), list_uniforms(lists)
+        far = self._far.version(lists is not None)
+        on_rims: tuple[tuple[ComputeProgram, int, _Images, _Buffers, _Uniforms], ...] = (
+            (self._own, OF_BACK, own, to_thin, {}),
+            (far, OF_FRONT, split, *known),
+            (self._thin, OF_FRONT, split, {"pixel_list_block": thin}, {}),
+            (self._near, OF_BACK, split, rims, {}),
+        )
+        for program, offset, images, buffers, more in on_rims:
             for part in self._slices.of(picture.color.size):
                 program.dispatch(
-                    listed,
+                    buffers.get("pixel_list_block", pixels),
+                    offset=offset,
                     textures=textures,
-                    images={"far_img": picture.far, "near_img": picture.near},
-                    buffers={"pixel_list_block": listed},
-                    uniforms=uniforms | part,
+                    images=images,
+                    buffers=buffers,
+                    uniforms=uniforms | part | more,
                 )
                 yield

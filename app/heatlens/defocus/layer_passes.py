@@ -10,7 +10,7 @@ from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
-from heatlens.defocus.pixel_list import OF_ALL_BLOCKS, WHOLE_LIST, Slices, clear_list
+from heatlens.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
 from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.gpu.program import ComputeProgram, StorageBuffer, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
@@ -132,7 +132,7 @@ class HiddenFillPass:
         written = {"out_cost_img": scratch.cost} | out_match
         self._list_blocks(layer, pixels, scratch, written)
         yield
-        guessed = {"bits_block": scratch.bits, "block_list_block": scratch.blocks}
+        guessed = {"bits_block": scratch.bits, "two_lists_block": scratch.blocks}
         cost = self._cost_programs.with_(MATCHED=bool(match))
         fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=bool(match))
         for part in self._slices.of(layer.color.size):
@@ -148,7 +148,7 @@ class HiddenFillPass:
         for part in self._slices.of(layer.color.size):
             fill.dispatch(
                 scratch.blocks,
-                offset=OF_ALL_BLOCKS,
+                offset=OF_BOTH,
                 textures=read,
                 images={"layer_img": layer.color, "state_img": layer.state},
                 buffers=guessed,
@@ -168,7 +168,7 @@ class HiddenFillPass:
             buffers={
                 "bits_block": scratch.bits,
                 "pixel_list_block": pixels,
-                "block_list_block": scratch.blocks,
+                "two_lists_block": scratch.blocks,
                 "tile_mask_block": layer.mask.words,
             },
             uniforms=WHOLE_LIST

@@ -8,9 +8,9 @@ import moderngl
 from heatlens.gpu.context import is_software
 
 WHOLE_LIST: dict[str, object] = {"list_slice": (0, 1)}  # see lib/list_slice.lib.glsl
-# Workgroups x, y, z of the later pass, and a count; both again in lib/hidden_block.lib.glsl.
-_HEAD = struct.pack("8I", *(0, 1, 1, 0) * 2)
-OF_ALL_BLOCKS = 16  # byte offset of the second
+# Workgroups x, y, z of the later pass, and a count; three times in lib/two_lists.lib.glsl.
+_HEAD = struct.pack("12I", *(0, 1, 1, 0) * 3)
+OF_FRONT, OF_BACK, OF_BOTH = 0, 16, 32  # byte offsets of their workgroups
 
 
 def list_bytes(size: tuple[int, int]) -> int:

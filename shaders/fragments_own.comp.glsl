@@ -1,0 +1,31 @@
+// Finds the colour of each near rim pixel without the background, where its surface goes on beside it.
+//
+// Inputs
+//   color_tx, coc_tx, kind_tx, two lists    as fragments_find.comp.glsl leaves them
+// Outputs (near rim only, for the passes up to fragments_near.comp.glsl)
+//   out_far_img   rgb own colour, a OWN_FOUND; 0 if there is none
+//   out_near_img  rgb what a half float leaves of that colour
+//   thin list     the rims that may be those of hair
+
+#include "lib/two_lists.lib.glsl"
+#include "lib/thin_list.lib.glsl"
+#include "lib/rim.lib.glsl"
+
+layout(local_size_x = PIXELS_PER_GROUP) in;
+
+layout(rgba16f) uniform writeonly image2D out_far_img;
+layout(rgba16f) uniform writeonly image2D out_near_img;
+
+void find_own(uint word) {
+    ivec2 at = pixel_of_word(word);
+    stand_at(at);
+    vec3 own;
+    bool is_found = unmixed_near(at, own);
+    if (!is_found && abs(coc_at(at)) > SPLIT_FROM_PX) append_thin(at);
+    own = min(own, HALF_MAX);
+    vec3 in_half = vec3(unpackHalf2x16(packHalf2x16(own.rg)), unpackHalf2x16(packHalf2x16(own.bb)).x);
+    imageStore(out_far_img, at, vec4(in_half, is_found ? OWN_FOUND : 0.0));
+    imageStore(out_near_img, at, vec4(own - in_half, 0.0));
+}
+
+void main() { FOR_EACH_IN_BACK(find_own) }
