@@ -37,6 +37,7 @@ from heatlens.plate.header.placement import rigid_at
 from heatlens.plate.header.views import views_of
 from heatlens.plate.mattes.flat_depth import with_flat_depth
 from heatlens.plate.parts.carried import carried
+from heatlens.plate.picture.portrait import focused_as_taken
 from heatlens.plate.plate import FloatImage, Plate, read_pixels
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
@@ -109,7 +110,7 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
         compression=_compression(header),
         views=views_of(headers),
     )
-    return with_empty_outside(plate)
+    return with_empty_outside(focused_as_taken(plate, header))
 
 
 def depth_of(

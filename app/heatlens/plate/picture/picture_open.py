@@ -28,6 +28,7 @@ from heatlens.files.quiet import quiet_library
 from heatlens.plate.exr.exr_limits import MAX_SIDE_PX
 from heatlens.plate.picture.capture import capture_info
 from heatlens.plate.picture.movie_picture import movie_info, movie_values
+from heatlens.plate.picture.portrait import portrait_header
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
@@ -70,7 +71,7 @@ def open_picture(path: Path) -> RawPicture:
         upright = ImageOps.exif_transpose(image)
         upright = upright.convert(_MODES[upright.mode]) if upright.mode in _MODES else upright
         values = np.array(upright)
-        info = _info(image) | capture_info(path, upright.size)
+        info = _photo_info(path, image, upright.size)
     return RawPicture(values if values.ndim == 3 else values[:, :, None], info)
 
 
@@ -88,7 +89,7 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
         if image is None:  # floating point: Pillow knows all other kinds
             height, width = _by_openimageio(path).shape[:2]
             return (width, height), {"is_light": True}
-        info = _info(image) | capture_info(path, image.size)
+        info = _photo_info(path, image, image.size)
         return image.size, info | {"is_light": image.mode == "F"}
 
 
@@ -227,6 +228,14 @@ def _info(image: Image.Image | None) -> dict[str, object]:
     info["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
     info["segments"] = list(getattr(image, "applist", ()))
     return info
+
+
+def _photo_info(path: Path, image: Image.Image, upright: tuple[int, int]) -> dict[str, object]:
+    """Return the metadata of a picture, with the camera that its folder or itself tells of."""
+    info = _info(image)
+    told = capture_info(path, upright)
+    header = portrait_header(path, image.size, info)
+    return {**info, "header": header, **told}
 
 
 def _check_size(path: Path, size: tuple[int, int]) -> None:
