@@ -47,7 +47,9 @@ def test_pass_costs_counted_by_hand():
     # Rows: state twice, kept, state, rows; columns: state and rows twice, kept, state, coc.
     assert frame_traffic("coc fill", work, 2).moved == 2 * ((16 + 10 + 8 + 8) + (32 + 10 + 8 + 4))
     assert frame_traffic("composite", work, 3).moved == 3 * (16 + 16 + 16)
-    assert frame_traffic("proxy", replace(work, proxy=0.5), 1).moved == 4 * 16 + 4 + 16 + 4 + 8
+    proxy = frame_traffic("proxy", replace(work, proxy=0.5), 1)
+    assert proxy.least == 4 * 16 + 4 + 16 + 4 + 8
+    assert proxy.moved == proxy.least + 2 * 4 * 4  # the depth again, for silhouettes
     # The picture of highlights once; of each 64 pixels a tally of 40 bytes written and read three
     # times, and an offset written and read.
     assert frame_traffic("highlights listed", work, 1).moved == 16 + (4 * 40 + 2 * 4) / 64

@@ -18,7 +18,7 @@ FIRST_SOFTNESS_PX = 0.5  # half width of its transition: wide, because every pul
 FAR_CUT_PART = 1 / 3  # position of the far cut, as a share of the farthest coc ...
 FAR_CUT_LEAST_PX = 1.3  # ... but at least this
 FAR_SOFTNESS = 0.2  # half width of its transition, as a share of its coc ...
-FAR_SOFTNESS_LEAST_PX = 0.6  # ... but at least this, because the farthest thing may pass it
+FAR_SOFTNESS_LEAST_PX = 0.8  # ... but at least this, because the farthest thing may pass it
 
 _BEYOND_PX = 1.0e30  # larger than any coc
 
