@@ -19,6 +19,9 @@ uniform sampler2D kind_tx;
 uniform sampler2D far_tx;
 uniform sampler2D near_tx;
 uniform float nearest_px;  // least signed coc in the picture
+uniform bool has_cutout;   // something stays sharp (cutout_over.comp.glsl), which hides what is not nearer
+uniform sampler2D cutout_tx;
+uniform sampler2D cutout_coc_tx;
 
 out vec4 out_light;
 
@@ -191,10 +194,16 @@ float seen_at(ivec2 at, float coc) {
     return mix(1.0 - far.a, 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
 }
 
+float kept_at(ivec2 at, float coc) {
+    if (!has_cutout || texelFetch(cutout_coc_tx, at, 0).r > coc) return 0.0;
+    return texelFetch(cutout_tx, at, 0).a;
+}
+
 void main() {
     float coc = place.z, ramp = place.w;
     if (abs(coc) < 1e-3) coc = 1e-3;
     Cover inside = pixel_coverage(gl_FragCoord.xy - place.xy, 0.5 * coc, ramp, place.xy);
+    if (most_of(inside) > 0.0) inside *= 1.0 - kept_at(ivec2(gl_FragCoord.xy), coc);
     if (most_of(inside) > 0.0) inside *= seen_at(ivec2(gl_FragCoord.xy), coc);
     if (most_of(inside) > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, place.xy, coc);
     if (most_of(inside) == 0.0) discard;

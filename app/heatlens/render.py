@@ -262,7 +262,7 @@ class FrameRenderer:
     ) -> Steps[moderngl.Texture]:
         """Blur a picture, in a unit of light in which a white surface is about 1."""
         color, scale = loaded.color, loaded.light_scale
-        if scale != 1.0:
+        if scale != 1.0 and loaded.cutout is None:
             color = pipeline.scratch.texture("scaled colour", color.size, 4)
             self._passes.crop.run(loaded.color, (0, 0), color, light_scale=scale)
         picture = yield from pipeline.steps(
@@ -272,6 +272,7 @@ class FrameRenderer:
             shot.defocus,
             loaded.plate.has_alpha,
             loaded.fragments,
+            cutout=loaded.cutout,
         )
         if scale == 1.0:
             return picture

@@ -46,6 +46,19 @@ def test_a_click_beside_all_things_marks_the_point(walk):
     assert marked(walk, (2, 2)) == PointMark("A", 2.0, 2.0)
 
 
+def test_a_click_tells_what_is_never_blurred(walk):
+    reading = walk.files.commands.reading
+    walk.time.marks.pick_thing(reading.take_thing, "never_blur")
+    walk.time.marks.set_point((14, 10))
+    until(walk, lambda: walk.source.plate.cutout is not None, "the cutout")
+    assert walk.editing.shot.plate_options.never_blur == "Crypto:hero"
+    assert walk.editing.shot.marks == ()
+    walk.time.marks.pick_thing(reading.take_thing, "never_blur")
+    walk.time.marks.set_point((2, 2))
+    until(walk, lambda: "No Cryptomatte" in walk.messages.text, "the answer")
+    assert isinstance(marked(walk, (2, 2)), PointMark)  # the click after it sets a mark
+
+
 def test_the_distances_of_a_thing_are_drawn_with_a_gap_where_it_is_hidden(walk):
     marked(walk, (14, 10))
 

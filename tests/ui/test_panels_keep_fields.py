@@ -101,7 +101,9 @@ def test_the_lens(screen, facts):
 
 
 def test_how_the_plate_is_read(screen, facts):
-    kept_fields(lambda value: plate_panel(value, facts, unheard, lambda: None), PlateOptions())
+    kept_fields(
+        lambda value: plate_panel(value, facts, unheard, lambda: None, unheard), PlateOptions()
+    )
 
 
 def test_the_view(screen):

@@ -116,3 +116,5 @@ class ReadingOptions(TypedDict, total=False):
     depth_known: KnownDistance | str | None
     depth_side: DepthSide | Literal["none", "right", "left", "bottom", "top"]
     flat_depth: str | None
+    never_blur: str | None
+    only_blur: str | None

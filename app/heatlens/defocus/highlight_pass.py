@@ -8,6 +8,7 @@ from typing import Any
 import moderngl
 
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
+from heatlens.defocus.cutout_pass import SharpPart
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.listed_fragments import (
@@ -279,8 +280,9 @@ class HighlightDrawPass:
         picture: Fragments,
         optics: Optics,
         color: moderngl.Texture,
+        sharp: SharpPart | None = None,
     ) -> Iterator[None]:
-        """Add every disc of the list to `color`, except where `picture` hides it.
+        """Add every disc of the list to `color`, except where `picture` or `sharp` hides it.
 
         It is drawn in bands without a GPU, so that many large discs do not hold up the window.
         """
@@ -288,7 +290,7 @@ class HighlightDrawPass:
         rows = max(1, _PIXELS_A_BAND // width) if self._is_cut else height
         for first in range(0, height, rows):
             band = (0, first, width, rows)
-            self._draw_band(buffers, picture, optics, color, band)
+            self._draw_band(buffers, picture, optics, color, band, sharp)
             yield
 
     def _draw_band(
@@ -298,6 +300,7 @@ class HighlightDrawPass:
         optics: Optics,
         color: moderngl.Texture,
         band: tuple[int, int, int, int],
+        sharp: SharpPart | None,
     ) -> None:
         """Draw only into `band` (x, y, width, height); set all state that others change."""
         listed = picture.lists is not None
@@ -312,10 +315,13 @@ class HighlightDrawPass:
                 "kind_tx": picture.kind,
                 "far_tx": picture.far,
                 "near_tx": picture.near,
+                "cutout_tx": picture.color if sharp is None else sharp.light,
+                "cutout_coc_tx": picture.coc if sharp is None else sharp.coc,
             }
             | self._openings.of(optics.disc.aperture),
             uniforms=optics.disc.uniforms
             | {"picture_size": color.size, "nearest_px": optics.nearest_px}
+            | {"has_cutout": sharp is not None}
             | list_uniforms(picture.lists),
             buffers=list_buffers(picture.lists),
         )

@@ -69,9 +69,15 @@ PASSES: tuple[Pass, ...] = (
         | _comp("proxy_lists", "proxy_silhouettes", variants=_COUNT),
         pass_costs.proxy_bytes,
         _own("proxy colour", "proxy depth", "proxy places", "proxy starts", "proxy fragments")
-        | _own("proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide places"),
+        | _own("proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide places")
+        | _own("proxy cutout", "proxy cutout alpha", "proxy cutout depth", "proxy ground"),
     ),
-    Pass("coc", _comp("coc", "coc_shift"), pass_costs.coc_bytes, _own("coc", "colours kept")),
+    Pass(
+        "coc",
+        _comp("coc", "coc_shift"),
+        pass_costs.coc_bytes,
+        _own("coc", "cutout coc", "colours kept"),
+    ),
     # Alpha as a picture of its own, which is layered before the colour.
     Pass(
         "alpha", _comp("alpha_as_color", "alpha_join"), pass_costs.alpha_bytes, _own("alpha plate")
@@ -159,7 +165,7 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "composite",
-        _comp("composite", variants=either("MIXED")),
+        _comp("composite", variants=either("MIXED")) | _comp("cutout_over", "cutout_ground"),
         pass_costs.composite_bytes,
         reads_last=("layer", "behind"),
     ),

@@ -3,6 +3,7 @@
 import moderngl
 
 from heatlens.defocus.blur_pass import BlurPass
+from heatlens.defocus.cutout_pass import CutoutPass
 from heatlens.defocus.far_parts import FarPartsPass
 from heatlens.defocus.fragment_pass import FragmentPass
 from heatlens.defocus.highlight_pass import (
@@ -51,6 +52,7 @@ class DefocusPasses:
         self.blur = BlurPass(solver)
         self.far_parts = FarPartsPass(ctx, self.blur)
         self.composite = CompositePass(ctx)
+        self.cutout = CutoutPass(ctx)
         self.limits = LimitsPass(ctx)
         self.split_highlights = HighlightSplitPass(ctx, self.blur)
         self.list_highlights = HighlightListPass(ctx)

@@ -16,6 +16,7 @@ import moderngl
 
 from heatlens.defocus.blur_pass import PACKED, BlurTargets, Diffusion, Over, pole_layers
 from heatlens.defocus.color_rounds import ColorRounds
+from heatlens.defocus.cutout_pass import CutoutTextures, SharpPart
 from heatlens.defocus.far_parts import FAR_FROM_PX, FarField, FarSurfaces, is_in_parts, with_far_cut
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.highlight_pass import (
@@ -65,6 +66,7 @@ class DefocusPipeline:
         has_alpha: bool = False,
         fragments: FragmentBuffers | None = None,
         places: moderngl.Texture | None = None,
+        cutout: CutoutTextures | None = None,
     ) -> Steps[moderngl.Texture]:
         """Render the picture with depth of field, RGBA float32, at proxy size.
 
@@ -73,20 +75,29 @@ class DefocusPipeline:
         `color` is RGBA, `depth` metres, or signed coc in pixels if `optics.line` is None. Without
         `has_alpha` the result's alpha is 1. `fragments` are the surfaces behind the visible ones;
         methods with one layer ignore them. `places`, RGBA, are subpixel positions of the light.
+        `cutout` stays sharp; then its rest is blurred in place of `color` and `depth`.
         """
+        if cutout is not None:
+            color, depth = cutout.rest, cutout.rest_depth
         self._places = places
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
-            whole = PlateTextures(color, depth, fragments)
+            whole = PlateTextures(color, depth, fragments, cutout=cutout)
             reduced = yield from self._reduced.steps(whole, optics, settings, self.scratch)
             if fragments is None:  # what is behind silhouettes is not enough for parts of the lens
                 settings = replace(settings, parts=1)
             color, depth, fragments = reduced.color, reduced.depth, reduced.fragments
-            self._places = reduced.places
+            self._places, cutout = reduced.places, reduced.cutout
             optics = optics.scaled(settings.proxy)
 
         def blurred(seen: Optics) -> Steps[moderngl.Texture]:
-            return self._blurred(color, depth, seen, settings, has_alpha, fragments)
+            ground = None if cutout is None else cutout.ground
+            with_alpha = has_alpha or ground is not None
+            work = color, depth, seen, settings, with_alpha, fragments, cutout
+            picture = yield from self._blurred(*work)
+            if ground is not None:
+                self._passes.cutout.over_ground(ground, picture, is_opaque=not has_alpha)
+            return picture
 
         if optics.disc.axial_px == 0.0 or settings.method in SAMPLING_COLORS:
             return (yield from self._rounds.in_one(blurred, optics))
@@ -100,34 +111,47 @@ class DefocusPipeline:
         settings: DefocusSettings,
         has_alpha: bool,
         fragments: FragmentBuffers | None,
+        cutout: CutoutTextures | None,
     ) -> Steps[moderngl.Texture]:
         """Blur a picture at proxy size, with one focus for all colours."""
-        coc = depth
-        if optics.line is not None or optics.plate_shift_px:
-            coc = self.scratch.texture("coc", depth.size, 1)
-            found = self._passes.coc.steps(depth, optics.line, coc, optics.plate_shift_px)
-            yield from self._named("coc", found)
+        coc = yield from self._coc("coc", depth, optics)
+        sharp = None
+        if cutout is not None:
+            sharp_coc = yield from self._coc("cutout coc", cutout.depth, optics)
+            sharp = SharpPart(cutout.light, cutout.alpha, sharp_coc)
         if layers_for(settings) == 1:
             blurred = yield from self._in_one_layer(color, coc, optics, settings)
+            if sharp is not None:
+                self._passes.cutout.on_top(sharp, coc, blurred)
             self._passes.limits.run(blurred, is_opaque=not has_alpha)
             yield self.scratch.passed("limits")
             return blurred
         has_highlights = settings.bokeh is Bokeh.DISC
         lists = listed_through(fragments, optics, has_alpha)
-        layered = self._layered(color, coc, optics, settings, "out", has_highlights, lists)
+        layered = self._layered(color, coc, optics, settings, "out", has_highlights, lists, sharp)
         if not has_alpha:
             return (yield from layered)
         alpha_color = self.scratch.texture("alpha plate", color.size, 4)
         self._passes.alpha.as_color(color, alpha_color)
         yield self.scratch.passed("alpha")
         covers = None if lists is None else lists.of_alpha()
+        shown = None if sharp is None else sharp.of_alpha()
         alpha = yield from self._layered(
-            alpha_color, coc, optics, settings, "alpha out", False, covers
+            alpha_color, coc, optics, settings, "alpha out", False, covers, shown
         )
         out = yield from layered
         self._passes.alpha.join(alpha, out)
         yield self.scratch.passed("alpha")
         return out
+
+    def _coc(self, name: str, depth: moderngl.Texture, optics: Optics) -> Steps[moderngl.Texture]:
+        """Return the signed coc of a depth, which may be one already."""
+        if optics.line is None and not optics.plate_shift_px:
+            return depth
+        coc = self.scratch.texture(name, depth.size, 1)
+        found = self._passes.coc.steps(depth, optics.line, coc, optics.plate_shift_px)
+        yield from self._named("coc", found)
+        return coc
 
     def _in_one_layer(
         self,
@@ -166,6 +190,7 @@ class DefocusPipeline:
         name: str,
         has_highlights: bool,
         lists: ListedFragments | None = None,
+        sharp: SharpPart | None = None,
     ) -> Steps[moderngl.Texture]:
         """Blur layers far to near, and composite them in the texture called `name`."""
         listed = around = None
@@ -178,9 +203,9 @@ class DefocusPipeline:
         far = yield from self._far_field(color, coc, optics, settings, lists)
         picture = yield from self._fragmented(color, coc, optics, lists, around)
         out = self.scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
-        yield from self._over_each_other(picture, optics, settings, far, out)
+        yield from self._over_each_other(picture, optics, settings, far, sharp, out)
         if listed is not None:
-            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out)
+            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out, sharp)
             yield from self._named("highlights drawn", drawn)
         self.scratch.passed("highlights drawn")
         return out
@@ -191,6 +216,7 @@ class DefocusPipeline:
         optics: Optics,
         settings: DefocusSettings,
         far: FarField | None,
+        sharp: SharpPart | None,
         out: moderngl.Texture,
     ) -> Steps[None]:
         """Blur the layers of a picture, and composite them over `out`."""
@@ -202,6 +228,7 @@ class DefocusPipeline:
         found = self._passes.tiles.look_through(picture, sizes, self.scratch)
         tiles = iter(self._passes.tiles.find(found, sizes, optics, self.scratch))
         yield self.scratch.passed("tiles")
+        farther_px = math.inf
         for number, plan in enumerate(plans):
             self._tell_progress(number, len(plans))
             behind = self._kept(out) if plan.share < 1.0 else out
@@ -212,6 +239,11 @@ class DefocusPipeline:
                     yield "composite"
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
                 self._passes.far_parts.over(far, out)
+            if sharp is not None:
+                near = plan.cut.near  # in the nearest layer that holds some of its surroundings
+                nearer_px = -math.inf if plan.cut.is_nearest else near.at_px + near.half_width_px
+                self._passes.cutout.over_layers(sharp, (nearer_px, farther_px), out)
+                farther_px = nearer_px
             self.scratch.passed("composite")
 
     def _blurred_layer(

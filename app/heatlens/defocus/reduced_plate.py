@@ -1,9 +1,10 @@
 """Reduce a plate to proxy size, and keep the reduced plate while lens and settings change."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import moderngl
 
+from heatlens.defocus.cutout_pass import CutoutTextures
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.plate_passes import ProxyPass, proxy_size
@@ -29,12 +30,14 @@ class PlateTextures:
     depth      metres, or signed coc in pixels for a plate that has no distances
     fragments  the surfaces along the ray of each pixel; None if the plate has no lists
     places     RGBA, subpixel positions of the light; None if they are not known
+    cutout     what is kept from the blur; None if all is blurred
     """
 
     color: moderngl.Texture
     depth: moderngl.Texture
     fragments: FragmentBuffers | None = None
     places: moderngl.Texture | None = None
+    cutout: CutoutTextures | None = None
 
 
 class ReducedPlate:
@@ -64,14 +67,18 @@ class ReducedPlate:
         places = scratch.texture("proxy places", size, 4, "f2")
         has_lists = optics.line is not None and layers_for(settings) > 1
         room = self._room(whole.fragments, size, scratch) if has_lists else None
+        cutout = None if whole.cutout is None else _cutout_room(whole.cutout, size, scratch)
         if self._held != (proxy, has_lists):
             scale = proxy if optics.line is None else 1.0
             self._pass.run(whole.color, whole.depth, scale, color, depth, places)
             if room is not None:
                 self._list(whole, places, room, depth)
+            if whole.cutout is not None and cutout is not None:
+                for light, out in cutout.lights_of(whole.cutout):
+                    self._pass.run(light, whole.cutout.depth, scale, out, cutout.depth)
             self._held = proxy, has_lists
             yield scratch.passed("proxy")
-        return PlateTextures(color, depth, None if room is None else room.held, places)
+        return PlateTextures(color, depth, None if room is None else room.held, places, cutout)
 
     def _list(
         self,
@@ -103,3 +110,14 @@ class ReducedPlate:
     def forget(self) -> None:
         """Forget the reduced plate, because the plate's textures have new content."""
         self._held = _NOTHING_HELD
+
+
+def _cutout_room(whole: CutoutTextures, size: tuple[int, int], scratch: Scratch) -> CutoutTextures:
+    """Return a cutout of another size, but with the same rest, which is reduced as a plate is."""
+    return replace(
+        whole,
+        light=scratch.texture("proxy cutout", size, 4),
+        alpha=None if whole.alpha is None else scratch.texture("proxy cutout alpha", size, 4),
+        depth=scratch.texture("proxy cutout depth", size, 1),
+        ground=None if whole.ground is None else scratch.texture("proxy ground", size, 4),
+    )

@@ -78,7 +78,10 @@ def plate_bytes(plate: Plate) -> int:
     depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
     lists = 0 if plate.fragments is None else plate.fragments.nbytes
     lists += 0 if plate.beyond is None else plate_bytes(plate.beyond)
-    return plate.color.nbytes + (0 if depth is None else depth.nbytes) + lists
+    pixels = plate.color.nbytes + (0 if depth is None else depth.nbytes)
+    # A cutout has as much for each of its two parts, and a share of each pixel.
+    cut = 0 if plate.cutout is None else 2 * pixels + plate.cutout.share.nbytes
+    return pixels + cut + lists
 
 
 class PlateShelf:

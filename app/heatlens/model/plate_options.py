@@ -204,7 +204,9 @@ class PlateOptions:
     depth_model      a network that estimates the depth, in place of a depth that is stored
     depth_model_output  what its values are
     depth_known      scales its values
-    flat_depth       a thing whose depth is replaced by its median or a plane
+    flat_depth       a thing whose depth is replaced by its median, a plane or its nearest
+    never_blur       a thing that stays as it is in the picture
+    only_blur        the only thing that is blurred
 
     Raises InputError for an unknown convention, kind or curve, and for an impossible unit.
     """
@@ -342,7 +344,21 @@ class PlateOptions:
         None,
         "flat depth",
         "mend a wrong depth inside a matte, cryptomatte:THING, CHANNEL:ID or matte:CHANNEL: its "
-        "median becomes the depth of all of it, or with plane: before it a plane",
+        "median becomes the depth of all of it, or with plane: or nearest: before it a plane, or "
+        "its nearest part",
+        metavar="MATTE",
+    )
+    never_blur: str | None = option_field(
+        None,
+        "never blur",
+        "keep a thing sharp at any focus, such as a title or the insert of a screen, by its "
+        "matte: cryptomatte:THING, CHANNEL:ID or matte:CHANNEL",
+        metavar="MATTE",
+    )
+    only_blur: str | None = option_field(
+        None,
+        "only blur",
+        "blur nothing but the thing in a matte, named likewise",
         metavar="MATTE",
     )
 

@@ -36,6 +36,7 @@ def behind_layers(parts: Sequence[Part]) -> tuple[str, ...]:
 def layer_options(options: PlateOptions, layer: str) -> PlateOptions:
     """Return how to read a layer of the plate's own file; its depth is found by its name."""
     own = replace(options, depth_channel=None, depth_source=None, depth_model=None)
+    own = replace(own, never_blur=None, only_blur=None)
     return replace(own, color_layer=layer, behind=(), behind_conventions=())
 
 

@@ -131,6 +131,24 @@ def read_pixels(color: FloatImage, depth: FloatImage, is_coc: bool) -> ReadPixel
 
 
 @dataclass(frozen=True, eq=False)
+class Cutout:
+    """What a matte keeps from the blur, and the rest of the picture, which is blurred.
+
+    light  (H, W, 4) of what is kept, times its share; also where it goes on behind something nearer
+    share  (H, W) of each pixel, 0..1
+    depth  (H, W) of what is kept, as the plate has it
+    rest   the picture without it; what it hides is guessed
+    ground  (H, W, 4) over which the rest is blurred, which has alpha then; None: it has all of it
+    """
+
+    light: FloatImage
+    share: FloatImage
+    depth: FloatImage
+    rest: ReadPixels
+    ground: FloatImage | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Plate:
     """One pinhole picture with its depth, over the data window.
 
@@ -158,6 +176,7 @@ class Plate:
     # The same with more pixels on every side, from other frames: what blurs in across the border.
     beyond: "Plate | None" = None
     world_to_camera: NDArray[np.float64] | None = None  # 4x4 in metres, where the header tells it
+    cutout: Cutout | None = None  # what a matte keeps from the blur
 
     @property
     def color(self) -> FloatImage:

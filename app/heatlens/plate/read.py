@@ -35,6 +35,7 @@ from heatlens.plate.header.channel_choice import ColorChoice, NoDepthError, choo
 from heatlens.plate.header.channels import Header, Part, compression_name, list_channels, pixels_of
 from heatlens.plate.header.placement import rigid_at
 from heatlens.plate.header.views import views_of
+from heatlens.plate.mattes.cutout import with_cutout
 from heatlens.plate.mattes.flat_depth import with_flat_depth
 from heatlens.plate.parts.carried import carried
 from heatlens.plate.picture.portrait import focused_as_taken
@@ -56,7 +57,7 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
         own = file_options(options, number)
         own = deep_options(own) if is_deep_file(other) else own
         behind[options.behind[number]] = _read_behind(other, own)
-    return with_behind(plate, list(behind.values()), list(behind))
+    return with_cutout(with_behind(plate, list(behind.values()), list(behind)), options)
 
 
 def _read_behind(path: Path, options: PlateOptions) -> Plate:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import moderngl
 
+from heatlens.defocus.cutout_pass import CutoutTextures
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
@@ -23,7 +24,8 @@ class Pinhole:
     peeled     of a scene: the known surfaces behind all of that; None for a hurried picture
     beyond     of a plate: the same with a margin that other frames showed, see `Plate.beyond`
     light_scale  the factor on `color` before the blur; the picture is divided by it
-                 afterwards, and `fragments` are multiplied already
+                 afterwards, and `fragments` and `cutout` are multiplied already
+    cutout     of a plate: what a matte keeps from the blur
     """
 
     plate: Plate
@@ -35,3 +37,4 @@ class Pinhole:
     peeled: Peeled | None = None
     light_scale: float = 1.0
     beyond: "Pinhole | None" = None
+    cutout: CutoutTextures | None = None

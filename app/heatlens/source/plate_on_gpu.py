@@ -7,15 +7,16 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.base.errors import InputError
+from heatlens.defocus.cutout_pass import CutoutTextures
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_storage_fits
-from heatlens.gpu.textures import FloatArray, new_texture, uploading
+from heatlens.gpu.textures import FloatArray, new_texture, upload, uploading
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
-from heatlens.plate.plate import Plate
+from heatlens.plate.plate import Pixels, Plate
 from heatlens.source.pinhole import Pinhole
 
 _BRIGHT_PERCENT = 90.0  # percentile of the light that counts as bright
@@ -64,7 +65,7 @@ class PlateOnGpu:
         If the steps are not completed, nothing is loaded.
         """
         room = self._textures(plate)
-        self._release_fragments()
+        self._release_parts()
         self._held = None
         try:
             for part, (color, depth) in room:
@@ -82,7 +83,14 @@ class PlateOnGpu:
         """Return the pinhole picture of a plate whose pixels have been uploaded."""
         scale, (widest, textures) = light_scale(plate.color), room[-1]
         fragments = self._fragments_of(widest, scale)
-        wide = Pinhole(widest, *textures, widest.bins, fragments, light_scale=scale)
+        wide = Pinhole(
+            widest,
+            *textures,
+            widest.bins,
+            fragments,
+            light_scale=scale,
+            cutout=self._cutout_of(widest, scale),
+        )
         if widest is plate:
             return wide
         if fragments is not None:  # lists of the whole serve the frame as well
@@ -90,7 +98,40 @@ class PlateOnGpu:
             x, y = own.x0 - all_.x0, own.y0 - all_.y0
             fragments = fragments.part(Box(x, y, x + own.width, y + own.height))
         framed = room[0][1]
-        return Pinhole(plate, *framed, plate.bins, fragments, light_scale=scale, beyond=wide)
+        return Pinhole(
+            plate,
+            *framed,
+            plate.bins,
+            fragments,
+            light_scale=scale,
+            beyond=wide,
+            cutout=self._cutout_of(plate, scale),
+        )
+
+    def _cutout_of(self, plate: Plate, light_scale: float) -> CutoutTextures | None:
+        """Upload what the plate keeps from the blur, with its light multiplied."""
+        if (cutout := plate.cutout) is None:
+            return None
+        size, share = (plate.data_window.width, plate.data_window.height), cutout.share[..., None]
+        factor = np.array([light_scale] * 3 + [1.0], np.float32)
+
+        def held(pixels: FloatArray) -> moderngl.Texture:
+            channels = pixels.size // (size[0] * size[1])
+            texture = new_texture(self._ctx, size, channels, label="cutout")
+            upload(texture, np.ascontiguousarray(pixels, np.float32))
+            return texture
+
+        light, alpha = cutout.light[..., :3] * factor[:3], cutout.light[..., 3:]
+        return CutoutTextures(
+            held(np.concatenate([light, share], axis=-1)),
+            held(np.concatenate([alpha] * 3 + [share], axis=-1))
+            if plate.has_alpha or cutout.ground is not None
+            else None,
+            held(cutout.depth),
+            held(cutout.rest.color * factor),
+            held(_depth_or_coc(cutout.rest)),
+            None if cutout.ground is None else held(cutout.ground * factor),
+        )
 
     def _fragments_of(self, plate: Plate, light_scale: float) -> FragmentBuffers | None:
         """Upload the plate's fragment lists to the GPU. Raises GpuError if they do not fit."""
@@ -107,9 +148,14 @@ class PlateOnGpu:
             is_exact=lists.is_measured,  # all surfaces of a deep file come from one render
         )
 
-    def _release_fragments(self) -> None:
-        if self._held is not None and self._held.fragments is not None:
+    def _release_parts(self) -> None:
+        if self._held is None:
+            return
+        if self._held.fragments is not None:
             self._held.fragments.release()
+        for it in (self._held, self._held.beyond):
+            if it is not None and it.cutout is not None:
+                it.cutout.release()
 
     def _textures(self, plate: Plate) -> _Room:
         """Return textures for the plate and what is beyond: the previous ones if all sizes fit."""
@@ -167,7 +213,7 @@ class PlateOnGpu:
 
     def release(self) -> None:
         if self._held is not None:
-            self._release_fragments()
+            self._release_parts()
             for it in (self._held, self._held.beyond):
                 if it is not None:
                     _release((it.color, it.depth))
@@ -179,7 +225,7 @@ def _release(textures: _Textures) -> None:
         texture.release()
 
 
-def _depth_or_coc(plate: Plate) -> FloatArray:
+def _depth_or_coc(plate: Plate | Pixels) -> FloatArray:
     depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
     assert depth is not None
     return np.ascontiguousarray(depth, np.float32)

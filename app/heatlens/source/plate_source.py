@@ -163,7 +163,7 @@ class _PlateLoader:
 
 def black_plate(plate: Plate) -> Plate:
     """Return a plate of the same size without any light, and without surfaces at any depth."""
-    plate = replace(plate, fragments=None, behind=(), beyond=None)
+    plate = replace(plate, fragments=None, behind=(), beyond=None, cutout=None)
     color = np.zeros_like(plate.color)
     if not plate.has_alpha:
         color[..., 3] = 1.0

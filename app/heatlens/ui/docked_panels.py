@@ -156,7 +156,8 @@ class DockedPanels:
             *(facts.lens, self._doubts(), reading.read),
         )
         ask = partial(self._ui.dialogs.ask, "behind")
-        reading.change(plate_panel(reading.options, shown, self._say, ask))
+        pick = partial(self._time.marks.pick_thing, reading.take_thing)
+        reading.change(plate_panel(reading.options, shown, self._say, ask, pick))
 
     def _export(self) -> None:
         exports = self._ui.files.exports

@@ -15,6 +15,8 @@ from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, TrackMark, WorldMark
 from heatlens.model.measured_distance import as_measured_m, measured_text
+from heatlens.model.option import options_of
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.pull import frames_too_close
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import LensParameter, Shot
@@ -119,6 +121,9 @@ def _about(shot: Shot, unit: str) -> str:
     ]
     if shot.framing is not None:
         lines.append(("scene seen", _framing_words(shot.framing)))
+    for field in ("never_blur", "only_blur"):
+        if thing := getattr(shot.plate_options, field):
+            lines.append((options_of(PlateOptions)[field].words, printable(thing)))
     if shot.in_out is not None:
         lines.insert(2, ("in to out", str(shot.in_out)))
     if shot.start_timecode is not None:

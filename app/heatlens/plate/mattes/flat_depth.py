@@ -11,13 +11,16 @@ from heatlens.plate.mattes.matte_distance import SURE
 from heatlens.plate.mattes.mattes import UnknownThingError, matte_of
 from heatlens.plate.plate import FloatImage, Plate, ReadPixels
 
-_PLANE = "plane:"
+_PLANE, _NEAREST = "plane:", "nearest:"
+_NEAREST_PERCENT = 98.0  # of its pixels lie behind its nearest part
 _LEAST_PX = 4
 _STRAY = 3.0  # medians of the distance to the plane, beyond which a pixel is left out of the fit
 
 
 def with_flat_depth(plate: Plate, text: str | None) -> Plate:
-    """Return the plate with one depth inside a matte: its median, or a plane after `plane:`.
+    """Return the plate with one depth inside a matte: its median, or as a first word tells.
+
+    `plane:` is the plane that fits most of it, `nearest:` the depth of its nearest part.
 
     A frame without the thing stays as it is. Raises InputError as `matte_of` does, for a plate
     without distances and for one that holds its hidden surfaces.
@@ -29,7 +32,7 @@ def with_flat_depth(plate: Plate, text: str | None) -> Plate:
     if plate.fragments is not None:
         raise InputError(f"{plate.path} is deep: the depth of a thing cannot be flattened in it.")
     try:
-        inside = matte_of(plate, text.removeprefix(_PLANE)) >= SURE
+        inside = matte_of(plate, text.removeprefix(_PLANE).removeprefix(_NEAREST)) >= SURE
     except UnknownThingError:
         return plate
     depth_m = plate.depth_m
@@ -38,7 +41,11 @@ def with_flat_depth(plate: Plate, text: str | None) -> Plate:
     if len(dioptres) < _LEAST_PX:
         return plate
     flat: FloatImage = depth_m.copy()
-    level = _plane(inside, dioptres) if text.startswith(_PLANE) else np.median(dioptres)
+    level: float | NDArray[np.float64] = float(np.median(dioptres))
+    if text.startswith(_PLANE):
+        level = _plane(inside, dioptres)
+    elif text.startswith(_NEAREST):
+        level = float(np.percentile(dioptres, _NEAREST_PERCENT))
     with np.errstate(divide="ignore"):
         flat[inside] = 1.0 / np.maximum(level, 0.0)
     return replace(plate, pixels=ReadPixels(plate.color, flat))

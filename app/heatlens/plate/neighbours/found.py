@@ -8,6 +8,7 @@ import numpy as np
 from heatlens.model.boxes import Box
 from heatlens.plate.behind import with_behind
 from heatlens.plate.deep.stacked import lists_over
+from heatlens.plate.mattes.cutout import with_cutout_of
 from heatlens.plate.neighbours.agreed import agreed
 from heatlens.plate.neighbours.border import widened
 from heatlens.plate.neighbours.hidden import APART, could_be_seen, hidden_points, surfaces
@@ -142,7 +143,7 @@ def _framed(plate: Plate, wide: Plate) -> Plate:
     lists = wide.fragments
     if lists is not None:
         lists = lists_over(lists, wide.data_window, window)
-    return replace(plate, fragments=lists, behind=wide.behind, beyond=wide)
+    return replace(plate, fragments=lists, behind=wide.behind, beyond=with_cutout_of(plate, wide))
 
 
 def _alone(plate: Plate, color: FloatImage, depth_m: FloatImage) -> Plate:

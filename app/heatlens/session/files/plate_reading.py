@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+from heatlens.model.option import Values
 from heatlens.model.plate_options import PlateOptions
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.shared import Commands, Shared
@@ -54,6 +55,11 @@ class PlateReading(Commands):
             self.options = options
             if not _lacks_ends(options):
                 self._open(options)
+
+    def take_thing(self, field: str, matte: str) -> None:
+        """Read the plate with another thing in one of its options."""
+        changed: Values = {field: matte}
+        self.change(replace(self.options, **changed))
 
     def add_behind(self, entry: Entry | None, path: Path) -> None:
         """Read the plate with one more picture of what lies behind: a file, or a pattern.

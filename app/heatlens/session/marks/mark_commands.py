@@ -1,6 +1,8 @@
 """The commands on focus marks: set them, focus on them, pull to them, follow them."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from math import inf
 
 from heatlens.base.background import Background
@@ -66,6 +68,7 @@ class MarkCommands(Commands, Worker):
         self._picker: Background[PointMark | MatteMark] = Background(self._wake)
         self.tracking = SurfaceTracking(shared, self._take_tracked)
         self.corrected: str | None = None  # the tracked mark that the next click corrects
+        self._thing_asked: Callable[[str], None] | None = None  # takes the matte of the next click
         self.things = ThingDistances(self._wake)
         self.workers: tuple[Worker, ...] = (self, self.things, self.tracking)
 
@@ -84,7 +87,8 @@ class MarkCommands(Commands, Worker):
     def set_point(self, pixel: tuple[int, int]) -> None:
         """Set a mark at a pixel of the display window: on the thing there, else on the point.
 
-        A plate with mattes of things is read again for that, on a thread.
+        After `pick_thing` or `correct` it answers that instead. A plate with mattes of things is
+        read again for that, on a thread.
         """
         plate = self._source.plate
         if plate is None:
@@ -99,10 +103,27 @@ class MarkCommands(Commands, Worker):
             corrected, self.corrected = self.named(self.corrected), None
             if isinstance(corrected, TrackMark):
                 self.track(corrected, point)
+            elif self._thing_asked is not None and not has_things(plate):
+                self._answer(point)
             elif has_things(plate):
                 self._picker.start(lambda: on_thing(plate, point))
             else:
                 self._add(point)
+
+    def pick_thing(self, take: Callable[[str, str], None], field: str) -> None:
+        """Let the next click that would set a mark tell the thing of an option."""
+        self._thing_asked = partial(take, field)
+        self._say("Ctrl+Shift+click on the thing.")
+
+    def _answer(self, mark: PointMark | MatteMark) -> None:
+        """Set a mark, or answer what was asked with its thing."""
+        take, self._thing_asked = self._thing_asked, None
+        if take is None:
+            self._add(mark)
+        elif isinstance(mark, MatteMark):
+            take(mark.matte)
+        else:
+            self._say("No Cryptomatte or channel of ids tells a thing there: type its matte.")
 
     def _add(self, mark: Mark) -> None:
         self.pull_to = mark.name
@@ -349,7 +370,7 @@ class MarkCommands(Commands, Worker):
                 self._take(*found)
             picked = self._picker.poll()
             if picked is not None:
-                self._add(picked)
+                self._answer(picked)
 
     def _drawn(self) -> _Measured | None:
         """Continue to measure through a scene; return the measurement once it is complete.

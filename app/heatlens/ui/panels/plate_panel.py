@@ -19,6 +19,7 @@ from heatlens.session.loop.messages import window_words
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.behind_rows import behind_rows
 from heatlens.ui.panels.depth_scale import draw_histogram, draw_scale
+from heatlens.ui.panels.matte_rows import matte_rows
 
 _BAR_EM = 4.2
 _BY_NAME = "found by name"
@@ -48,11 +49,16 @@ class PlateFacts:
 
 
 def plate_panel(
-    options: PlateOptions, facts: PlateFacts, say: Say, ask_behind: Callable[[], None]
+    options: PlateOptions,
+    facts: PlateFacts,
+    say: Say,
+    ask_behind: Callable[[], None],
+    pick: Callable[[str], None],
 ) -> PlateOptions:
     """Draw the panel; return the options for reading the plate, as the user left them.
 
-    `ask_behind` opens the dialog for another background picture.
+    `ask_behind` opens the dialog for another background picture. `pick` lets the next click tell
+    the thing of an option.
     """
     is_of_behind = replace(options, behind=facts.read.behind) == facts.read
     _depth(facts)
@@ -69,8 +75,9 @@ def plate_panel(
     reports = {report.name: report for report in facts.plate.behind}
     behind = behind_rows(options.behind, reports, facts.problem if is_of_behind else "", ask_behind)
     neighbours = widgets.pick("neighbours", options.neighbours, _NEIGHBOURS, _NEIGHBOURS_TIP)
+    options = matte_rows(replace(options, behind=behind, neighbours=neighbours), say, pick)
     _file(facts)
-    return replace(options, behind=behind, neighbours=neighbours)
+    return options
 
 
 # What was read
@@ -185,12 +192,7 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
     options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))
     tip = "Removes single pixels far brighter than their neighbours, a fault of path tracers."
     despike = widgets.check("take out bright grains", options.despike, tip=tip)
-    tip = "Mends a wrong depth inside a matte, such as cryptomatte:card or plane:matte:mask.A."
-    widgets.label("flat depth", tip)
-    flat = widgets.text_field(
-        "flat depth", options.flat_depth or "", options.flat_depth, widgets.optional(str.strip), say
-    )
-    options = replace(options, despike=despike, flat_depth=flat)
+    options = replace(options, despike=despike)
     if not plate.views:
         return options
     return replace(

@@ -1,0 +1,20 @@
+// Puts the sharp ground behind what alone is blurred.
+//
+// Input
+//   ground_tx   rgb, a alpha, both premultiplied
+// Output
+//   color_img   rgb, a alpha (read and written)
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D ground_tx;
+uniform bool is_opaque;  // alpha is exactly 1
+layout(rgba32f) uniform image2D color_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(color_img)))) return;
+    vec4 color = imageLoad(color_img, at);
+    color += (1.0 - color.a) * texelFetch(ground_tx, at, 0);
+    imageStore(color_img, at, vec4(max(color.rgb, 0.0), is_opaque ? 1.0 : color.a));
+}
