@@ -5,7 +5,8 @@ import pytest
 from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.model.plate_options import DepthConvention, DepthSide, PlateOptions
+from heatlens.model.depth_words import DepthConvention, DepthSide
+from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.parts.header_read import read_color_header
 from heatlens.plate.read import read_plate
 from heatlens.plate.windows import box_at_header

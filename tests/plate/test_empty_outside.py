@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from heatlens.model.boxes import Box
+from heatlens.model.depth_words import DepthConvention
 from heatlens.model.lens import Lens
-from heatlens.model.plate_options import DepthConvention, PlateOptions
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from heatlens.plate.deep.empty_outside import window_of_all

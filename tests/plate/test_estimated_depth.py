@@ -11,14 +11,14 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import (
+from heatlens.model.depth_words import (
     DepthConvention,
     DepthModelOutput,
     KnownDistance,
-    PlateOptions,
     parse_known_distance,
 )
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.estimate.calm import Estimated, Fit, fitted
 from heatlens.plate.estimate.chain import forget

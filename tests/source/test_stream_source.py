@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import HeatlensError
-from heatlens.model.plate_options import DepthConvention, PlateOptions
+from heatlens.model.depth_words import DepthConvention
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.source import stream_source
 from heatlens.source.opener import SourceOpener

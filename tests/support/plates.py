@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.model.boxes import Box
+from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.lens import Lens
-from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.plate.plate import CameraHeader, DepthReport, Plate, ReadPixels
 
 Image = npt.NDArray[np.float32]

@@ -6,15 +6,15 @@ A test compares them with the fields of `OpeningFields`, `DefocusSettings` and `
 import os
 from typing import Literal, TypedDict
 
-from heatlens.model.opening_image import OpeningImage
-from heatlens.model.plate_options import (
+from heatlens.model.depth_words import (
     DepthConvention,
     DepthKind,
     DepthModelOutput,
     DepthSide,
     KnownDistance,
-    PictureCurve,
 )
+from heatlens.model.opening_image import OpeningImage
+from heatlens.model.plate_options import PictureCurve
 from heatlens.model.settings import Bokeh, Method, Quality
 
 Path = str | os.PathLike[str]

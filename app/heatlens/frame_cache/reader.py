@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.model.plate_options import DepthConvention, PlateOptions
+from heatlens.model.depth_words import DepthConvention
+from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import DepthConvention, DepthKind
+from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.plate.exr.exr_limits import check_sides
 from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
 

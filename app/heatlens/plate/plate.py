@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
+from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.lens_model import LensModel
-from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.model.plausibility import DepthSpan
 from heatlens.model.value_bins import ValueBins, bins_of
 from heatlens.plate.fragments import FragmentLists

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.plate_options import DepthSide, PlateOptions
+from heatlens.model.depth_words import DepthSide
+from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.behind import (
     behind_layers,
     behind_paths,

@@ -11,9 +11,9 @@ import numpy as np
 from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.boxes import Box
+from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
-from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.plate.plate import CameraHeader, DepthReport, Plate
 from heatlens.scene_gpu.depth_survey import Surveyed
 

@@ -11,7 +11,7 @@ from threading import Lock
 
 import numpy as np
 
-from heatlens.model.plate_options import DepthModelOutput
+from heatlens.model.depth_words import DepthModelOutput
 from heatlens.plate.estimate.calm import Estimated, Fit, fitted
 from heatlens.plate.estimate.kept_estimates import estimate_kept
 from heatlens.plate.estimate.network import Network, as_display, resized

@@ -17,7 +17,7 @@ from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
 from heatlens.base.paths import file_bytes, unreadable
 from heatlens.base.printable import one_line
-from heatlens.model.plate_options import DepthModelOutput
+from heatlens.model.depth_words import DepthModelOutput
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
 

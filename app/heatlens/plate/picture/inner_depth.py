@@ -19,7 +19,7 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.base.printable import one_line
-from heatlens.model.plate_options import DepthConvention
+from heatlens.model.depth_words import DepthConvention
 from heatlens.plate.plate import FloatImage
 
 _XMP = b"http://ns.adobe.com/xap/1.0/\0"
