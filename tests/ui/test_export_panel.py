@@ -330,3 +330,24 @@ def test_what_was_chosen_last_stays(gui: Gui) -> None:
     gui.frame(2)
     assert exporter.settings.place == place
     assert gui.session.preferences.now.export_place == place
+
+
+def test_a_cluster_that_is_chosen_renders_the_frames_ahead(gui: Gui, tmp_path: Path) -> None:
+    """The address counts once it is typed; the tab tells how many workers are there."""
+    exporter, pull = gui.session.files.exports, gui.session.time.pull
+    with dask_cluster(tmp_path / "cluster", workers=1) as cluster:
+        exporter.change(replace(exporter.settings, place=ExportPlace(Where.CLUSTER)))
+        gui.frame(2)
+        assert pull.cluster._cluster.address == ExportPlace().scheduler
+        gui.click(gui.middle("export scheduler"))
+        gui.key(imgui.Key.a, ctrl=True)
+        gui.type(cluster.address)
+        gui.key(imgui.Key.enter)
+        assert gui.session.preferences.now.export_place.scheduler == cluster.address
+        end = time.monotonic() + WAIT_S
+        while not (pull.cluster.told == "1 worker ready" and len(pull.rendered) == len(FRAMES)):
+            assert time.monotonic() < end, pull.cluster.told
+            gui.frame()
+        gui.click(gui.middle("frames ahead (the blue bar)"))
+        gui.frame(2)
+        assert pull.cluster._cluster is None and pull.cluster.told == ""

@@ -5,7 +5,7 @@ import asyncio
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import asdict, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +20,9 @@ from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
 from heatlens.farm import cluster
 from heatlens.farm.children import started, stop
-from heatlens.farm.cluster import NO_ANSWER, PartDone, PartTask, check_address, library, no_answer
+from heatlens.farm.cluster import NO_ANSWER, PartDone, PartTask, checked_address, library, no_answer
+from heatlens.farm.frame_worker import renderer
 from heatlens.farm.processes import device_words
-from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.sequence.names import parse_frames
 from heatlens.version import __version__
 
@@ -46,7 +46,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Work until the scheduler ends."""
     library()
-    check_address(args.address)
+    checked_address(args.address)
     if args.processes < 1:
         raise InputError(f"--processes must be 1 or more, got {args.processes}.")
     use_device(args)
@@ -142,9 +142,3 @@ def _job(words: tuple[str, ...], topic: str) -> ExportJob:
     from heatlens.commands.main import build_parser
 
     return job_of(build_parser(["export"]).parse_args(words))
-
-
-@cache
-def renderer() -> FrameRenderer:
-    """Return the renderer of this process, which stays warm from task to task."""
-    return headless_renderer()

@@ -32,10 +32,10 @@ _TASKS_OF_A_WORKER, _FRAMES_MOST = 4, 8  # tasks are short, so that all workers 
 
 def library(module: str = "distributed") -> Any:
     """Import Dask. Raises InputError that says what to install."""
-    logging.getLogger("distributed").setLevel(
-        logging.CRITICAL
-    )  # it would log every lost connection
-    return import_extra(module, "A cluster", "cluster")
+    found = import_extra(module, "A cluster", "cluster")
+    for name in ("distributed", "distributed.client"):  # they would log every lost connection
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    return found
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ Work = Callable[[PartTask], list[PartDone]]
 @contextmanager
 def connected(address: str) -> Iterator[Any]:
     """Yield a client of the scheduler at `address`. Raises InputError if it does not answer."""
-    check_address(address)
+    checked_address(address)
     try:
         client = library().Client(address, timeout=PATIENCE_S, set_as_default=False)
     except NO_ANSWER as error:
@@ -89,10 +89,12 @@ def connected(address: str) -> Iterator[Any]:
         client.close(timeout=PATIENCE_S)
 
 
-def check_address(address: str) -> None:
-    """Raise InputError if this is not an address."""
+def checked_address(text: str) -> str:
+    """Return the address in a text. Raises InputError if it is none."""
+    address = text.strip()
     if not _ADDRESS.fullmatch(address):
         raise no_answer(repr(address))
+    return address
 
 
 def no_answer(address: str) -> InputError:
@@ -215,11 +217,16 @@ def _loss_told() -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if type(error).__name__ not in _LOSSES:
+        if not is_loss(error):
             raise
         raise InputError(
             "The scheduler has gone. Finished frames are kept; start it and export again."
         ) from error
+
+
+def is_loss(error: Exception) -> bool:
+    """Return True for the errors of Dask after the loss of its scheduler."""
+    return isinstance(error, NO_ANSWER) or type(error).__name__ in _LOSSES
 
 
 def _stored(done: PartDone, path: Path) -> FrameDone:

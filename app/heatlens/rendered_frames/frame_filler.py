@@ -15,8 +15,9 @@ from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import RenderedPicture
-from heatlens.sequence.sequence import stamp_of
+from heatlens.sequence.sequence import Stamp, stamp_of
 from heatlens.source.origin import StampedFile
+from heatlens.source.source import Source
 
 _WAITING = "waiting for a plate"
 
@@ -44,16 +45,20 @@ class PlateFile:
 class FrameJob:
     """A frame to be rendered.
 
-    key    the key under which its picture is kept
-    shot   the shot at the size of the kept picture
-    frame  the frame number
-    plate  the file that it is rendered from, None for a scene
+    key     the key under which its picture is kept
+    shot    the shot at the size of the kept picture
+    frame   the frame number
+    plate   the file that it is rendered from, None for a scene
+    source  reads the plates or the scene again, on another machine
+    stamps  of the files of a scene
     """
 
     key: str
     shot: Shot
     frame: int
     plate: PlateFile | None
+    source: Source | None = None
+    stamps: tuple[Stamp | None, ...] = ()
 
 
 class FrameFiller:

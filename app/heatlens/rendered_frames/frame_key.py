@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 
 import heatlens
@@ -76,10 +77,19 @@ def frame_key(shot: str, source: KeySource, lens: Lens, sight: SceneSight | None
 @cache
 def program_digest() -> str:
     """Return a digest of the program's files on disk, so that a changed shader has an effect."""
-    package = Path(heatlens.__file__).parent
-    files = [*package.rglob("*.py"), *package.rglob("*.json"), *data_dir("shaders").rglob("*.glsl")]
-    stamps = {str(path): [s.st_mtime_ns, s.st_size] for path in files for s in (path.stat(),)}
+    stamps = {str(it): [s.st_mtime_ns, s.st_size] for it in _program() for s in (it.stat(),)}
     return digest(stamps)
+
+
+@cache
+def program_contents() -> str:
+    """Return a digest of what is in the program's files, which is equal on other machines."""
+    return digest({"files": sorted(sha256(it.read_bytes()).hexdigest() for it in _program())})
+
+
+def _program() -> list[Path]:
+    package = Path(heatlens.__file__).parent
+    return [*package.rglob("*.py"), *package.rglob("*.json"), *data_dir("shaders").rglob("*.glsl")]
 
 
 def frames_from(playhead: int, direction: int, played: FrameRange, most: int) -> tuple[int, ...]:

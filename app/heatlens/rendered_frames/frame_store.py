@@ -78,7 +78,7 @@ class FrameStore:
             limits.append(self.disk.limit_bytes // (picture_bytes + _FILE_EXTRA_BYTES))
         return max(limits)
 
-    def put(self, key: str, picture: RenderedPicture) -> None:
+    def put(self, key: str, picture: RenderedPicture | KeptPicture) -> None:
         """Store a picture on a thread, first in memory, then on disk."""
         with self._lock:
             self._writing.add(key)
@@ -124,7 +124,7 @@ class FrameStore:
         self._loader.close()
         self._writer.shutdown(wait=True)
 
-    def _keep(self, key: str, picture: RenderedPicture, generation: int) -> None:
+    def _keep(self, key: str, picture: RenderedPicture | KeptPicture, generation: int) -> None:
         try:
             if generation == self._generation:
                 with self._problem_told("A rendered frame could not be kept"):

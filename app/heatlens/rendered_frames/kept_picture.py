@@ -50,6 +50,10 @@ class KeptPicture:
     display_window: Box
     pixel_aspect: float = 1.0
 
+    def kept(self) -> "KeptPicture":
+        """Return the picture itself."""
+        return self
+
 
 def half_of(pixels: FloatArray) -> HalfImage:
     """Round float32 pixels to half floats, clamped to the largest half float."""

@@ -164,7 +164,7 @@ class DockedPanels:
         if exports.why_not:
             imgui.text_wrapped(exports.why_not)
         else:
-            draw_exports(exports)
+            draw_exports(exports, self._time.pull.cluster)
 
     def _speed(self) -> None:
         pictures, upload_s = self._session.pictures, self._session.source.picture.upload_s

@@ -24,6 +24,7 @@ class ExportCommands(Commands, Worker):
     ) -> None:
         """Create it; `shot_name` returns the name of the shot's file, for the burn-in."""
         super().__init__(shared)
+        self.say = shared.say
         self._timeline, self._look, self._shot_name = timeline, look, shot_name
         self.run = ExportRun(self._wake)
         self.settings = ExportSettings()
@@ -51,6 +52,12 @@ class ExportCommands(Commands, Worker):
             self.settings, self._of = proposed_settings(plate.path, place), source
         is_single = self.played is None or self.played.count == 1
         self.settings = replace(self.settings, is_single=is_single)
+
+    def change(self, settings: ExportSettings) -> None:
+        """Set everything; a place that was chosen is remembered, and used at once."""
+        if settings.place != self.settings.place:
+            self._preferences.change(export_place=settings.place)
+        self.settings = settings
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""

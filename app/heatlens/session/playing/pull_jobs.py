@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterable
 
 from heatlens.base.errors import HeatlensError
+from heatlens.defocus.line_solver import SolverName
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.model.framing import Framing
 from heatlens.model.shot import Shot
@@ -42,6 +43,7 @@ class PullJobs(Commands):
         self._jobs: dict[int, FrameJob | None] = {}
         self._shot, self._shot_key = self._editing.shot, ""
         self._maker: tuple[str, ...] = ()
+        self.program: tuple[str, ...] = ()  # that renders all frames, if it is not this one
         self._looked_for: object = None
         self._sequence: Sequence | None = None  # as it was at the last call of `update`
         self._look_at = -math.inf
@@ -52,7 +54,7 @@ class PullJobs(Commands):
         self._look(frames)
         shot = self._editing.shot
         made_of = (
-            *(self._source.opened, self._stamps.version, self._timeline.missing),
+            *(self._source.opened, self._stamps.version, self._timeline.missing, self.program),
             *(shot.lens, shot.curves, shot.defocus, shot.framing, self._scale),
         )
         if made_of != self._made_of:
@@ -90,7 +92,13 @@ class PullJobs(Commands):
         self._shot = self._source.feed.sized(shot, self._scale)
         is_read = opened is not None and opened.cache is not None
         options = opened.options if opened is not None and is_read else shot.plate_options
-        self._shot_key = shot_key(self._maker, options, self._shot.defocus)
+        self._shot_key = shot_key(self.program or self._maker, options, self._shot.defocus)
+
+    @property
+    def driver(self) -> tuple[str, str, SolverName]:
+        """The OpenGL driver, its version, and the solver with which frames are rendered here."""
+        info = self._renderer.ctx.info
+        return str(info["GL_RENDERER"]), str(info["GL_VERSION"]), self._renderer.solver.name
 
     @property
     def _scale(self) -> float:
@@ -144,7 +152,8 @@ class PullJobs(Commands):
         name = os.path.abspath(files[0].path) if files else opened.text
         source = KeySource(name, (*opened.stamps, *(file.stamp for file in files)))
         plate = PlateFile(files, opened.settled, opened.read) if files else None
-        return FrameJob(frame_key(self._shot_key, source, lens, view), self._shot, frame, plate)
+        key, again = frame_key(self._shot_key, source, lens, view), opened.again
+        return FrameJob(key, self._shot, frame, plate, again, opened.stamps)
 
     def _files(self, frame: int) -> tuple[StampedFile, ...]:
         """Return the files that belong to this frame alone; those of a scene belong to every frame.

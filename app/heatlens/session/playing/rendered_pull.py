@@ -4,7 +4,8 @@ A kept frame only has to be uploaded to play, not rendered again.
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
 from pathlib import Path
 
 from heatlens.base.errors import HeatlensError
@@ -18,6 +19,7 @@ from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_by
 from heatlens.rendered_frames.memory_store import MemoryStore
 from heatlens.session.loop.worker import Worker
 from heatlens.session.pictures.picture_view import PictureView
+from heatlens.session.playing.cluster_frames import ClusterFrames
 from heatlens.session.playing.pull_jobs import PullJobs
 from heatlens.session.settings.preferences import Remembered
 from heatlens.session.shared import Commands, Shared
@@ -76,6 +78,7 @@ class RenderedPull(Commands, Worker):
         """
         super().__init__(shared)
         self.jobs, self.store = jobs, store
+        self.cluster = ClusterFrames(shared, jobs, store)
         self._timeline, self._view, self._is_busy = timeline, view, is_busy
         self._is_turning = is_turning
         self._clock = time.perf_counter
@@ -142,10 +145,13 @@ class RenderedPull(Commands, Worker):
         if not self.is_on:
             self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
             self._ordered, self.counted, self.is_counting = (), None, False
+            self.cluster.keep(())
             return
         self._put_in_order()
+        self.cluster.poll()
         self.jobs.update(self._order)
         self._count()
+        self._share()
         self._fetch()
 
     def _put_in_order(self) -> None:
@@ -177,6 +183,21 @@ class RenderedPull(Commands, Worker):
         self._missing = [job for job in jobs if job.key not in known]
         self.keys = frozenset(job.key for job in jobs)
 
+    def _share(self) -> None:
+        """Take frames that workers have rendered; once the user rests, ask for the missing ones."""
+        rests = self._clock() >= self._rests_at
+        if self.is_counting:
+            if not rests:
+                self.cluster.keep(())
+            return
+        for key in self.cluster.arrived(self.keys):
+            self._made.add(key)
+            self.version += 1
+        if rests:
+            self.cluster.ask(self._unknown(self._missing), self.counted)
+        else:
+            self.cluster.keep(self.keys)
+
     def _fetch(self) -> None:
         """Read the frames that are played next into memory."""
         timeline = self._timeline
@@ -196,7 +217,7 @@ class RenderedPull(Commands, Worker):
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until a frame can be rendered; None if there is none to render."""
-        if not self.has_work:
+        if not self.has_work and (not self.is_on or self.cluster.has_asked(self.counted)):
             return None
         return max(0.0, self._rests_at - self._clock())
 
@@ -212,9 +233,11 @@ class RenderedPull(Commands, Worker):
 
     def _next(self, after: int = 0) -> FrameJob | None:
         """Return the next frame to render, or the one after `after`."""
+        return next(islice(self._unknown(self.cluster.left(self._missing)), after, None), None)
+
+    def _unknown(self, jobs: Iterable[FrameJob]) -> Iterator[FrameJob]:
         known = self._refused | self._made
-        found = (job for job in self._missing if job.key not in known)
-        return next((job for at, job in enumerate(found) if at == after), None)
+        return (job for job in jobs if job.key not in known)
 
     def work(self) -> None:
         """Continue with the next frame for one slice, if the user rests.
@@ -264,6 +287,7 @@ class RenderedPull(Commands, Worker):
         self._let_go()
         self._refused.clear()
         self._made.clear()
+        self.cluster.begin()
         self.screen.begin()
 
     # Commands
@@ -293,5 +317,6 @@ class RenderedPull(Commands, Worker):
         """Finish writing and end the threads."""
         if self._filler is not None:
             self._filler.close()
+        self.cluster.close()
         self.jobs.close()
         self.store.close()

@@ -22,11 +22,13 @@ class ExportPlace:
 
     processes  on this machine
     scheduler  address of that of a cluster
+    ahead      its workers render the frames ahead of the playhead too
     """
 
     where: Where = Where.HERE
     processes: int = 1
     scheduler: str = "tcp://127.0.0.1:8786"
+    ahead: bool = True
 
     @property
     def is_job(self) -> bool:

@@ -1,5 +1,6 @@
 """Draw the Export panel: frames, movies, and the lens as a camera file."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -9,17 +10,20 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
 from heatlens.export.options import ExportOptions, in_panel
+from heatlens.farm.cluster import checked_address
 from heatlens.model.frames import FrameRange
 from heatlens.model.option import options_of
 from heatlens.model.settings import Quality
 from heatlens.session.exports.export_commands import ExportCommands
 from heatlens.session.exports.export_process import ExportState
 from heatlens.session.exports.export_settings import CAMERA_KINDS, FRAME_KINDS, ExportSettings
+from heatlens.session.playing.cluster_frames import ClusterFrames
 from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.field_row import field_row
 
 _PROCESSES = (1, 2, 4, 8, 16)
+_AHEAD_TIP = "Workers render the frames of the shot while the window rests, for playback."
 
 
 class Pressed(StrEnum):
@@ -31,10 +35,13 @@ class Pressed(StrEnum):
     CANCEL = "cancel"
 
 
-def draw_exports(exports: ExportCommands) -> None:
+def draw_exports(exports: ExportCommands, cluster: ClusterFrames) -> None:
     """Draw the panel in the current window and do what its buttons ask for."""
     exports.propose()
-    exports.settings, pressed = export_panel(exports.settings, exports.played, exports.run.state)
+    settings, pressed = export_panel(
+        exports.settings, exports.played, exports.run.state, cluster.told, exports.say
+    )
+    exports.change(settings)
     if pressed is Pressed.CANCEL:
         exports.run.cancel()
     elif pressed is Pressed.EXPORT:
@@ -44,11 +51,18 @@ def draw_exports(exports: ExportCommands) -> None:
 
 
 def export_panel(
-    settings: ExportSettings, played: FrameRange | None, state: ExportState | None
+    settings: ExportSettings,
+    played: FrameRange | None,
+    state: ExportState | None,
+    workers: str = "",
+    say: Callable[[str], None] = lambda _: None,
 ) -> tuple[ExportSettings, Pressed]:
-    """Draw the panel; return the settings as the user left them, and the button pressed."""
+    """Draw the panel; return the settings as the user left them, and the button pressed.
+
+    `workers` tells how many workers of a cluster render for this window.
+    """
     imgui.separator_text("Frames")
-    settings = replace(_folder(settings), place=_place(settings.place))
+    settings = replace(_folder(settings), place=_place(settings.place, workers, say))
     settings = replace(settings, kind=widgets.choice("as", settings.kind, list(FRAME_KINDS)))
     settings = _options(settings, played)
     is_busy = state is not None and state.code is None
@@ -73,7 +87,7 @@ def export_panel(
     return settings, pressed
 
 
-def _place(place: ExportPlace) -> ExportPlace:
+def _place(place: ExportPlace, workers: str, say: Callable[[str], None]) -> ExportPlace:
     """Draw who makes the frames."""
     tip = "A job is saved beside the frames, with its shot; a farm or a cluster makes them later."
     place = replace(place, where=widgets.pick_one("where", place.where, tip))
@@ -81,10 +95,20 @@ def _place(place: ExportPlace) -> ExportPlace:
         told = {count: str(count) for count in sorted({*_PROCESSES, place.processes})}
         tip = "Several use a machine with many processors better."
         return replace(place, processes=widgets.pick("processes", place.processes, told, tip))
-    if place.where is Where.CLUSTER:
-        widgets.label("scheduler", "Address of `dask scheduler`, such as tcp://192.168.1.20:8786.")
-        return replace(place, scheduler=widgets.typed("export scheduler", place.scheduler).strip())
-    return place
+    return _cluster(place, workers, say) if place.where is Where.CLUSTER else place
+
+
+def _cluster(place: ExportPlace, workers: str, say: Callable[[str], None]) -> ExportPlace:
+    """Draw the address of a cluster, and what else it renders for the window."""
+    widgets.label("scheduler", "Address of `dask scheduler`, such as tcp://192.168.1.20:8786.")
+    now = place.scheduler
+    scheduler = widgets.text_field("export scheduler", now, now, checked_address, say)
+    widgets.label("renders too", "Pictures that the window shows, as well as exports.")
+    ahead = widgets.check("frames ahead (the blue bar)", place.ahead, tip=_AHEAD_TIP)
+    if workers:
+        widgets.label("")
+        widgets.colored_text(workers, theme.colors.dim)
+    return replace(place, scheduler=scheduler, ahead=ahead)
 
 
 def _folder(settings: ExportSettings) -> ExportSettings:

@@ -1,0 +1,302 @@
+"""Have frames rendered for the window by the workers of a Dask cluster.
+
+A thread speaks with the scheduler, so that no method waits for the network.
+"""
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from heatlens.base.background import Threads
+from heatlens.base.errors import HeatlensError
+from heatlens.base.faults import told_error
+from heatlens.defocus.line_solver import SolverName
+from heatlens.farm.cluster import connected, is_loss, library
+from heatlens.farm.frame_worker import Program, program_of, program_on, rendered
+from heatlens.farm.inputs import plain_path
+from heatlens.rendered_frames.frame_filler import FrameJob
+from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
+from heatlens.source.origin import StampedFile
+from heatlens.source.plate_source import PlateSource
+from heatlens.source.scene_source import SceneSource
+
+_LOOK_S = 1.0  # interval between checks for new and lost workers
+_AGAIN_S = 10.0  # after a failure, time until the scheduler is tried again
+_WAITING = 2  # frames that each worker has, so that none waits for the next
+_FIRST = 10  # priority of a picture that somebody waits for
+
+ON_THIS_MACHINE = "Frames are rendered on this machine."
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A frame that is wanted; `is_kept` for one to keep, in half floats."""
+
+    job: FrameJob
+    is_kept: bool = True
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A frame that a worker has rendered; or why it could not."""
+
+    key: str
+    picture: RenderedPicture | KeptPicture | None
+    problem: str = ""
+
+
+class FrameCluster:
+    """The frames of one window at one scheduler."""
+
+    def __init__(
+        self, address: str, here: tuple[str, str, SolverName], wake: Callable[[], None]
+    ) -> None:
+        """Begin to connect. `here` is the OpenGL driver of the window, its version, and the solver.
+
+        `wake` is called on a thread when there is news.
+        """
+        self.address, self.here = address, here
+        self.workers: tuple[str, ...] = ()  # that render
+        self.problem = ""  # a sentence why none renders, or ""
+        self.program: Program = ()  # of the workers, if it is not that of this machine
+        self._wake = wake
+        self._lock = threading.Lock()  # guards the wishes and the answers
+        self._wanted: tuple[Wish, ...] = ()
+        self._answers: list[Answer] = []
+        self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._closed = threading.Event()
+        self._thread = Threads("frames-cluster")
+        self._thread.submit(self._run)
+
+    # Called by the window
+
+    def ask(self, wishes: Iterable[Wish]) -> None:
+        """Want these frames, in this order, and no others: those under way are recalled."""
+        with self._lock:
+            self._wanted = tuple(wishes)
+        self.hear(None)
+
+    def keep(self, keys: Container[str]) -> None:
+        """Recall all frames but those with these keys."""
+        wanted = self.wanted()
+        kept = [wish for wish in wanted if wish.job.key in keys]
+        if len(kept) != len(wanted):
+            self.ask(kept)
+
+    def taken(self) -> list[Answer]:
+        """Return the answers that have arrived since the last call."""
+        with self._lock:
+            found, self._answers = self._answers, []
+        return found
+
+    def close(self) -> None:
+        """Recall everything, without waiting for it."""
+        self._closed.set()
+        self.ask(())
+        self._thread.close()
+
+    # Called by its thread
+
+    @property
+    def is_closed(self) -> bool:
+        """True once the window needs it no more."""
+        return self._closed.is_set()
+
+    @property
+    def waiting(self) -> int:
+        """The number of answers that the window has not taken."""
+        with self._lock:
+            return len(self._answers)
+
+    def wanted(self) -> tuple[Wish, ...]:
+        """Return the frames that have no answer yet."""
+        with self._lock:
+            answered = {it.key for it in self._answers}
+            return tuple(wish for wish in self._wanted if wish.job.key not in answered)
+
+    def hear(self, future: Any) -> None:
+        """Take a finished future, or None to look at the wishes again."""
+        self._news.put(future)
+
+    def news(self, seconds: float) -> list[Any]:
+        """Return what was heard, after waiting for it so long at most."""
+        found = []
+        with suppress(queue.Empty):
+            found.append(self._news.get(timeout=seconds))
+            while True:
+                found.append(self._news.get_nowait())
+        return found
+
+    def answer(self, answers: Sequence[Answer]) -> None:
+        """Hand answers to the window, which takes each frame off its wishes."""
+        if answers:
+            keys = {it.key for it in answers}
+            with self._lock:
+                self._wanted = tuple(it for it in self._wanted if it.job.key not in keys)
+                self._answers += answers
+            self._wake()
+
+    def tell(self, workers: tuple[str, ...], problem: str, program: Program = ()) -> None:
+        """Tell the window who renders."""
+        now = workers, problem, program
+        if now != (self.workers, self.problem, self.program):
+            self.workers, self.problem, self.program = now
+            self._wake()
+
+    def _run(self) -> None:
+        """Serve wishes until it is closed; runs on a thread."""
+        while not self.is_closed:
+            try:
+                with connected(self.address) as client:
+                    _Service(self, client).run()
+            except HeatlensError as error:
+                self.tell((), f"{error} {ON_THIS_MACHINE}")
+            except Exception as error:
+                gone = f"The scheduler at {self.address} has gone."
+                told = gone if is_loss(error) else told_error(error, "Dask failed")
+                self.tell((), f"{told} {ON_THIS_MACHINE}")
+            self._closed.wait(_AGAIN_S)
+
+
+@dataclass(frozen=True, eq=False)
+class _UnderWay:
+    """A frame that was sent; `workers` are those that may render it."""
+
+    wish: Wish
+    future: Any
+    workers: frozenset[str]
+
+
+class _Service:
+    """One connection to the scheduler, on the thread of a `FrameCluster`."""
+
+    def __init__(self, of: FrameCluster, client: Any) -> None:
+        self._of, self._client = of, client
+        self._programs: dict[str, Any] = {}  # futures of the program of each worker
+        self._look_at = 0.0  # time of the next check of the workers
+        self._under_way: dict[str, _UnderWay] = {}  # by the key of the frame
+        self._here = program_on(*of.here)
+
+    def run(self) -> None:
+        """Serve until the connection breaks or the window has closed."""
+        while not self._of.is_closed and self._client.status == "running":
+            if time.monotonic() >= self._look_at:
+                self._look_at_workers()
+            wanted = self._of.wanted()
+            self._recall({wish.job.key for wish in wanted})
+            self._send(wanted)
+            self._take(self._of.news(_LOOK_S))
+        if not self._of.is_closed:
+            raise ConnectionError
+
+    def _take(self, news: Sequence[Any]) -> None:
+        """Pass on what the workers have finished."""
+        done = {id(future) for future in news if future is not None}
+        found = [it for it in self._under_way.values() if id(it.future) in done]
+        for it in found:
+            del self._under_way[it.wish.job.key]
+        self._of.answer([answer for it in found for answer in _answers(it)])
+
+    def _recall(self, wanted: set[str]) -> None:
+        """Cancel frames that are not wanted any more, or whose workers have all gone."""
+        there = set(self._of.workers)
+        recalled = [
+            key
+            for key, it in self._under_way.items()
+            if key not in wanted or not it.workers & there
+        ]
+        if recalled:
+            self._client.cancel([self._under_way.pop(key).future for key in recalled])
+
+    def _send(self, wanted: Sequence[Wish]) -> None:
+        """Send as many frames as the workers can have at once."""
+        workers, here = self._of.workers, self._of.here
+        room = _WAITING * len(workers) - len(self._under_way) - self._of.waiting
+        left = (wish for wish in wanted if wish.job.key not in self._under_way)
+        for wish in islice(left, max(0, room)):
+            told = {
+                "pure": False,
+                "workers": list(workers),
+                "priority": 0 if wish.is_kept else _FIRST,
+            }
+            future = self._client.submit(rendered, _sent(wish.job), here[2], wish.is_kept, **told)
+            self._under_way[wish.job.key] = _UnderWay(wish, future, frozenset(workers))
+            future.add_done_callback(self._of.hear)
+
+    def _look_at_workers(self) -> None:
+        """Ask new workers for their programs, and use those that draw as this machine does.
+
+        If there are none, use those that draw as the first of them.
+        """
+        self._look_at = time.monotonic() + _LOOK_S
+        there = self._client.scheduler_info(n_workers=-1)["workers"]
+        self._programs = {it: told for it, told in self._programs.items() if it in there}
+        for worker in [it for it in there if it not in self._programs]:
+            told = {"pure": False, "workers": [worker], "priority": _FIRST}
+            self._programs[worker] = self._client.submit(program_of, self._of.here[2], **told)
+            self._programs[worker].add_done_callback(self._look_soon)
+        self._choose()
+
+    def _look_soon(self, _future: Any) -> None:
+        self._look_at = 0.0
+        self._of.hear(None)
+
+    def _choose(self) -> None:
+        told = self._programs.items()
+        known = {it: future.result() for it, future in told if future.status == "finished"}
+        fit = {it: found for it, found in known.items() if found[:2] == self._here[:2]}
+        program = self._here if self._here in fit.values() else next(iter(fit.values()), ())
+        workers = tuple(it for it, found in fit.items() if found == program)
+        is_asking = any(future.status == "pending" for _, future in told)
+        why = "" if workers or is_asking else f"{self._why_none} {ON_THIS_MACHINE}"
+        self._of.tell(workers, why, () if program == self._here else program)
+
+    @property
+    def _why_none(self) -> str:
+        if not self._programs:
+            return f"No worker is at {self._of.address}."
+        failed = (it.exception() for it in self._programs.values() if it.status == "error")
+        told = (str(error) for error in failed if isinstance(error, HeatlensError))
+        return next(told, f"The workers at {self._of.address} have another heatlens.")
+
+
+def _answers(sent: _UnderWay) -> Iterator[Answer]:
+    """Yield the answer of a worker; none if the frame was recalled."""
+    key = sent.wish.job.key
+    try:
+        picture = sent.future.result()
+    except HeatlensError as error:
+        yield Answer(key, None, str(error))
+    except library().scheduler.KilledWorker:
+        yield Answer(key, None, "The workers that rendered a frame have died.")
+    else:
+        if picture is not None:
+            yield Answer(key, picture)
+
+
+def _sent(job: FrameJob) -> FrameJob:
+    """Return a job with absolute paths and nothing that was read, to be sent."""
+    source, plate = job.source, job.plate
+    if isinstance(source, PlateSource):
+        folder = plain_path(source.sequence.folder)
+        options = source.options.with_files_beside(lambda path: str(plain_path(path)))
+        source = PlateSource(
+            str(plain_path(source.text)), replace(source.sequence, folder=folder), options
+        )
+    elif isinstance(source, SceneSource):
+        name = source.text if source.files is None else str(plain_path(source.files))
+        source = SceneSource(name, source.timing)
+    if plate is not None:
+        files = tuple(StampedFile(plain_path(it.path), it.stamp) for it in plate.files)
+        plate = replace(plate, files=files, read=_unread)
+    return replace(job, source=source, plate=plate)
+
+
+def _unread(path: Path) -> Any:
+    raise AssertionError(f"{path} is read by the worker")

@@ -1,0 +1,105 @@
+"""Render frames for the window of another machine, on the thread of a Dask worker."""
+
+import time
+from dataclasses import replace
+from functools import cache, lru_cache
+from typing import Any
+
+from heatlens.base.errors import HeatlensError, InputError
+from heatlens.defocus.line_solver import SOLVERS, SolverName
+from heatlens.farm.cluster import library
+from heatlens.model.framing import Framing, WorldAxis
+from heatlens.render import FrameRenderer, headless_renderer
+from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
+from heatlens.rendered_frames.frame_key import program_contents
+from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
+from heatlens.scene.placing import placed
+from heatlens.scene.scene import Scene
+from heatlens.sequence.sequence import Stamp
+from heatlens.source.origin import stamped
+from heatlens.source.plate_source import PlateSource
+from heatlens.source.scene_source import SceneSource
+from heatlens.version import __version__
+
+Program = tuple[str, ...]
+
+_SLICE_S, _READING_S = 0.1, 0.002  # between two looks whether the frame is still wanted
+
+
+def program_of(solver: SolverName) -> Program:
+    """Return what identifies the renderer of this worker: programs that are equal draw alike."""
+    info = _filler(solver).renderer.ctx.info
+    return program_on(str(info["GL_RENDERER"]), str(info["GL_VERSION"]), solver)
+
+
+def program_on(driver: str, version: str, solver: str) -> Program:
+    """Return the program of this machine on an OpenGL driver."""
+    return __version__, program_contents(), driver, version, solver
+
+
+def rendered(
+    job: FrameJob, solver: SolverName, is_kept: bool
+) -> RenderedPicture | KeptPicture | None:
+    """Render a frame; return None if it has been recalled. Raises InputError with the worker.
+
+    With `is_kept` the picture is returned as it is kept.
+    """
+    worker = library().get_worker()
+    try:
+        picture = _rendered(job, _filler(solver), worker)
+    except HeatlensError as error:
+        raise InputError(f"{error} (worker {worker.address})") from None
+    return picture.kept() if picture is not None and is_kept else picture
+
+
+def _rendered(job: FrameJob, filler: FrameFiller, worker: Any) -> RenderedPicture | None:
+    key = worker.get_current_task()
+    ready = _ready(job, filler)
+    while (picture := filler.work(ready, None, _SLICE_S)) is None:
+        task = worker.state.tasks.get(key)
+        if task is None or task.state == "cancelled":
+            filler.stop()
+            return None
+        if filler.is_reading:
+            time.sleep(_READING_S)
+    return picture
+
+
+def _ready(job: FrameJob, filler: FrameFiller) -> FrameJob:
+    """Return the job with its plate to be read here, or load its scene."""
+    assert isinstance(job.source, PlateSource | SceneSource)
+    source = _source(job.source, job.stamps)
+    if isinstance(source, SceneSource):
+        framing = job.shot.framing or Framing()
+        scene = _scene(source, framing.up_axis, framing.meters_per_unit)
+        if scene is not filler.renderer.scene:
+            filler.renderer.load_scene(scene)
+        return job
+    assert job.plate is not None
+    return replace(job, plate=replace(job.plate, read=source.read))
+
+
+@lru_cache(maxsize=1)
+def _source(source: PlateSource | SceneSource, stamps: tuple[Stamp | None, ...]) -> Any:
+    """Return a source that stays open from task to task. Raises InputError if it has changed."""
+    if stamps and tuple(file.stamp for file in stamped(source.all_files)) != stamps:
+        raise InputError(f"{source.text} is not the file that the window has open.")
+    return source
+
+
+@lru_cache(maxsize=1)
+def _scene(source: SceneSource, up_axis: WorldAxis, meters_per_unit: float) -> Scene:
+    return placed(source.scene, Framing(up_axis=up_axis, meters_per_unit=meters_per_unit))
+
+
+@cache
+def renderer() -> FrameRenderer:
+    """Return the renderer of this process, which stays warm from task to task."""
+    return headless_renderer()
+
+
+@cache
+def _filler(solver: SolverName) -> FrameFiller:
+    """Return what makes frames with the solver of the window, beside `renderer`."""
+    ctx = renderer().ctx
+    return FrameFiller(FrameRenderer(ctx, SOLVERS[solver](ctx)))

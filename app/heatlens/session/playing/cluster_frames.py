@@ -1,0 +1,101 @@
+"""Have the frames ahead rendered by a cluster, if the place of exports is one."""
+
+from collections.abc import Container, Iterable, Iterator, Sequence
+from itertools import islice
+
+from heatlens.farm.frame_cluster import ON_THIS_MACHINE, FrameCluster, Wish
+from heatlens.rendered_frames.frame_filler import FrameJob
+from heatlens.rendered_frames.frame_store import FrameStore
+from heatlens.session.loop.messages import Problem, passing
+from heatlens.session.playing.pull_jobs import PullJobs
+from heatlens.session.settings.export_place import Where
+from heatlens.session.shared import Commands, Shared
+
+_ASKED_MOST = 64  # frames that the workers may render before the window asks again
+
+
+class ClusterFrames(Commands):
+    """Asks workers for the frames that are missing, and puts them into the store."""
+
+    def __init__(self, shared: Shared, jobs: PullJobs, store: FrameStore) -> None:
+        super().__init__(shared)
+        self._jobs, self._store = jobs, store
+        self._cluster: FrameCluster | None = None
+        self._said = ""
+        self._asked: object = None  # the state for which frames were asked
+        self._not_there: set[str] = set()  # keys of frames that no worker could render
+
+    @property
+    def is_at_work(self) -> bool:
+        """Return True while workers render, so that this machine need not."""
+        return self._cluster is not None and bool(self._cluster.workers)
+
+    @property
+    def told(self) -> str:
+        """How many workers render for the window, or why none does; "" without a cluster."""
+        if self._cluster is None:
+            return ""
+        count = len(self._cluster.workers)
+        at_work = f"{count} worker{'s' if count > 1 else ''} ready" if count else "connecting ..."
+        return self._cluster.problem or at_work
+
+    def left(self, jobs: Sequence[FrameJob]) -> Sequence[FrameJob]:
+        """Return those of `jobs` that this machine has to render."""
+        if not self.is_at_work:
+            return jobs
+        return [] if self._jobs.program else [it for it in jobs if it.key in self._not_there]
+
+    def poll(self) -> None:
+        """Connect to the chosen cluster or leave it, and report how it fares; once a frame."""
+        place = self._preferences.now.export_place
+        address = place.scheduler if place.where is Where.CLUSTER and place.ahead else ""
+        if self._cluster is not None and self._cluster.address != address:
+            self.close()
+        if address and self._cluster is None:
+            self._cluster = FrameCluster(address, self._jobs.driver, self._wake)
+        self._jobs.program = self._cluster.program if self._cluster is not None else ()
+        problem = "" if self._cluster is None else self._cluster.problem
+        if problem != self._said:
+            self._said = problem
+            if problem:
+                self._say(passing(problem, lambda: self._said == problem))
+
+    def arrived(self, keys: Container[str]) -> Iterator[str]:
+        """Store the frames that have arrived, and yield their keys; others than `keys` are lost."""
+        if self._cluster is None or not self._store.has_room:
+            return
+        for answer in self._cluster.taken():
+            if answer.picture is not None and answer.key in keys:
+                self._store.put(answer.key, answer.picture)
+                yield answer.key
+            elif answer.problem:
+                self._not_there.add(answer.key)
+                self._say(Problem(f"{answer.problem} {ON_THIS_MACHINE}"))
+
+    def ask(self, jobs: Iterable[FrameJob], state: object) -> None:
+        """Ask for these frames and recall all others, once for each `state`."""
+        if self._cluster is not None and not self.has_asked(state):
+            self._asked = state
+            left = (Wish(job) for job in jobs if job.key not in self._not_there)
+            self._cluster.ask(islice(left, _ASKED_MOST))
+
+    def has_asked(self, state: object) -> bool:
+        """Return True if there is nothing to ask for in this state."""
+        return self._cluster is None or state == self._asked
+
+    def keep(self, keys: Container[str]) -> None:
+        """Recall all frames but those with these keys."""
+        if self._cluster is not None:
+            self._asked = None
+            self._cluster.keep(keys)
+
+    def begin(self) -> None:
+        """Forget what no worker could render."""
+        self._not_there.clear()
+
+    def close(self) -> None:
+        """Leave the cluster, without waiting for it."""
+        if self._cluster is not None:
+            self._cluster.close()
+        self._cluster, self._asked = None, None
+        self._not_there.clear()

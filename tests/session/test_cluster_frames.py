@@ -1,0 +1,226 @@
+"""Frames ahead that the workers of a cluster render: the same bits, recalled, and lost workers."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from heatlens.farm import cluster as farm_cluster
+from heatlens.farm import frame_cluster
+from heatlens.farm.frame_worker import _rendered
+from heatlens.model.frames import FrameRange
+from heatlens.model.view_geometry import Viewport
+from heatlens.rendered_frames.frame_filler import FrameFiller
+from heatlens.session.session import Session
+from heatlens.session.settings.export_place import ExportPlace, Where
+from heatlens.session.settings.preferences import Preferences, Remembered
+from heatlens.session.shot.start import Start
+from support.dask_cluster import dask_cluster
+from support.evening import settled, turn, until
+from support.sequences import FIRST, sequence_files
+from support.session_files import HEIGHT, QUICK, WIDTH, write_scene
+
+LAST = FIRST + 5
+FRAMES = frozenset(range(FIRST, LAST + 1))
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    with dask_cluster(tmp_path / "cluster", workers=1) as found:
+        yield found
+
+
+@pytest.fixture
+def begin(ctx, renderer):
+    """Return a function that opens a source at a place, and close what was opened."""
+    made = []
+
+    def begun(source, address=""):
+        place = ExportPlace(Where.CLUSTER, scheduler=address) if address else ExportPlace()
+        preferences = Preferences(Remembered(export_place=place))
+        made.append(Session(renderer, Start(str(source), defocus=QUICK), preferences=preferences))
+        made[-1].begin()
+        settled(made[-1])
+        made[-1].pictures.view.viewport = Viewport((0.0, 0.0), (float(WIDTH), float(HEIGHT)))
+        return made[-1]
+
+    yield begun
+    for session in made:
+        session.close()
+
+
+def filled(session, count=6):
+    turn(session)
+    until(session, lambda: len(session.time.pull.rendered) == count, f"{count} frames")
+    session.time.pull.store.wait()
+    turn(session)
+    pull = session.time.pull
+    return {key: pull.store.get(key).pixels for key in pull.keys}
+
+
+def at_work(session):
+    until(session, lambda: session.time.pull.cluster.is_at_work, "a worker")
+
+
+def test_frames_of_a_cluster_are_those_rendered_here(begin, cluster, tmp_path):
+    pattern = sequence_files(tmp_path, FIRST, LAST)
+    here = filled(begin(pattern))
+    session = begin(pattern, cluster.address)
+    session.time.pull._rests_at = np.inf  # nothing is rendered before a worker is there
+    at_work(session)
+    session.time.pull._rests_at = 0.0
+    there = filled(session)
+    assert session.time.pull._filler is None
+    assert here.keys() == there.keys() and len(here) == len(FRAMES)
+    for key, pixels in here.items():
+        np.testing.assert_array_equal(pixels, there[key])
+
+
+def test_frames_of_a_moving_scene_come_too(begin, cluster, tmp_path):
+    scene = write_scene(tmp_path / "scene.gltf")
+
+    def opened(address=""):
+        session = begin(scene, address)
+        framing = replace(session.editing.shot.framing, width_px=48, height_px=27)
+        session.editing.do(replace(session.editing.shot, framing=framing, in_out=FrameRange(2, 5)))
+        settled(session)
+        return session
+
+    here, session = filled(opened(), 4), opened(cluster.address)
+    session.time.pull.clear()
+    session.time.pull._rests_at = np.inf
+    at_work(session)
+    session.time.pull._rests_at = 0.0
+    there = filled(session, 4)
+    assert here.keys() == there.keys()
+    assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
+
+
+def test_changed_keys_recall_what_is_under_way_and_keep_no_frame_of_it(
+    begin, cluster, tmp_path, monkeypatch
+):
+    session = begin(sequence_files(tmp_path, FIRST, LAST), cluster.address)
+    pull, stored, sent = session.time.pull, [], []
+    monkeypatch.setattr(pull.store, "put", lambda key, _: stored.append((key, pull.keys)))
+    at_work(session)
+    ask = pull.cluster._cluster.ask
+    monkeypatch.setattr(
+        pull.cluster._cluster, "ask", lambda wishes: ask(sent.append([*wishes]) or sent[-1])
+    )
+    for step in range(12):
+        session.lens.commands.step_f_stop(1 if step % 2 else -1)
+        session.lens.commands.focus(1.5 + step / 10)
+        pull.touched()
+        turn(session)
+        assert not sent or not sent[-1]  # the hand moves: all is recalled, and nothing asked
+        pull._rests_at = 0.0
+        turn(session)
+        until(session, lambda: sent and sent[-1], "the question")
+        assert {wish.job.key for wish in sent[-1]} <= pull.keys
+    until(session, lambda: len({key for key, _ in stored} & pull.keys) == len(FRAMES), "frames")
+    assert all(key in keys for key, keys in stored)
+
+
+def test_a_running_frame_that_is_recalled_is_given_up_between_two_steps(begin, renderer, tmp_path):
+    session = begin(sequence_files(tmp_path, FIRST, LAST))
+    filled(session)
+    states = {"frame": SimpleNamespace(state="executing")}
+    worker = SimpleNamespace(
+        get_current_task=lambda: "frame", state=SimpleNamespace(tasks=states), address="w"
+    )
+    filler, slices = FrameFiller(renderer.beside()), []
+    work = filler.work
+
+    def worked(job, following, _):
+        """Make the shortest slice; the scheduler recalls the frame during the third."""
+        slices.append(work(job, following, 0.0))
+        if len(slices) == 3:
+            states["frame"].state = "cancelled"
+
+    filler.work = worked
+    job = session.time.pull.jobs.of(FIRST)
+    assert _rendered(job, filler, worker) is None
+    assert len(slices) == 3 and slices == [None] * 3 and filler._steps is None
+
+
+@pytest.mark.parametrize("lost", ["worker 0", "scheduler"])
+def test_the_window_renders_what_is_missing_once_the_cluster_has_gone(
+    begin, cluster, tmp_path, lost
+):
+    pattern = sequence_files(tmp_path, FIRST, LAST)
+    here = filled(begin(pattern))
+    session = begin(pattern, cluster.address)
+    at_work(session)
+    cluster.kill(lost)
+    until(session, lambda: not session.time.pull.cluster.is_at_work, "the loss")
+    said = "No worker is at" if lost == "worker 0" else "The scheduler at"
+    until(session, lambda: session.messages.text.startswith(said), "the sentence")
+    assert session.messages.text.endswith("Frames are rendered on this machine.")
+    session.time.pull.clear()
+    there = filled(session)
+    assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
+
+
+@pytest.mark.parametrize("moment", range(3))
+def test_a_worker_killed_in_the_middle_loses_no_frame(begin, cluster, tmp_path, moment):
+    pattern = sequence_files(tmp_path, FIRST, LAST)
+    here = filled(begin(pattern))
+    session = begin(pattern, cluster.address)
+    until(session, lambda: len(session.time.pull.rendered) >= moment, "some frames")
+    cluster.kill("worker 0")
+    there = filled(session)
+    assert here.keys() == there.keys()
+    assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense"])
+def test_without_a_scheduler_the_window_says_so_once_and_renders(
+    begin, tmp_path, monkeypatch, address
+):
+    monkeypatch.setattr(farm_cluster, "PATIENCE_S", 1)
+    session = begin(sequence_files(tmp_path, FIRST, LAST), address)
+    filled(session)
+    until(session, lambda: "No Dask scheduler" in session.messages.text, "the sentence")
+    session.messages.clear()
+    turn(session)
+    assert session.messages.text == ""
+
+
+def test_a_plate_that_no_worker_can_read_is_rendered_here(begin, cluster, tmp_path, monkeypatch):
+    pattern = sequence_files(tmp_path, FIRST, LAST)
+    real = frame_cluster._sent
+
+    def elsewhere(job):
+        """Return the job as it is on a machine where one plate is missing."""
+        sent = real(job)
+        if job.frame != FIRST + 2:
+            return sent
+        files = tuple(replace(it, path=tmp_path / "no" / it.path.name) for it in sent.plate.files)
+        return replace(sent, plate=replace(sent.plate, files=files))
+
+    monkeypatch.setattr(frame_cluster, "_sent", elsewhere)
+    session = begin(pattern, cluster.address)
+    at_work(session)
+    said = []
+    monkeypatch.setattr(session.time.pull.cluster, "_say", said.append)
+    session.time.pull.clear()
+    filled(session)
+    assert len(said) == 1 and "worker tcp://" in said[0] and f"{FIRST + 2}" in said[0]
+
+
+def test_workers_that_draw_otherwise_have_keys_of_their_own(begin, cluster, tmp_path, monkeypatch):
+    """All frames of a shot come from one driver; what was rendered here is not replaced."""
+    pattern = sequence_files(tmp_path, FIRST, LAST)
+    here = filled(begin(pattern))
+    session = begin(pattern)
+    monkeypatch.setattr(type(session.time.pull.jobs), "driver", ("another driver", "4.6", "sweep"))
+    place = ExportPlace(Where.CLUSTER, scheduler=cluster.address)
+    session.preferences.change(export_place=place)
+    at_work(session)
+    until(session, lambda: session.time.pull.jobs.program, "the program of the worker")
+    there = filled(session)
+    assert not here.keys() & there.keys()
+    cluster.kill("worker 0")
+    until(session, lambda: not session.time.pull.jobs.program, "the loss")
+    assert filled(session).keys() == here.keys()
