@@ -13,6 +13,7 @@ from heatlens.defocus.passes import DefocusPasses
 from heatlens.defocus.pipeline import DefocusPipeline
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
+from heatlens.defocus.reduced_plate import PlateTextures
 from heatlens.defocus.solver_choice import fastest_solver, settled_solver
 from heatlens.defocus.steps import Result, Steps
 from heatlens.gpu.context import (
@@ -265,15 +266,10 @@ class FrameRenderer:
         if scale != 1.0 and loaded.cutout is None:
             color = pipeline.scratch.texture("scaled colour", color.size, 4)
             self._passes.crop.run(loaded.color, (0, 0), color, light_scale=scale)
-        picture = yield from pipeline.steps(
-            color,
-            loaded.depth,
-            pinhole_optics(self._leans, loaded, self._seen(shot, frame).lens_at(frame)),
-            shot.defocus,
-            loaded.plate.has_alpha,
-            loaded.fragments,
-            cutout=loaded.cutout,
-        )
+        plate = PlateTextures(color, loaded.depth, loaded.fragments, cutout=loaded.cutout)
+        optics = pinhole_optics(self._leans, loaded, self._seen(shot, frame).lens_at(frame))
+        has_alpha = loaded.plate.has_alpha
+        picture = yield from pipeline.steps(plate, optics, shot.defocus, has_alpha)
         if scale == 1.0:
             return picture
         out = pipeline.scratch.texture("in plate's light", picture.size, 4)
@@ -309,9 +305,8 @@ class FrameRenderer:
             behind, places = peeled.fragments.part(part), scratch.texture("wide places", size, 4)
             crop.run(peeled.places, (part.x0, part.y0), places)
         wide = optics.moved((margin, margin)).scaled(fine)
-        picture = yield from pipeline.steps(
-            color, depth, wide, shot.defocus, plate.has_alpha, behind, places
-        )
+        textures = PlateTextures(color, depth, behind, places)
+        picture = yield from pipeline.steps(textures, wide, shot.defocus, plate.has_alpha)
         out = scratch.texture("frame", self.loaded.color.size, 4)
         crop.run(picture, (fine * margin,) * 2, out, fine)
         return out

@@ -9,6 +9,7 @@ from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.pass_list import PASSES
 from heatlens.defocus.passes import DefocusPasses
 from heatlens.defocus.pipeline import DefocusPipeline
+from heatlens.defocus.reduced_plate import PlateTextures
 from heatlens.gpu.textures import download, new_texture, upload
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
@@ -31,7 +32,7 @@ class Rig:
 
     def steps(self, settings: DefocusSettings, lens: Lens | None = None) -> Iterator[str]:
         optics = optics_of(self.plate, self.plate.bins, lens or lens_blurring(6.0, 48))
-        return self.pipeline.steps(self.color, self.depth, optics, settings)
+        return self.pipeline.steps(PlateTextures(self.color, self.depth), optics, settings)
 
 
 def last_of_each(steps: list[str], name: str) -> list[int]:

@@ -2,7 +2,7 @@
 
 import moderngl
 
-from heatlens.defocus.blur_pass import BlurPass
+from heatlens.defocus.blur_pass import PACKED, BlurPass, pole_layers
 from heatlens.defocus.cutout_pass import CutoutPass
 from heatlens.defocus.far_parts import FarPartsPass
 from heatlens.defocus.fragment_pass import FragmentPass
@@ -11,6 +11,7 @@ from heatlens.defocus.highlight_pass import (
     HighlightListPass,
     HighlightSplitPass,
 )
+from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_passes import (
     CocFillPass,
     CompositePass,
@@ -29,6 +30,7 @@ from heatlens.defocus.plate_passes import (
     RescalePass,
 )
 from heatlens.defocus.proxy_lists import ProxyListsPass
+from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_pass import TilePass
 
 
@@ -58,3 +60,10 @@ class DefocusPasses:
         self.list_highlights = HighlightListPass(ctx)
         self.draw_highlights = HighlightDrawPass(ctx)
         self.others = OtherMethods(ctx)
+
+    def poles(
+        self, scratch: Scratch, name: str, picture_size: tuple[int, int], kernel: Kernel
+    ) -> moderngl.TextureArray:
+        """Return the intermediate image of a blur, which layers of any size share."""
+        between = self.solver.between_size(picture_size)
+        return scratch.array(name, between, pole_layers(kernel), 4, PACKED)

@@ -49,9 +49,7 @@ class ReducedPlate:
         self._ctx = ctx
         self._pass = plate_pass
         self._lists_pass = lists_pass
-        self._held = (
-            _NOTHING_HELD  # the scale of the reduced plate that is kept, and whether it has lists
-        )
+        self._held = _NOTHING_HELD  # scale of the plate that is kept, and whether it has lists
 
     def steps(
         self, whole: PlateTextures, optics: Optics, settings: DefocusSettings, scratch: Scratch

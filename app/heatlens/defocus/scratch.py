@@ -8,6 +8,7 @@ its lifetime, which makes a pass that still reads it visible in the picture.
 """
 
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -136,6 +137,12 @@ class Scratch:
                 if self._poisons:
                     _poison(held)
         return name
+
+    def named(self, name: str, steps: Iterator[None]) -> Iterator[str]:
+        """Yield the name for each step of a pass; the pass has ended after the last one."""
+        for _ in steps:
+            yield name
+        self.passed(name)
 
     def release(self) -> None:
         """Release all memory."""

@@ -1,0 +1,213 @@
+"""Blur a picture in layers, far to near: its highlights as discs, what is in front over the rest.
+
+highlights apart -> fragments -> for each layer, in its visible tiles and at the size that its blur
+allows: blur (`layer_blur`), composite -> highlights drawn
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import moderngl
+
+from heatlens.defocus.blur_pass import BlurTargets
+from heatlens.defocus.cutout_pass import SharpPart
+from heatlens.defocus.far_parts import FAR_FROM_PX, FarField, FarSurfaces, is_in_parts, with_far_cut
+from heatlens.defocus.fragment_pass import Fragments
+from heatlens.defocus.highlight_pass import (
+    HighlightBuffers,
+    ListsWithoutHighlights,
+    Surroundings,
+    WithoutHighlights,
+)
+from heatlens.defocus.kernels import Kernel
+from heatlens.defocus.layer_blur import LayerBlur
+from heatlens.defocus.layer_cuts import layer_cuts
+from heatlens.defocus.layer_plan import layer_plans
+from heatlens.defocus.listed_fragments import ListedFragments
+from heatlens.defocus.optics import Optics
+from heatlens.defocus.passes import DefocusPasses
+from heatlens.defocus.pixel_list import list_bytes
+from heatlens.defocus.quality import kernel_for, layers_for
+from heatlens.defocus.scratch import Scratch
+from heatlens.defocus.steps import Steps
+from heatlens.model.settings import DefocusSettings, Quality
+
+
+@dataclass(frozen=True, eq=False)
+class LayeredPicture:
+    """A picture to blur in layers.
+
+    color, coc      RGBA, and signed coc in pixels
+    has_highlights  they are drawn as discs
+    lists           the surfaces behind the visible ones; None if none are known
+    sharp           what is kept from the blur
+    places          RGBA, subpixel positions of the light; None if they are not known
+    """
+
+    color: moderngl.Texture
+    coc: moderngl.Texture
+    has_highlights: bool
+    lists: ListedFragments | None = None
+    sharp: SharpPart | None = None
+    places: moderngl.Texture | None = None
+
+
+class LayeredBlur:
+    """Blurs pictures in layers; `tell` is called with layers done and their number."""
+
+    def __init__(
+        self, passes: DefocusPasses, scratch: Scratch, tell: Callable[[int, int], None]
+    ) -> None:
+        self._passes = passes
+        self._scratch = scratch
+        self._tell = tell
+        self._layer = LayerBlur(passes, scratch)
+
+    def steps(
+        self, what: LayeredPicture, optics: Optics, settings: DefocusSettings, name: str
+    ) -> Steps[moderngl.Texture]:
+        """Blur layers far to near, and composite them in the texture called `name`."""
+        color, coc, lists, sharp = what.color, what.coc, what.lists, what.sharp
+        listed = around = None
+        if what.has_highlights:
+            without = self._room_without(color.size, lists)
+            kernel = kernel_for(settings)
+            listed = yield from self._without_highlights(what, kernel, optics, without)
+            color, around = without.low, without.around
+            lists = None if without.lists is None else without.lists.diffused
+        far = yield from self._far_field(color, coc, optics, settings, lists)
+        picture = yield from self._fragmented(color, coc, optics, lists, around)
+        out = self._scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
+        yield from self._over_each_other(picture, optics, settings, far, sharp, out)
+        if listed is not None:
+            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out, sharp)
+            yield from self._scratch.named("highlights drawn", drawn)
+        self._scratch.passed("highlights drawn")
+        return out
+
+    def _over_each_other(
+        self,
+        picture: Fragments,
+        optics: Optics,
+        settings: DefocusSettings,
+        far: FarField | None,
+        sharp: SharpPart | None,
+        out: moderngl.Texture,
+    ) -> Steps[None]:
+        """Blur the layers of a picture, and composite them over `out`."""
+        cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
+        if far is not None:
+            cuts = with_far_cut(cuts, settings.proxy)
+        plans = layer_plans(cuts, optics, out.size)
+        sizes = [size for plan in plans for size in plan.sizes]
+        found = self._passes.tiles.look_through(picture, sizes, self._scratch)
+        tiles = iter(self._passes.tiles.find(found, sizes, optics, self._scratch))
+        yield self._scratch.passed("tiles")
+        farther_px = math.inf
+        for number, plan in enumerate(plans):
+            self._tell(number, len(plans))
+            behind = self._kept(out) if plan.share < 1.0 else out
+            for size, where in zip(plan.sizes, tiles, strict=False):
+                layer = yield from self._layer.steps(picture, size, where, optics, settings, out)
+                if size.reduction > 1:
+                    self._passes.composite.run(layer, size, behind, out)
+                    yield "composite"
+            if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
+                self._passes.far_parts.over(far, out)
+            if sharp is not None:
+                near = plan.cut.near  # in the nearest layer that holds some of its surroundings
+                nearer_px = -math.inf if plan.cut.is_nearest else near.at_px + near.half_width_px
+                self._passes.cutout.over_layers(sharp, (nearer_px, farther_px), out)
+                farther_px = nearer_px
+            self._scratch.passed("composite")
+
+    def _kept(self, picture: moderngl.Texture) -> moderngl.Texture:
+        """Return a copy of the colours of `picture`."""
+        kept = self._scratch.texture("behind", picture.size, 4)
+        self._passes.colors.take(picture, range(3), kept)
+        return kept
+
+    def _far_field(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        optics: Optics,
+        settings: DefocusSettings,
+        lists: ListedFragments | None,
+    ) -> Steps[FarField | None]:
+        """Blur the far field in parts of the lens; return None if it is blurred in layers."""
+        least_px = FAR_FROM_PX * settings.proxy
+        if lists is None or not is_in_parts(optics, settings, lists.is_open):
+            return None
+        draft = kernel_for(replace(settings, quality=Quality.DRAFT))
+        poles = self._passes.poles(self._scratch, "far poles", color.size, kernel_for(settings))
+        what = FarSurfaces(color, coc, lists, least_px)
+        return (
+            yield from self._passes.far_parts.steps(
+                what, optics, settings.parts, draft, poles, self._scratch
+            )
+        )
+
+    def _room_without(
+        self, size: tuple[int, int], lists: ListedFragments | None
+    ) -> WithoutHighlights:
+        scratch, low = self._scratch, None
+        if lists is not None:
+            words = scratch.buffer("low fragments", lists.held.words.size)
+            low = ListsWithoutHighlights(lists, words)
+        around = scratch.texture("around", Surroundings.half_size(size), 1, "f2")
+        return WithoutHighlights(
+            scratch.texture("low", size, 4), scratch.texture("high", size, 4), around, low
+        )
+
+    def _without_highlights(
+        self,
+        what: LayeredPicture,
+        kernel: Kernel,
+        optics: Optics,
+        out: WithoutHighlights,
+    ) -> Steps[HighlightBuffers]:
+        """Split the picture into one without highlights and the list of these."""
+        size, scratch = what.color.size, self._scratch
+        half = Surroundings.half_size(size)
+        poles = self._passes.poles(self._scratch, "surroundings poles", size, kernel)
+        blurred = scratch.texture("surroundings blurred", half, 4, reduction=2)
+        surroundings = Surroundings(
+            scratch.texture("surroundings", half, 4),  # as large as the blocks of hidden pixels
+            scratch.texture("surroundings coc", half, 1, reduction=2),
+            BlurTargets(poles, blurred),
+        )
+        split = self._passes.split_highlights.steps(
+            what.color, what.coc, optics, surroundings, out, what.places is not None
+        )
+        yield from self._scratch.named("highlights found", split)
+        sizes = HighlightBuffers.sizes(size)
+        buffers = {name: scratch.buffer(f"highlight {name}", sizes[name]) for name in sizes}
+        highlights = HighlightBuffers(**buffers)
+        listed = self._passes.list_highlights.steps(out, optics, highlights, what.coc, what.places)
+        yield from self._scratch.named("highlights listed", listed)
+        return highlights
+
+    def _fragmented(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        optics: Optics,
+        lists: ListedFragments | None,
+        around: moderngl.Texture | None,
+    ) -> Steps[Fragments]:
+        size, scratch = color.size, self._scratch
+        picture = Fragments(
+            color,
+            coc,
+            scratch.texture("kind", size, 1 if lists is None else 2, "f2"),
+            scratch.texture("far", size, 4, "f2"),
+            scratch.texture("near", size, 4, "f2"),
+            lists,
+            around,
+        )
+        rims, thin = (scratch.buffer(f"{name} list", list_bytes(size)) for name in ("rim", "thin"))
+        apart = self._passes.fragments.steps(picture, optics, rims, thin)
+        yield from self._scratch.named("fragments", apart)
+        return picture
