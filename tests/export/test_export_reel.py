@@ -93,12 +93,12 @@ def test_a_movie_of_the_cut_goes_on_where_it_was_stopped(tmp_path, reel, monkeyp
     movie = tmp_path / "cut.mov"
     with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError):
         patch.setattr("heatlens.export.cut._join", lambda cut: 1 / 0)
-        from heatlens.commands.export import _export_shot
+        from heatlens.commands.export import _export_shot, _steps
         from heatlens.commands.main import build_parser
         from heatlens.commands.reels.reel_export import export_reel
 
         args = build_parser(["export"]).parse_args(["export", str(reel), "-o", str(movie)])
-        export_reel(args, _export_shot, lambda shots: None)
+        export_reel(args, _export_shot, lambda shots: None, _steps)
     kept = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("frame.*.exr")}
     assert len(kept) == FIRST.count + SECOND.count and not movie.exists()
     with monkeypatch.context() as patch:

@@ -2,6 +2,7 @@
 
 import json
 import os
+from contextlib import nullcontext
 from pathlib import Path
 
 import opentimelineio as otio
@@ -16,6 +17,7 @@ from heatlens.documents.reel_file import write_reel
 from heatlens.documents.shot_file import write_shot
 from heatlens.model.frames import FrameRange
 from heatlens.model.reel import Reel, ReelShot
+from support.dask_cluster import dask_cluster
 from support.exports import files_in, refused, shot_of, write_plates
 
 LENS = ("--f-stop", "1.4", "--focus-distance", "2", "--quality", "draft")
@@ -144,3 +146,15 @@ def test_a_pull_sheet_is_written_when_all_frames_are_there(capsys, tmp_path, ree
     )
     assert len((tmp_path / "seen").read_text().splitlines()) == 6
     assert page.read_text().count("<img") == 2 and page.with_suffix(".csv").exists()
+
+
+@pytest.mark.parametrize("where", ["processes", "cluster"])
+def test_others_make_the_frames_of_a_movie_of_the_cut(tmp_path, reel, where):
+    """The movie is that of one process, and nothing is left beside it."""
+    export(reel, tmp_path / "whole" / "cut.mov", *LENS[4:])
+    with (
+        dask_cluster(tmp_path / "cluster", workers=1) if where == "cluster" else nullcontext() as it
+    ):
+        words = ("--processes", 2) if it is None else ("--cluster", it.address)
+        export(reel, tmp_path / "new" / "cut.mov", *LENS[4:], *words)
+    assert tree(tmp_path / "new") == tree(tmp_path / "whole")

@@ -4,7 +4,7 @@ With `--submit` the export is written as a job for a render farm instead.
 """
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.output.export_progress import failure_reported, progress_of
 from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
 from heatlens.commands.output.say import say
-from heatlens.commands.reels.reel_export import export_reel
+from heatlens.commands.reels.reel_export import ShotToExport, export_reel
 from heatlens.commands.reels.reel_options import add_reel_options, refuse_reel_options
 from heatlens.commands.same_program import renderer_of
 from heatlens.commands.submit import SentShot, submit, task_words
@@ -119,7 +119,11 @@ def _export(args: argparse.Namespace) -> None:
     if args.send is not None and args.submit is not None:
         raise InputError("--send is for frames that are rendered here; --submit renders none.")
     if is_reel(args.shot):
-        export_reel(args, _export_shot, lambda shots: submit(args, [SentShot(*it) for it in shots]))
+
+        def submit_all(shots: Iterable[ShotToExport]) -> None:
+            submit(args, [SentShot(*it) for it in shots])
+
+        export_reel(args, _export_shot, submit_all, _steps)
         return
     refuse_reel_options(args)
     job = job_of(args)

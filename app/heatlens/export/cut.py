@@ -1,7 +1,7 @@
 """Export a cut as one movie: the frames of its shots become lossless files, and are joined."""
 
-from collections.abc import Callable, Generator
-from contextlib import closing, suppress
+from collections.abc import Callable, Generator, Iterator
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,11 +15,10 @@ from heatlens.export.movie import movie_file
 from heatlens.export.movie_sound import Spot, heard
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import ExportPlan, fingerprint_of_movie
-from heatlens.export.run import FrameDone, export_frames
+from heatlens.export.run import FrameDone
 from heatlens.files.output_check import check_writable, make_folder
 from heatlens.model.frames import FrameRange
 from heatlens.model.reel import Reel
-from heatlens.render import FrameRenderer
 
 
 @dataclass(frozen=True)
@@ -56,22 +55,23 @@ def kept_movie(output: Output, number: int, name: str) -> Output:
 
 
 def export_cut(
-    cut: Cut, make_renderer: Callable[[], FrameRenderer]
-) -> Generator[tuple[ExportPlan, FrameDone]]:
-    """Export one frame a step, with the plan that it belongs to; then join all frames.
+    cut: Cut, made: Callable[[int], AbstractContextManager[Iterator[FrameDone]]]
+) -> Generator[tuple[int, FrameDone]]:
+    """Export one frame a step, with the number of its shot from 0 on; then join all frames.
 
-    Raises InputError as `export_frames` does, and if the shots have different sizes.
+    `made` gives the frames of a shot as they are finished. Raises InputError as `export_frames`
+    does, and if the shots have different sizes.
     """
     force = any(plan.job.options.force for plan in cut.parts)
     if not force and is_movie_finished(cut.path, cut.fingerprint):
-        for plan in cut.parts:
-            yield from ((plan, FrameDone(it.frame, it.path, True)) for it in plan.frames)
+        for at, plan in enumerate(cut.parts):
+            yield from ((at, FrameDone(it.frame, it.path, True)) for it in plan.frames)
         return
     make_folder(cut.output.folder)
     check_writable(cut.path)
-    for plan in cut.parts:
-        with closing(export_frames(plan, make_renderer)) as steps:
-            yield from ((plan, done) for done in steps)
+    for at in range(len(cut.parts)):
+        with made(at) as steps:
+            yield from ((at, done) for done in steps)
     _join(cut)
     _remove(cut)
 

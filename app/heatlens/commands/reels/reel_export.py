@@ -1,8 +1,8 @@
 """`heatlens export` of a reel or an edit: each of its shots, or one movie of the cut."""
 
 import argparse
-from collections.abc import Callable, Iterable
-from contextlib import closing
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,23 +18,26 @@ from heatlens.export.job import ExportJob
 from heatlens.export.movie_sound import heard
 from heatlens.export.output import parse_output
 from heatlens.export.plan import ExportPlan, planned
+from heatlens.export.run import FrameDone
 from heatlens.files.output_check import check_folder, make_folder
 from heatlens.model.frames import FrameRange
 from heatlens.model.reel import SHOT_FIELD, Reel, ReelShot
-from heatlens.render import headless_renderer
 
-_HERE_ALONE = ("cluster", "processes", "send", "after_export", "edit_out", "handles")
-
+_NOT_OF_A_CUT = ("send", "after_export", "edit_out", "handles")
 
 ShotToExport = tuple[argparse.Namespace, ExportPlan, str]
+MadeFrames = AbstractContextManager[Iterator[FrameDone]]
 
 
 def export_reel(
     args: argparse.Namespace,
     export_one: Callable[[argparse.Namespace, ExportPlan, str], None],
     submit: Callable[[Iterable[ShotToExport]], None],
+    made: Callable[[argparse.Namespace, ExportPlan], MadeFrames],
 ) -> None:
     """Export the reel `args.shot`; `export_one` exports a shot of it, `submit` writes a job of all.
+
+    `made` gives the frames of a shot as they are finished, here or elsewhere.
 
     Every shot is planned before the first frame is made, so that what is missing is told at once.
     """
@@ -43,7 +46,7 @@ def export_reel(
     for shot in reel.shots:
         say(*(f"{shot.name}: {note}." for note in shot.notes))
     if SHOT_FIELD not in args.output:
-        _export_cut(args, reel, submit)
+        _export_cut(args, reel, submit, made)
         return
     if args.edit_out is not None:
         check_edit_out(args.edit_out)
@@ -61,10 +64,13 @@ def export_reel(
 
 
 def _export_cut(
-    args: argparse.Namespace, reel: Reel, submit: Callable[[Iterable[ShotToExport]], None]
+    args: argparse.Namespace,
+    reel: Reel,
+    submit: Callable[[Iterable[ShotToExport]], None],
+    made: Callable[[argparse.Namespace, ExportPlan], MadeFrames],
 ) -> None:
     """Export all shots as one movie."""
-    refuse_given(args, _HERE_ALONE, "This is not possible with one movie of a cut")
+    refuse_given(args, _NOT_OF_A_CUT, "This is not possible with one movie of a cut")
     output = parse_output(args.output)
     check_folder(output.pattern)
     parts, shots = [], []
@@ -77,10 +83,12 @@ def _export_cut(
         return
     cut, count = Cut(reel, output, tuple(parts)), sum(len(plan.frames) for plan in parts)
     say(*filter(None, (heard(plan, reel.frames_per_second)[1] for plan in parts)))
-    names = {id(plan): shot.name for plan, shot in zip(cut.parts, reel.shots, strict=True)}
-    with progress_line() as show, closing(export_cut(cut, headless_renderer)) as steps:
-        for number, (plan, done) in enumerate(steps, start=1):
-            show(f"{names[id(plan)]}, frame {done.frame}, {number} of {count} done")
+    with (
+        progress_line() as show,
+        closing(export_cut(cut, lambda at: made(*shots[at][:2]))) as steps,
+    ):
+        for number, (at, done) in enumerate(steps, start=1):
+            show(f"{shots[at][2]}, frame {done.frame}, {number} of {count} done")
     tell(str(output.pattern))
 
 
