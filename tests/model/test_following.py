@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.following import Follow, bridged, followed
+from heatlens.model.following import followed
 from heatlens.model.lens import Lens
+from heatlens.model.live_focus import Follow, bridged
 from heatlens.model.pull import pull
 from heatlens.model.shot import LensParameter, Shot
 

@@ -21,6 +21,7 @@ from heatlens.scene.first_shot import first_shot
 from heatlens.scene.placing import placed
 from heatlens.sequence.sequence import find_sequence
 from heatlens.source.kinds import kind_of
+from heatlens.source.live_focus import measured
 from heatlens.source.named import plates_again
 from heatlens.source.plate_source import PlateSource
 
@@ -85,7 +86,7 @@ def _of_name(
     if kind_of(name).reads_plates and is_shot_file(name):
         _refuse("plates", camera=camera, size=size)
         _refuse("a shot file, which says how its plates are read", **options)
-        shot = read_shot(name)
+        shot = measured(read_shot(name))
         if shot.source is None:
             raise InputError(f"{name} names no plates and no scene.")
         return _of_kind(shot.source, replace(asked, shot=shot))

@@ -20,6 +20,7 @@ from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.options.value_types import number
 from heatlens.commands.output.plate_words import first_plate, overscan_of_shot
 from heatlens.commands.output.say import say, tell
+from heatlens.commands.shots.following import measured_now
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.live.ring.address import RingAddress, opentrackio_address
 from heatlens.live.ring.otrk_packet import Encoding
@@ -186,7 +187,7 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
         shot = first.shot
     elif is_shot_file(args.source):
         refuse_given(args, _TIMING, f"{args.source} sets how its scene is played")
-        shot = read_shot(args.source)
+        shot = measured_now(read_shot(args.source))
     else:
         refuse_given(args, _TIMING, f"{args.source} is not a 3D scene")
         _refuse_shot_options(args)

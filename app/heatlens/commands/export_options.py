@@ -30,6 +30,7 @@ from heatlens.commands.options.scene_options import (
     add_framing_options,
     with_framing,
 )
+from heatlens.commands.shots.following import measured_now
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.burn_in import checked_template
@@ -102,7 +103,7 @@ def job_of(args: argparse.Namespace) -> ExportJob:
     _refuse_unused(args, read)
     shot = _with_overrides(args, read or _shot_of_options(args))
     frames = _frames(args, shot)
-    shot = _started(args, shot)
+    shot = measured_now(_started(args, shot))
     options = ExportOptions(**typed_fields(args, ExportOptions))
     if args.pinhole:
         options = replace(options, with_depth=True)

@@ -9,6 +9,7 @@ from typing import Any
 from heatlens.base.errors import InputError
 from heatlens.documents.edit_read import otio
 from heatlens.files.atomic_file import replacing
+from heatlens.model.following import baked
 from heatlens.model.frames import FrameRange
 from heatlens.model.reel import Reel
 from heatlens.model.shot import LensParameter, Shot
@@ -74,7 +75,7 @@ def _clip(name: str, made: Exported, rate: float) -> Any:
 
 def _pulls(made: Exported, rate: float) -> Iterable[Any]:
     """Yield a marker for each key of the focus within the cut."""
-    for key in made.shot.curves.of(LensParameter.FOCUS_DISTANCE).keys:
+    for key in baked(made.shot).curves.of(LensParameter.FOCUS_DISTANCE).keys:
         if key.frame in made.cut:
             frame = FrameRange(round(key.frame), round(key.frame))
             yield otio().schema.Marker(

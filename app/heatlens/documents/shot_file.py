@@ -28,6 +28,7 @@ from heatlens.model.grade import Grade
 from heatlens.model.interpolation import Ease, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
+from heatlens.model.live_focus import LiveFocus
 from heatlens.model.look import Look
 from heatlens.model.marks import (
     DistanceMark,
@@ -39,6 +40,7 @@ from heatlens.model.marks import (
     WorldMark,
 )
 from heatlens.model.opening_image import OpeningImage
+from heatlens.model.option import Values
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import FOCUS_SCALES, LensCurves, LensParameter, Shot
@@ -63,7 +65,7 @@ _FIELDS: dict[str, tuple[str, object]] = {
 }
 # Sources that are names and not paths, unless a file has that name: the built-in scene.
 _NAMES = ("demo",)
-_OTHERS = ("source", "focus_interpolation", "keys", "marks")
+_OTHERS = ("source", "focus_interpolation", "keys", "live_focus", "marks")
 
 
 def read_shot(path: str | os.PathLike[str], moved: Sequence[Sequence[str]] = ()) -> Shot:
@@ -148,6 +150,7 @@ def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, object
         **fields,
         "focus_interpolation": _focus_word(shot.curves.focus_distance_m.scale),
         "keys": {str(p): [_key_json(key) for key in c.keys] for p, c in curves.items() if c.keys},
+        **({} if shot.curves.live is None else {"live_focus": plain(shot.curves.live)}),
         "marks": [record_to_json(mark) for mark in shot.marks],
     }
 
@@ -185,9 +188,11 @@ def _curves(entries: Mapping[str, JsonEntry]) -> LensCurves:
     if "focus_interpolation" in entries:
         scale = FOCUS_SCALES[entries["focus_interpolation"].choice(FOCUS_SCALES)]
         curves = replace(curves, focus_distance_m=Curve(scale=scale))
+    if "live_focus" in entries:
+        curves = replace(curves, live=entries["live_focus"].record(LiveFocus))
     if "keys" not in entries:
         return curves
-    keyed = {
+    keyed: Values = {
         name: entry.built(
             Curve,
             {

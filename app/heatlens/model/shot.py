@@ -1,10 +1,15 @@
 """A shot: a lens over frames, and how its blur is computed."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import lru_cache
 from math import ceil, floor
 
+import numpy as np
+
 from heatlens.base.errors import InputError, LensError
+from heatlens.model.coc import sharp_dioptres
 from heatlens.model.curve import Curve
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
 from heatlens.model.framing import Framing
@@ -12,6 +17,7 @@ from heatlens.model.grade import Grade
 from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
+from heatlens.model.live_focus import LiveFocus
 from heatlens.model.look import Look, check_looks
 from heatlens.model.marks import Mark, check_marks
 from heatlens.model.option import Values, options_of
@@ -56,7 +62,10 @@ _SCALES: dict[LensParameter, tuple[Scale, ...]] = {
 
 @dataclass(frozen=True, slots=True)
 class LensCurves:
-    """The keys of each parameter. Only the focus has a choice of scale: dioptres or metres."""
+    """The keys of each parameter. Only the focus has a choice of scale: dioptres or metres.
+
+    A focus that follows marks, `live`, takes the place of its keys once it has been measured.
+    """
 
     focus_distance_m: Curve = field(default_factory=lambda: Curve(scale=Scale.RECIPROCAL))
     f_stop: Curve = field(default_factory=lambda: Curve(scale=Scale.LOGARITHMIC))
@@ -64,6 +73,7 @@ class LensCurves:
     squeeze: Curve = field(default_factory=Curve)
     tilt_deg: Curve = field(default_factory=Curve)
     split_dioptres: Curve = field(default_factory=Curve)
+    live: LiveFocus | None = None
 
     def __post_init__(self) -> None:
         for parameter, scales in _SCALES.items():
@@ -114,6 +124,12 @@ class Shot:
 
     def __post_init__(self) -> None:
         check_marks(self.marks)
+        if self.curves.live is not None:
+            lost = set(self.curves.live.marks) - {mark.name for mark in self.marks}
+            if lost:
+                raise InputError(
+                    f"The focus follows mark {min(lost)}, which the shot does not have."
+                )
         check_looks(self.looks)
         check_frames_per_second(self.frames_per_second)
         if self.start_timecode is not None:
@@ -181,6 +197,11 @@ class Shot:
         """
         curves = {str(p): c for p in LensParameter if (c := self.curves.of(p)).keys}
         values: Values = {name: curve.value_at(frame) for name, curve in curves.items()}
+        live = self.curves.live
+        if live is not None and live.measured:
+            track = _live_track(self.lens, self.curves, self.frames_per_second)
+            at = float(np.interp(frame, live.frames, track))
+            values[LensParameter.FOCUS_DISTANCE.value] = Scale.RECIPROCAL.value_at(at)
         if not values:
             return self.lens
         try:
@@ -194,7 +215,8 @@ class Shot:
 
     def with_curve(self, parameter: LensParameter, curve: Curve) -> "Shot":
         """Return the shot with other keys for one parameter."""
-        return replace(self, curves=replace(self.curves, **{str(parameter): curve}))
+        changed: Values = {str(parameter): curve}
+        return replace(self, curves=replace(self.curves, **changed))
 
     def with_focus_scale(self, scale: Scale) -> "Shot":
         """Return the shot with the focus on another scale; its speed at each key stays.
@@ -255,6 +277,23 @@ class Shot:
         """Return the shot without keys of a parameter; its value at `frame` stays everywhere."""
         still = replace(self, lens=self.lens_at(frame))
         return still.with_curve(parameter, replace(self.curves.of(parameter), keys=()))
+
+
+@lru_cache(maxsize=32)
+def _live_track(lens: Lens, curves: LensCurves, frames_per_second: float) -> list[float]:
+    """Return the dioptres of the focus that follows, at each frame that was measured."""
+    live = curves.live
+    assert live is not None
+    still = Shot(lens, curves=replace(curves, live=None))
+    return live.dioptres(live_sharp_dioptres(still, live.frames), frames_per_second)
+
+
+def live_sharp_dioptres(still: Shot, frames: Iterable[int]) -> list[float]:
+    """Return half the sharp range at each frame, of the lens as it is without a focus that follows.
+
+    It hardly depends on the focus.
+    """
+    return [sharp_dioptres(still.lens_at(frame)) for frame in frames]
 
 
 def _fitting(timecode: Timecode, later: int, frames_per_second: float) -> Timecode | None:

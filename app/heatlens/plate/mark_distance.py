@@ -5,8 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.following import Distances
 from heatlens.model.lens import Lens
+from heatlens.model.live_focus import Distances
 from heatlens.model.marks import (
     DistanceMark,
     Mark,

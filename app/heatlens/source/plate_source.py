@@ -1,5 +1,6 @@
 """Plates as a source: a single file, or the files of a numbered sequence."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,10 +11,14 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.neighbour_reader import NeighbourReader
+from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.frames import FrameRange
+from heatlens.model.live_focus import Distances
+from heatlens.model.marks import Mark, TrackMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.behind import behind_paths
+from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.plate import Plate, ReadPixels
 from heatlens.sequence.depth_files import PlateFiles, depth_path_for
 from heatlens.sequence.names import NameForm, frames_text
@@ -117,6 +122,23 @@ class PlateSource:
         needed = tuple(sorted({origin.frame for origin in origins}))
         part = replace(self.sequence, frames=needed, present=needed)
         return _PlateLoader(part, self.read, renderer)
+
+    def distances_m(self, shot: Shot, mark: Mark, tell: Callable[[str], None]) -> Distances:
+        """See `Source`; a missing frame is that of the plate before it."""
+        sequence, options = self.sequence, replace(self.options, never_blur=None, only_blur=None)
+        frames = shot.frames or FrameRange(sequence.first, sequence.last)
+        if isinstance(mark, TrackMark):
+            return {frame: mark.distance_at_m(frame) for frame in frames}
+        read = SequenceReader(options, self.first_file)
+
+        def plates() -> Iterator[tuple[int, Plate]]:
+            for frame in frames:
+                tell(f"measuring {mark.name} at frame {frame} of {frames}")
+                shown = sequence.shown_frame(frame, "hold")
+                assert shown is not None  # a sequence that was found has a file
+                yield frame, read(sequence.path_at(shown))
+
+        return mark_over_plates_m(plates(), mark)
 
     def _is_still(self, shot: Shot) -> bool:
         """Return True for a single file that is shown at every frame."""

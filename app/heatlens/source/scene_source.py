@@ -1,18 +1,23 @@
 """A 3D scene as a source: every frame exists, and is drawn on request."""
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
+from heatlens.base.errors import InputError
 from heatlens.base.paths import unreadable
 from heatlens.model.frames import FrameRange
-from heatlens.model.framing import SceneTiming
+from heatlens.model.framing import Framing, SceneTiming
+from heatlens.model.live_focus import Distances
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
+from heatlens.scene.scene_bounds import object_depth_m, object_names, track_of
 from heatlens.scene.scene_name import is_demo, open_scene
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.sequence.sequence import MissingPolicy
@@ -68,6 +73,23 @@ class SceneSource:
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
         """See `Source`; every frame is made of all files of the scene."""
         return Origin(frame, files=stamped(self.all_files))
+
+    def distances_m(self, shot: Shot, mark: Mark, tell: Callable[[str], None]) -> Distances:
+        """See `Source`; objects and distances need no picture of the scene."""
+        framing, scene = shot.framing or Framing(), placed(self.scene, shot.framing)
+        frames = shot.frames or self.scene.frames or FrameRange(_STILL_FRAME, _STILL_FRAME)
+        if isinstance(mark, DistanceMark):
+            return dict.fromkeys(frames, mark.distance_m)
+        if not isinstance(mark, ObjectMark):
+            raise InputError(
+                f"Mark {mark.name}: in a scene, name an object to follow, as in "
+                f"{mark.name}=object:{object_names(scene)[0]}."
+            )
+        found = {}
+        for frame in frames:
+            pose = track_of(scene, framing, shot.lens_at(frame)).pose_at(frame)
+            found[frame] = object_depth_m(scene, mark.object_name, pose, frame)
+        return found
 
     @cached_property
     def all_files(self) -> tuple[Path, ...]:

@@ -1,9 +1,12 @@
 """The protocol of a source whose frames can be rendered again."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
 from heatlens.model.frames import FrameRange
+from heatlens.model.live_focus import Distances
+from heatlens.model.marks import Mark
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
@@ -86,6 +89,12 @@ class Source(Protocol):
         """Return what `frame` is made of; only files that name other files are read for this.
 
         Raises InputError if that fails.
+        """
+
+    def distances_m(self, shot: Shot, mark: Mark, tell: Callable[[str], None]) -> Distances:
+        """Return the distance of a mark at each frame of the shot; `tell` hears of the progress.
+
+        Raises InputError if it cannot be measured in such a source.
         """
 
     def loader(

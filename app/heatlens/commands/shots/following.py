@@ -1,17 +1,22 @@
 """The options of `heatlens shot new` that let the focus follow a mark."""
 
 import argparse
+import re
 from dataclasses import replace
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import add_fields, typed_fields
+from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.source_commands import commands_for
-from heatlens.model.following import Follow, followed
-from heatlens.model.lens import Lens
+from heatlens.model.following import baked
+from heatlens.model.live_focus import Follow, LiveFocus, Pursuit
 from heatlens.model.marks import TrackMark
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot import Shot
 from heatlens.sequence.names import frames_text
+from heatlens.source.live_focus import measured
+
+_PULL = re.compile(r"([^@]+)@(-?\d{1,9})\+(\d{1,6})")
 
 
 def add_follow_options(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +30,20 @@ def add_follow_options(parser: argparse.ArgumentParser) -> None:
         help="let the focus follow a mark at every frame: one of --mark, or a new one, such as "
         "A=cryptomatte:hero; --focus-distance is not needed then",
     )
+    group.add_argument(
+        "--follow-pull",
+        action="append",
+        default=[],
+        metavar="NAME@FRAME+FRAMES",
+        help="leave the followed mark at a frame for another one, made with --mark, and arrive so "
+        "many frames later: B@1040+18; may be repeated",
+    )
+    group.add_argument(
+        "--live",
+        action="store_true",
+        help="keep the following itself in the shot, in place of keys: what is made of the shot is "
+        "measured again where the plates have changed",
+    )
     add_fields(group, Follow)
 
 
@@ -34,8 +53,10 @@ def followed_name(args: argparse.Namespace) -> str | None:
     Raises InputError where something else sets the focus, and for options without --follow.
     """
     if args.follow is None:
-        if typed_fields(args, Follow):
-            raise InputError("--follow-... options need --follow, which names the mark to follow.")
+        if typed_fields(args, Follow) or args.follow_pull or args.live:
+            raise InputError(
+                "--live and --follow-... need --follow, which names the mark to follow."
+            )
         return None
     if any(text.startswith("focus@") for text in args.key):
         raise InputError("--follow sets the focus at every frame: leave --key focus@... out.")
@@ -66,26 +87,60 @@ def shot_that_follows(args: argparse.Namespace, shot: Shot, name: str) -> Shot:
     Raises InputError where the shot has no such mark or no plates, and where the mark cannot be
     measured on them.
     """
-    mark = next((mark for mark in shot.marks if mark.name == name), None)
-    if mark is None:
-        raise InputError(f"--follow {name}: there is no such mark. Add --mark {name}=WHAT.")
-    distances_m = commands_for(args.plate).distances_m(args, shot, mark)
-    hidden = [frame for frame, distance_m in distances_m.items() if distance_m is None]
-    try:
-        after = followed(shot, distances_m, Follow(**typed_fields(args, Follow)))
-    except InputError as error:
-        raise InputError(f"--follow {name}: {error}") from None
-    if hidden:
-        say(
-            f"{name} is hidden, or out of the picture, at frames {frames_text(hidden)}: there the "
-            "focus moves on to where it is seen again."
-        )
-    keys = after.curves.of(LensParameter.FOCUS_DISTANCE).keys
-    say(f"the focus follows {name} over {len(distances_m)} frames with {len(keys)} keys.")
-    return replace(after, lens=_first_focus(after))
+    pursuits = (Pursuit(name), *map(_pursuit, args.follow_pull))
+    for pursuit in pursuits:
+        if not any(mark.name == pursuit.mark for mark in shot.marks):
+            raise InputError(
+                f"--follow {pursuit.mark}: there is no such mark. Add --mark {pursuit.mark}=WHAT."
+            )
+    live = LiveFocus(pursuits, Follow(**typed_fields(args, Follow)))
+    keyless = replace(shot.curves.focus_distance_m, keys=())
+    curves = replace(shot.curves, focus_distance_m=keyless, live=live)
+    with progress_line() as show:
+        after = measured(replace(shot, curves=curves), show)
+    assert after.curves.live is not None
+    _say_hidden(after.curves.live)
+    followed = f"the focus follows {live.words} over {len(after.curves.live.frames)} frames"
+    if args.live:
+        say(f"{followed}, live.")
+    else:
+        after = baked(after)
+        say(f"{followed} with {len(after.curves.focus_distance_m.keys)} keys.")
+    first = after.frames.first if after.frames else 1
+    return replace(after, lens=replace(shot.lens, focus_distance_m=_focus_m(after, first)))
 
 
-def _first_focus(shot: Shot) -> Lens:
-    """Return the lens with the focus of the first key, where it was not given."""
-    first = shot.curves.of(LensParameter.FOCUS_DISTANCE).keys[0]
-    return replace(shot.lens, focus_distance_m=first.value)
+def measured_now(shot: Shot) -> Shot:
+    """Return the shot with a focus that follows measured again, if its files have changed; say so.
+
+    Raises InputError as `measured` does.
+    """
+    with progress_line() as show:
+        after = measured(shot, show)
+    live = shot.curves.live
+    if after != shot and live is not None and live.measured:
+        say(f"what {live.words} is on has changed since it was measured: the focus is new.")
+    return after
+
+
+def _focus_m(shot: Shot, frame: int) -> float:
+    return shot.lens_at(frame).focus_distance_m
+
+
+def _say_hidden(live: LiveFocus) -> None:
+    for it in live.measured:
+        places = zip(live.frames, it.distances_m, strict=True)
+        hidden = [frame for frame, far_m in places if far_m is None]
+        if hidden:
+            say(
+                f"{it.mark} is hidden, or out of the picture, at frames {frames_text(hidden)}: "
+                "there the focus moves on to where it is seen again."
+            )
+
+
+def _pursuit(text: str) -> Pursuit:
+    """Parse "B@1040+18". Raises InputError for anything else."""
+    match = _PULL.fullmatch(text)
+    if match is None:
+        raise InputError(f"--follow-pull {text}: write a mark, a frame and a length: B@1040+18.")
+    return Pursuit(match[1], int(match[2]), int(match[3]))

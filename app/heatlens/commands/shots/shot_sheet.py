@@ -16,6 +16,7 @@ from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.output.export_progress import failure_reported
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say, tell
+from heatlens.commands.shots.following import measured_now
 from heatlens.documents.reel_file import REEL_SUFFIX, is_reel, read_reel
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.export.sheet.page import PURPOSE, Sheet, sheet_entries, write_sheet
@@ -114,7 +115,7 @@ class _Part(NamedTuple):
 def _parts(args: argparse.Namespace) -> list[_Part]:
     if is_reel(str(args.shot)):
         return _parts_of_reel(args)
-    shot = _started(args, read_shot(args.shot))
+    shot = measured_now(_started(args, read_shot(args.shot)))
     return [_Part(args.title or _name(args.shot), shot, _frames_of(args, shot))]
 
 
@@ -127,7 +128,7 @@ def _parts_of_reel(args: argparse.Namespace) -> list[_Part]:
         if not is_shot_file(own.source):
             say(f"{own.name}: {own.source or 'its media'} is not a shot file, so it has no pull.")
             continue
-        shot = read_shot(own.source)
+        shot = measured_now(read_shot(own.source))
         found.append(_Part(own.name, shot, own.frames or _frames_of(args, shot)))
     if not found:
         raise InputError(f"{args.shot} has no shot file: `heatlens reel` makes one for each clip.")

@@ -121,6 +121,8 @@ def _about(shot: Shot, unit: str) -> str:
     ]
     if shot.framing is not None:
         lines.append(("scene seen", _framing_words(shot.framing)))
+    if shot.curves.live is not None:
+        lines.append(("focus follows", f"{printable(shot.curves.live.words)}, live"))
     for field in ("never_blur", "only_blur"):
         if thing := getattr(shot.plate_options, field):
             lines.append((options_of(PlateOptions)[field].words, printable(thing)))

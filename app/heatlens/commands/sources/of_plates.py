@@ -1,7 +1,7 @@
 """Plates on the command line."""
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,17 +19,15 @@ from heatlens.commands.sources.source_commands import Facts, Line, SourceCommand
 from heatlens.defocus.quality import unused_behind_notes
 from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.reader import SequenceReader, settled_options
-from heatlens.model.following import Distances
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens_model import LensModel
-from heatlens.model.marks import Mark, TrackMark
+from heatlens.model.marks import TrackMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.exr.behind_write import behind_path, write_behind
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.inspection import inspect
-from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.plate.tracking.tracked_mark import tracked
@@ -93,20 +91,6 @@ class PlateCommands(SourceCommands):
     def new_shot(self, args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
         """Return a shot with the files, lens, frames and frame rate of the plates."""
         return plate_shot(args, camera)
-
-    def distances_m(self, args: argparse.Namespace, shot: Shot, mark: Mark) -> Distances:
-        """Read the plates and measure the mark on each."""
-        frames, plate_at = _plates_of(args, shot)
-        if isinstance(mark, TrackMark):
-            return {frame: mark.distance_at_m(frame) for frame in frames}
-        with progress_line() as show:
-
-            def plates() -> Iterator[tuple[int, Plate]]:
-                for frame in frames:
-                    show(f"measuring {mark.name} at frame {frame} of {frames}")
-                    yield frame, plate_at(frame)
-
-            return mark_over_plates_m(plates(), mark)
 
     def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
         """Read the plates and follow the surface of the mark."""

@@ -17,15 +17,13 @@ from heatlens.commands.output.plate_words import say_breathing
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.shot_plate import rate_of
 from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
-from heatlens.model.following import Distances
-from heatlens.model.frames import FrameRange, parse_frame_range
-from heatlens.model.framing import Framing
-from heatlens.model.marks import Mark, ObjectMark, TrackMark
+from heatlens.model.frames import parse_frame_range
+from heatlens.model.marks import Mark, TrackMark
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.scene.scene import Scene, SceneCamera
-from heatlens.scene.scene_bounds import bounds_m, object_depth_m, object_names, track_of
+from heatlens.scene.scene_bounds import bounds_m, object_names
 
 if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
@@ -67,18 +65,6 @@ class SceneCommands(SourceCommands):
         is_own = args.fps is None and camera is None
         rate = shot.frames_per_second if is_own else rate_of(args, camera)
         return replace(shot, frames=frames, frames_per_second=rate)
-
-    def distances_m(self, args: argparse.Namespace, shot: Shot, mark: Mark) -> Distances:
-        """Return the distances of an object, which needs no picture of the scene."""
-        first = shot_of_scene(args, args.plate)
-        frames = shot.frames or FrameRange(first.frame, first.frame)
-        if not isinstance(mark, ObjectMark):
-            raise _no_object(first.scene, mark)
-        framing, found = shot.framing or Framing(), {}
-        for frame in frames:
-            pose = track_of(first.scene, framing, shot.lens_at(frame)).pose_at(frame)
-            found[frame] = object_depth_m(first.scene, mark.object_name, pose, frame)
-        return found
 
     def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
         """Refuse: a scene tells where its objects are."""

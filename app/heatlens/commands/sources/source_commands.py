@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
-from heatlens.model.following import Distances
-from heatlens.model.marks import Mark, TrackMark
+from heatlens.model.marks import TrackMark
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.source.kinds import kind_of
@@ -37,10 +36,6 @@ class SourceCommands:
 
     def new_shot(self, args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
         """Return a shot of `args.plate` with its lens, frames and frame rate (shot new)."""
-        self._refuse(args.plate)
-
-    def distances_m(self, args: argparse.Namespace, shot: Shot, mark: Mark) -> Distances:
-        """Return the distance of a mark at each frame of a shot of `args.plate` (shot new)."""
         self._refuse(args.plate)
 
     def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:

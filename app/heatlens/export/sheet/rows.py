@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from heatlens.model.coc import far_limit_m, near_limit_m
+from heatlens.model.following import baked
 from heatlens.model.frames import FrameRange
 from heatlens.model.measured_distance import measured_text
 from heatlens.model.shot import Shot
@@ -53,8 +54,11 @@ class MarkRow:
 
 
 def sheet_frames(shot: Shot, frames: FrameRange) -> list[float]:
-    """Return the frames that have a row: the keys of the focus, and both ends of `frames`."""
-    keyed = [key.frame for key in shot.curves.focus_distance_m.keys]
+    """Return the frames that have a row: the keys of the focus, and both ends of `frames`.
+
+    A focus that follows has those at which keys would describe it.
+    """
+    keyed = [key.frame for key in baked(shot).curves.focus_distance_m.keys]
     inside = [frame for frame in keyed if frames.first <= frame <= frames.last]
     return sorted({float(frames.first), *inside, float(frames.last)})
 

@@ -9,10 +9,11 @@ from heatlens.base.background import Background
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.following import Distances, followed
+from heatlens.model.following import followed
 from heatlens.model.frames import FrameRange
 from heatlens.model.lean import lean_of
 from heatlens.model.lens import Lens
+from heatlens.model.live_focus import Distances
 from heatlens.model.marks import (
     Click,
     DistanceMark,

@@ -5,8 +5,8 @@ from math import inf
 
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
-from heatlens.model.following import Distances
 from heatlens.model.frames import FrameRange
+from heatlens.model.live_focus import Distances
 from heatlens.model.marks import MatteMark, PointMark, WorldMark, distance_at_m
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.mattes.mattes import thing_at

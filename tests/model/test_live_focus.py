@@ -1,0 +1,106 @@
+"""A focus that follows live: what keys are made of, and a function of the lens as it is now."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.base.errors import InputError
+from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.model.coc import sharp_dioptres
+from heatlens.model.following import baked
+from heatlens.model.lens import Lens
+from heatlens.model.live_focus import Follow, LiveFocus, MeasuredMark, Pursuit
+from heatlens.model.marks import DistanceMark
+from heatlens.model.shot import LensCurves, Shot
+
+LENS = Lens(focal_length_mm=50, f_stop=1.4, focus_distance_m=3, sensor_width_mm=36)
+MARKS = (DistanceMark("A", 2.0), DistanceMark("B", 4.0))
+WALKS = st.lists(st.none() | st.floats(0.8, 30), min_size=2, max_size=30).filter(any)
+EXACT, ONE = Follow(ignored_part=0), (Pursuit("A"),)
+
+
+def live_shot(walk, follow=EXACT, pursuits=ONE, others=(), lens=LENS):
+    measured = (MeasuredMark("A", tuple(walk)), *others)
+    live = LiveFocus(tuple(pursuits), follow, 10, measured, "0")
+    return Shot(lens, marks=MARKS, curves=LensCurves(live=live))
+
+
+def at(shot, frame):
+    return 1 / shot.lens_at(frame).focus_distance_m
+
+
+@given(WALKS, st.integers(0, 3), st.integers(-2, 2), st.floats(0, 0.5))
+def test_keys_made_of_it_are_within_an_eighth_of_the_sharp_range(walk, ease, late, ignored):
+    shot = live_shot(walk, Follow(ignored, late, ease))
+    keyed = baked(shot)
+    assert keyed.curves.live is None and keyed.marks == MARKS
+    for frame in range(10, 10 + len(walk)):
+        sharp = sharp_dioptres(LENS)
+        assert abs(at(keyed, frame) - at(shot, frame)) <= 2 * 0.1251 * sharp
+
+
+@given(WALKS)
+def test_it_is_where_the_mark_is_seen_and_within_its_distances(walk):
+    shot, seen = live_shot(walk), [1 / it for it in walk if it is not None]
+    for frame, far_m in enumerate(walk, 10):
+        assert min(seen) * 0.999 <= at(shot, frame + 0.5) <= max(seen) * 1.001
+        if far_m is not None:
+            assert at(shot, frame) == pytest.approx(1 / far_m, rel=1e-9)
+
+
+@given(WALKS, st.floats(0.1, 5))
+def test_it_is_never_faster_than_the_ring(walk, most):
+    shot = live_shot(walk, Follow(0, most_dioptres_per_s=most))
+    places = [at(shot, frame) for frame in range(10, 10 + len(walk))]
+    step = max(abs(b - a) for a, b in pairwise(places))
+    assert step <= most / shot.frames_per_second * 1.0001
+
+
+def test_small_moves_are_ignored_by_the_lens_as_it_is_now():
+    walk = [3.0, 3.1, 3.0, 3.1]
+    wide_open = live_shot(walk, Follow(0.125))
+    stopped_down = live_shot(walk, Follow(0.125), lens=replace(LENS, f_stop=16))
+    assert at(wide_open, 10) != at(wide_open, 11)
+    assert at(stopped_down, 10) == at(stopped_down, 11)
+
+
+def test_a_pull_goes_from_one_moving_mark_to_another():
+    other = MeasuredMark("B", (8.0, 7.0, 6.0, 5.0, 4.0))
+    pursuits = (Pursuit("A"), Pursuit("B", 11, 2))
+    shot = live_shot([2.0, 2.2, 2.4, 2.6, 2.8], EXACT, pursuits, (other,))
+    expected = [1 / 2, 1 / 2.2, 0.5 / 2.4 + 0.5 / 6, 1 / 5, 1 / 4]
+    assert [at(shot, frame) for frame in range(10, 15)] == pytest.approx(expected)
+    live = shot.curves.live
+    assert live.pulled_to("A", 14, 3).pursuits == (*pursuits, Pursuit("A", 14, 3))
+    assert live.pulled_to("A", 12, 3).pursuits == (Pursuit("A"), Pursuit("A", 12, 3))
+
+
+def test_its_files_hold_all_of_it(tmp_path):
+    shot = live_shot([2.0, None, float("inf")], Follow(0.2, -3, 2, 1.5))
+    write_shot(tmp_path / "s.heatlens.json", shot)
+    assert read_shot(tmp_path / "s.heatlens.json") == shot
+
+
+@pytest.mark.parametrize(
+    ("pursuits", "told"),
+    [
+        ((), "begins"),
+        ((Pursuit("A", 3, 4),), "begins"),
+        ((Pursuit("A"), Pursuit("B")), "start frame"),
+        ((Pursuit("A"), Pursuit("B", 5, 0)), "frames"),
+        ((Pursuit("A"), Pursuit("B", 5, 9), Pursuit("A", 8, 2)), "before"),
+    ],
+)
+def test_an_impossible_order_is_refused(pursuits, told):
+    with pytest.raises(InputError, match=told):
+        LiveFocus(pursuits)
+
+
+def test_a_shot_needs_the_marks_that_it_follows():
+    with pytest.raises(InputError, match="Q"):
+        Shot(LENS, marks=MARKS, curves=LensCurves(live=LiveFocus((Pursuit("Q"),))))
+    unmeasured = Shot(LENS, marks=MARKS, curves=LensCurves(live=LiveFocus((Pursuit("A"),))))
+    assert unmeasured.lens_at(5) == LENS and baked(unmeasured).lens == LENS
