@@ -27,6 +27,13 @@ def test_a_job_tells_its_version_and_driver(capsys, shot_file, tmp_path, session
     assert expected in yaml.safe_load(text)["steps"][-1]["script"]["actions"]["onRun"]["args"]
 
 
+def test_a_job_for_gpus_expects_no_driver_of_a_login_node(capsys, shot_file, tmp_path):
+    """This machine draws in software; the nodes with a GPU have another driver, even if strict."""
+    words = ("-o", str(tmp_path / "n.####.exr"), "--submit", "openjd", "--strict", *QUICK)
+    assert main(["export", str(shot_file), *words, "--gpus", "1"]) == 0
+    assert f"--expect={__version__}" in arguments(capsys.readouterr().out)
+
+
 @pytest.mark.parametrize(("wanted", "named"), OTHERS)
 def test_another_program_is_said_and_refused_with_strict(
     capsys, shot_file, tmp_path, wanted, named

@@ -65,7 +65,7 @@ def test_undo_says_what_it_takes_back_and_is_grey_where_there_is_nothing(gui, mo
 def test_nothing_else_is_barred(gui):
     barred = {action.name for action in gui.screen.actions if action.why_not()}
     nothing_yet = {"Undo", "Redo", "Record a pull"}  # a single frame has nothing to play
-    of_reels = {"Next shot", "Previous shot"}
+    of_reels = {"Next shot", "Previous shot", "Grade of the shot"}
     assert barred - nothing_yet - of_reels == {*OF_SCENES, "Compare with accumulation"}
 
 

@@ -9,16 +9,22 @@ from collections.abc import Callable
 from heatlens.base.errors import GpuError, InputError
 from heatlens.commands.output.say import say
 from heatlens.export.plan import ExportPlan
-from heatlens.gpu.context import headless_context
+from heatlens.gpu.context import headless_context, is_software
 from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.version import __version__
 
 
-def program_here() -> str:
-    """Return "VERSION/DRIVER"; the driver is missing where there is no OpenGL."""
+def program_of_tasks(on_gpus: bool) -> str:
+    """Return "VERSION/DRIVER" for tasks that are to render as this machine does.
+
+    The driver is missing where there is no OpenGL, and where tasks get a GPU that this machine
+    lacks: jobs are written on the login node of a cluster.
+    """
     try:
         ctx = headless_context()
-    except GpuError:  # as on the login node of a cluster
+    except GpuError:
+        return __version__
+    if on_gpus and is_software(ctx):
         return __version__
     return f"{__version__}/{ctx.info['GL_RENDERER']}"
 

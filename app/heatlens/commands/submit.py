@@ -9,7 +9,7 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.commands.job_words import JobWords
 from heatlens.commands.output.say import say, tell
-from heatlens.commands.same_program import program_here
+from heatlens.commands.same_program import program_of_tasks
 from heatlens.documents.lens_kits import kit_shelf
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
@@ -117,7 +117,7 @@ def _measured_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJo
 
 def farm_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJob:
     """Return the job, with the frames of a shot as one part, without the memory that it needs."""
-    expected = None if args.submit is None else program_here()
+    expected = None if args.submit is None else program_of_tasks(on_gpus=bool(args.gpus))
     config = None
     if not shots[0].plan.job.output.is_exr:
         config = args.ocio or os.environ.get("OCIO") or None
