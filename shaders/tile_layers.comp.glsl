@@ -24,10 +24,13 @@ uniform int layer_count;
 layout(std430) writeonly buffer content_block { uint content_buf[]; };
 layout(std430) writeonly buffer nearest_block { float nearest_buf[]; };
 
-uint layers_of(float coc) {
+uint layers_of(vec2 cocs) {
     uint bits = 0u;
-    for (int l = 0; l < layer_count; ++l)
-        if (coc > layer_ends_px[l].x && coc < layer_ends_px[l].y) bits |= 1u << l;
+    int l = 0;
+    do {
+        bvec2 are_in = bvec2(uvec2(greaterThan(cocs, layer_ends_px[l].xx)) & uvec2(lessThan(cocs, layer_ends_px[l].yy)));
+        bits |= uint(any(are_in)) << l;
+    } while (++l < layer_count);
     return bits;
 }
 
@@ -41,13 +44,16 @@ void main() {
         for (int x = first.x; x < end.x; ++x) {
             ivec2 at = ivec2(x, y);
             float coc = texelFetch(coc_tx, at, 0).r;
-            content |= layers_of(coc);
+            float other = texelFetch(kind_tx, at, 0).r == FAR_RIM ? texelFetch(near_tx, at, 0).a : coc;
+            content |= layers_of(vec2(coc, other));
             nearest = min(nearest, coc);
 #ifdef LISTS
             List list = list_at(at);
-            for (uint i = list.first; i < list.end; ++i) content |= layers_of(fragment_of(i).coc);
+            uint last = list.end - 1u;
+            if (list.first < list.end) do {
+                content |= layers_of(vec2(fragment_of(list.first).coc, fragment_of(min(list.first + 1u, last)).coc));
+            } while ((list.first += 2u) < list.end);
 #endif
-            if (texelFetch(kind_tx, at, 0).r == FAR_RIM) content |= layers_of(texelFetch(near_tx, at, 0).a);
         }
     content_buf[tile.y * tiles.x + tile.x] = content;
     nearest_buf[tile.y * tiles.x + tile.x] = nearest;
