@@ -51,16 +51,17 @@ float drawn_part(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX,
 
 // The mixed rim of a highlight carries its neighbour's depth, so take the coc of the brightest pixel
 // around.
-float highlight_coc(ivec2 at) {
+float highlight_coc(ivec2 at, bool is_asked) {
     ivec2 last = textureSize(color_tx, 0) - 1;
     float most = mean_of(texelFetch(color_tx, at, 0).rgb);
     ivec2 brightest = at;
-    for (int k = 0; k < 9; ++k) {
+    int k = 0;
+    do {
         ivec2 p = clamp(at + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
         float luminance = mean_of(texelFetch(color_tx, p, 0).rgb);
         if (luminance > most) brightest = p;
         most = max(most, luminance);
-    }
+    } while (is_asked && ++k < 9);
     return texelFetch(coc_tx, brightest, 0).r;
 }
 
@@ -119,8 +120,9 @@ void main() {
     vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
     float around = surroundings.r, surface = surface_of(surroundings.b);
     float over = (1.0 - surface) * part_over(x.rgb, around), lamp_coc = coc;
+    float brightest_coc = highlight_coc(at, over > 0.0);
     if (over > 0.0) {
-        lamp_coc = highlight_coc(at);
+        lamp_coc = brightest_coc;
         over *= drawn_part(max(abs(coc), abs(lamp_coc)));
     }
     vec4 high = vec4(over * x.rgb, lamp_coc);
