@@ -189,7 +189,7 @@ def test_without_a_scheduler_the_window_says_so_once_and_renders(
 
 def test_a_plate_that_no_worker_can_read_is_rendered_here(begin, cluster, tmp_path, monkeypatch):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    real = frame_cluster._sent
+    real = frame_cluster.sent
 
     def elsewhere(job):
         """Return the job as it is on a machine where one plate is missing."""
@@ -199,7 +199,7 @@ def test_a_plate_that_no_worker_can_read_is_rendered_here(begin, cluster, tmp_pa
         files = tuple(replace(it, path=tmp_path / "no" / it.path.name) for it in sent.plate.files)
         return replace(sent, plate=replace(sent.plate, files=files))
 
-    monkeypatch.setattr(frame_cluster, "_sent", elsewhere)
+    monkeypatch.setattr(frame_cluster, "sent", elsewhere)
     session = begin(pattern, cluster.address)
     at_work(session)
     said = []

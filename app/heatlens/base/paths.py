@@ -48,6 +48,11 @@ def unreadable(path: Path, error: OSError | None = None) -> InputError:
     return InputError(f"{path} cannot be read: {why}.")
 
 
+def absolute(path: str | os.PathLike[str]) -> str:
+    """Return an absolute path or pattern without `..` and `~`; links are not resolved."""
+    return os.path.abspath(os.path.expanduser(path))
+
+
 def file_bytes(path: Path) -> bytes:
     """Return the content of a file; raise OSError for a pipe or a device, which may never end."""
     return file_and_status(path)[0]

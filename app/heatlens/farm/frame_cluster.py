@@ -8,9 +8,8 @@ import threading
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 from heatlens.base.background import Threads
@@ -18,13 +17,9 @@ from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import told_error
 from heatlens.defocus.line_solver import SolverName
 from heatlens.farm.cluster import connected, is_loss, library
-from heatlens.farm.frame_worker import Program, program_of, program_on, rendered
-from heatlens.farm.inputs import plain_path
+from heatlens.farm.frame_worker import Program, program_of, program_on, rendered, sent
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
-from heatlens.source.origin import StampedFile
-from heatlens.source.plate_source import PlateSource
-from heatlens.source.scene_source import SceneSource
 
 _LOOK_S = 1.0  # interval between checks for new and lost workers
 _AGAIN_S = 10.0  # after a failure, time until the scheduler is tried again
@@ -225,7 +220,7 @@ class _Service:
                 "workers": list(workers),
                 "priority": 0 if wish.is_kept else _FIRST,
             }
-            future = self._client.submit(rendered, _sent(wish.job), here[2], wish.is_kept, **told)
+            future = self._client.submit(rendered, sent(wish.job), here[2], wish.is_kept, **told)
             self._under_way[wish.job.key] = _UnderWay(wish, future, frozenset(workers))
             future.add_done_callback(self._of.hear)
 
@@ -278,25 +273,3 @@ def _answers(sent: _UnderWay) -> Iterator[Answer]:
     else:
         if picture is not None:
             yield Answer(key, picture)
-
-
-def _sent(job: FrameJob) -> FrameJob:
-    """Return a job with absolute paths and nothing that was read, to be sent."""
-    source, plate = job.source, job.plate
-    if isinstance(source, PlateSource):
-        folder = plain_path(source.sequence.folder)
-        options = source.options.with_files_beside(lambda path: str(plain_path(path)))
-        source = PlateSource(
-            str(plain_path(source.text)), replace(source.sequence, folder=folder), options
-        )
-    elif isinstance(source, SceneSource):
-        name = source.text if source.files is None else str(plain_path(source.files))
-        source = SceneSource(name, source.timing)
-    if plate is not None:
-        files = tuple(StampedFile(plain_path(it.path), it.stamp) for it in plate.files)
-        plate = replace(plate, files=files, read=_unread)
-    return replace(job, source=source, plate=plate)
-
-
-def _unread(path: Path) -> Any:
-    raise AssertionError(f"{path} is read by the worker")

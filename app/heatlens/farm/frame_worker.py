@@ -3,11 +3,13 @@
 import time
 from dataclasses import replace
 from functools import cache, lru_cache
+from pathlib import Path
 from typing import Any
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.defocus.line_solver import SOLVERS, SolverName
 from heatlens.farm.cluster import library
+from heatlens.farm.inputs import plain_path
 from heatlens.model.framing import Framing, WorldAxis
 from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
@@ -16,9 +18,8 @@ from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import Stamp
-from heatlens.source.origin import stamped
-from heatlens.source.plate_source import PlateSource
-from heatlens.source.scene_source import SceneSource
+from heatlens.source.origin import StampedFile, stamped
+from heatlens.source.source import Source
 from heatlens.version import __version__
 
 Program = tuple[str, ...]
@@ -35,6 +36,20 @@ def program_of(solver: SolverName) -> Program:
 def program_on(driver: str, version: str, solver: str) -> Program:
     """Return the program of this machine on an OpenGL driver."""
     return __version__, program_contents(), driver, version, solver
+
+
+def sent(job: FrameJob) -> FrameJob:
+    """Return a job with absolute paths and nothing that was read, to be sent to a worker."""
+    assert job.source is not None
+    plate = job.plate
+    if plate is not None:
+        files = tuple(StampedFile(plain_path(it.path), it.stamp) for it in plate.files)
+        plate = replace(plate, files=files, read=_unread)
+    return replace(job, source=job.source.located(), plate=plate)
+
+
+def _unread(path: Path) -> Any:
+    raise AssertionError(f"{path} is read by the worker.")
 
 
 def rendered(
@@ -67,9 +82,9 @@ def _rendered(job: FrameJob, filler: FrameFiller, worker: Any) -> RenderedPictur
 
 def _ready(job: FrameJob, filler: FrameFiller) -> FrameJob:
     """Return the job with its plate to be read here, or load its scene."""
-    assert isinstance(job.source, PlateSource | SceneSource)
-    source = _source(job.source, job.stamps)
-    if isinstance(source, SceneSource):
+    named: Any = job.source
+    source = _source(named, job.stamps)
+    if source.has_many_views:
         framing = job.shot.framing or Framing()
         scene = _scene(source, framing.up_axis, framing.meters_per_unit)
         if scene is not filler.renderer.scene:
@@ -80,7 +95,7 @@ def _ready(job: FrameJob, filler: FrameFiller) -> FrameJob:
 
 
 @lru_cache(maxsize=1)
-def _source(source: PlateSource | SceneSource, stamps: tuple[Stamp | None, ...]) -> Any:
+def _source(source: Source, stamps: tuple[Stamp | None, ...]) -> Any:
     """Return a source that stays open from task to task. Raises InputError if it has changed."""
     if stamps and tuple(file.stamp for file in stamped(source.all_files)) != stamps:
         raise InputError(f"{source.text} is not the file that the window has open.")
@@ -88,7 +103,7 @@ def _source(source: PlateSource | SceneSource, stamps: tuple[Stamp | None, ...])
 
 
 @lru_cache(maxsize=1)
-def _scene(source: SceneSource, up_axis: WorldAxis, meters_per_unit: float) -> Scene:
+def _scene(source: Any, up_axis: WorldAxis, meters_per_unit: float) -> Scene:
     return placed(source.scene, Framing(up_axis=up_axis, meters_per_unit=meters_per_unit))
 
 

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+from heatlens.base.paths import absolute
 from heatlens.color.color_config import files_of_config
 from heatlens.documents.opening_images import shot_with_images
 from heatlens.export.plan import ExportPlan
@@ -52,4 +53,4 @@ def config_files(text: str | None) -> tuple[Path, ...]:
 
 def plain_path(path: str | os.PathLike[str]) -> Path:
     """Return the absolute path without `..` and `~`."""
-    return Path(os.path.abspath(os.path.expanduser(path)))
+    return Path(absolute(path))

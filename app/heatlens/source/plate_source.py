@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from heatlens.base.errors import InputError
+from heatlens.base.paths import absolute
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.reader import SequenceReader
@@ -76,6 +77,11 @@ class PlateSource:
     @property
     def first_file(self) -> Path:
         return self.sequence.path_at(self.sequence.present[0])
+
+    def located(self) -> "PlateSource":
+        sequence = replace(self.sequence, folder=Path(absolute(self.sequence.folder)))
+        options = self.options.with_files_beside(absolute)
+        return PlateSource(absolute(self.text), sequence, options)
 
     def require(self) -> None:
         """See `Source`; a sequence that was found has files."""

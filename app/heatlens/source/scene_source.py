@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from heatlens.base.errors import InputError
-from heatlens.base.paths import unreadable
+from heatlens.base.paths import absolute, unreadable
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing, SceneTiming
 from heatlens.model.live_focus import Distances
@@ -53,6 +53,9 @@ class SceneSource:
     def frames(self) -> FrameRange | None:
         """See `Source`. Raises InputError if the scene cannot be read."""
         return self.scene.frames
+
+    def located(self) -> "SceneSource":
+        return SceneSource(self.text if self.files is None else absolute(self.text), self.timing)
 
     def require(self) -> None:
         if self.files is not None and not os.path.isfile(self.files):

@@ -70,6 +70,9 @@ class Source(Protocol):
     def has_many_views(self) -> bool:
         """True if it can be seen from many points of the lens, by accumulation or ray tracing."""
 
+    def located(self) -> "Source":
+        """Return it with absolute paths and nothing that was read, to be sent to other machines."""
+
     def require(self) -> None:
         """Raise InputError if its files are missing, without reading them."""
 

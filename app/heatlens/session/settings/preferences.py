@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal, get_type_hints
 
 from heatlens.base.errors import InputError
-from heatlens.base.paths import file_bytes
+from heatlens.base.paths import absolute, file_bytes
 from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 from heatlens.files.file_lock import locked
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
@@ -203,11 +203,6 @@ def _without_unused_ends(options: PlateOptions) -> PlateOptions:
     if options.depth_convention.facts.takes_ends:
         return options
     return replace(options, near_m=None, far_m=None)
-
-
-def absolute(text: str) -> str:
-    """Return an absolute path or pattern, without resolving links."""
-    return os.path.abspath(os.path.expanduser(text))
 
 
 def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
