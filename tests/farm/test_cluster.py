@@ -10,10 +10,12 @@ import pytest
 from distributed.comm import CommClosedError
 
 from heatlens.base.errors import InputError
-from heatlens.commands.main import main
+from heatlens.commands.export_options import job_of
+from heatlens.commands.main import build_parser, main
 from heatlens.commands.worker import made_part
 from heatlens.documents.shot_file import write_shot
-from heatlens.farm.cluster import ClusterMaker, PartTask, connected
+from heatlens.export.plan import planned
+from heatlens.farm.cluster import ClusterMaker, PartTask, connected, topic_of
 from heatlens.version import __version__
 from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.exports import MANY, exported, files_in, shot_of, write_plates
@@ -194,6 +196,61 @@ def test_a_stopped_export_goes_on_where_it_was(capsys, many, tmp_path, lost, how
     assert export.returncode == (130 if how == signal.SIGINT else -9)
     lost.exported(many, "-o", out / "n.####.exr")
     assert files_in(out) == files_in(tmp_path / "whole")
+
+
+@pytest.mark.parametrize("how", [signal.SIGHUP, signal.SIGKILL])
+@pytest.mark.parametrize("output", ["n.####.exr", "m.mov"])
+def test_an_export_whose_terminal_is_gone_goes_on_and_is_followed_again(
+    capsys, many, tmp_path, lost, how, output
+):
+    """The cluster makes all frames without the client; a new one finds them, or those left."""
+    exported(capsys, many, tmp_path / "whole" / output)
+    out = tmp_path / "out"
+    export = lost.export("export", many, "-o", out / output, "--chunk", 2)
+    wait_for(lambda: len(list(out.glob("**/*.exr"))) > 2)
+    lost.kill("export", how)
+    assert export.returncode == (129 if how == signal.SIGHUP else -9)
+    wait_for(lambda: len(list(out.glob("**/*.exr"))) > 5)  # nobody asks for them now
+    (worker,) = children_of(lost.process("worker 0"))
+    os.kill(worker, signal.SIGSTOP)
+    before = {path: path.stat().st_ino for path in out.glob("**/*.exr")}
+    export = lost.export("again", many, "-o", out / output)
+    wait_for(lambda: "goes on with what the cluster has under way" in lost.said("again"))
+    os.kill(worker, signal.SIGCONT)
+    assert export.wait(60) == 0, lost.said("again")
+    assert files_in(out) == files_in(tmp_path / "whole")
+    assert all(path.stat().st_ino == inode for path, inode in before.items() if path.exists())
+    with connected(lost.address) as client:
+        assert client.list_datasets() == ()
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_an_export_that_is_stopped_leaves_nothing_at_the_scheduler(many, tmp_path, lost, how):
+    out = tmp_path / "out"
+    export = lost.export("export", many, "-o", out / "n.####.exr", "--chunk", 1)
+    wait_for(lambda: len(list(out.glob("n.*"))) > 2)
+    lost.kill("export", how)
+    assert export.returncode == 128 + how
+    with connected(lost.address) as client:
+        assert client.list_datasets() == ()
+        wait_for(lambda: not any(client.processing().values()))
+    assert len(files_in(out)) < len(MANY)
+
+
+def test_what_failed_while_nobody_looked_is_tried_again(capsys, shot_file, tmp_path, lost):
+    """For example on a disk that was full."""
+    exported(capsys, shot_file, tmp_path / "whole" / "n.####.exr")
+    words = [str(shot_file), "-o", str(tmp_path / "out" / "n.####.exr")]
+    args = build_parser(["export"]).parse_args(["export", *words])
+    topic = topic_of(planned(job_of(args)), False)
+    with connected(lost.address) as client:
+        failed = client.submit(int, "no number", key=f"{topic}:1:1001-1003")
+        client.publish_dataset([failed], name=topic)
+        wait_for(lambda: failed.status == "error")
+    lost.exported(*words)
+    assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")
+    with connected(lost.address) as client:
+        assert client.list_datasets() == ()
 
 
 def test_a_connection_that_breaks_in_the_middle_of_an_answer_is_told():

@@ -30,7 +30,7 @@ from heatlens.export.job import read_job
 from heatlens.export.movie_sound import heard
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
-from heatlens.farm.cluster import ClusterMaker, PartTask, connected, new_topic
+from heatlens.farm.cluster import ClusterMaker, PartTask, connected, topic_of
 from heatlens.farm.elsewhere import Make, made_elsewhere
 from heatlens.farm.job import typed
 from heatlens.farm.processes import ProcessMaker
@@ -170,11 +170,11 @@ def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[Fram
     with ExitStack() as stack:
         make: Make = ProcessMaker(words, args.processes or 1, say, args.device)
         if args.cluster is not None:
-            task = PartTask(words, "", __version__, args.fetch, new_topic())
+            task = PartTask(words, "", __version__, args.fetch, topic_of(plan, args.fetch))
             client = stack.enter_context(connected(args.cluster))
-            make = ClusterMaker(
-                client, made_part, task, args.chunk, say, plan.job.shot.plate_options.strict
-            )
+            strict = plan.job.shot.plate_options.strict
+            make = ClusterMaker(client, made_part, task, args.chunk, say, strict)
+            stack.callback(make.forget)
         yield stack.enter_context(closing(made_elsewhere(plan, make, headless_renderer)))
 
 

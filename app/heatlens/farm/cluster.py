@@ -7,23 +7,28 @@ each frame by an event, so that progress is shown before a task of several frame
 import logging
 import queue
 import re
+import signal
 import uuid
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.extras import import_extra
-from heatlens.export.plan import PlannedFrame
+from heatlens.base.stop_signals import StopSignals
+from heatlens.base.stopping import Stopped
+from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.run import FrameDone
 from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
-from heatlens.sequence.names import frames_text
+from heatlens.plate.picture.picture_digest import digest
+from heatlens.sequence.names import frames_text, parse_frames
 
 PATIENCE_S = 10  # time limit for an answer of the scheduler
 _ADDRESS = re.compile(r"(tcp|tls|wss?)://(\[[\da-f:.]+\]|[^\s/:]+):\d{1,5}")
+LEAVE = getattr(signal, "SIGHUP", None)  # the signal that leaves an export to the cluster
 NO_ANSWER = (OSError, ValueError, TimeoutError)  # raised if there is no answer
 _LOSSES = ("FutureCancelledError", "CancelledError", "CommClosedError")  # the scheduler has died
 _LOOK_S = 2.0  # interval between checks for lost workers
@@ -123,6 +128,7 @@ class ClusterMaker:
         """
         self._drivers: dict[str, str] = {}  # the first worker of each driver
         self._strict = strict
+        self._is_left = False  # whoever starts the same export again follows it
         self._client = client
         self._work = work
         self._task = task
@@ -139,18 +145,57 @@ class ClusterMaker:
         self._wait_for_workers()
         waiting = {frame.frame: frame.path for frame in frames}
         self._client.subscribe_topic(self._task.topic, lambda event: self._news.put(event[1]))
-        pending = self._sent([frame.frame for frame in frames])
-        while pending:
-            news = self._next()
-            if isinstance(news, dict):
-                found = [PartDone(**{name: news[name] for name in news.keys() - {"worker"}})]
-            else:
-                pending.remove(news)
-                found = _result(news)
-            for done in found:
-                self._compare(done)
-                if done.frame in waiting:
-                    yield _stored(done, waiting.pop(done.frame))
+        old = self._taken_over(waiting)
+        pending = old | self._sent(sorted(waiting.keys() - _frames_of(old)))
+        with self._kept(pending) as stops:
+            while pending:
+                news = self._next(stops)
+                if isinstance(news, dict):
+                    found = [PartDone(**{name: news[name] for name in news.keys() - {"worker"}})]
+                else:
+                    pending.remove(news)
+                    if news in old and news.status == "error":  # perhaps it is mended now
+                        pending |= self._sent(sorted(waiting.keys() & _frames_of([news])))
+                        continue
+                    found = _result(news)
+                for done in found:
+                    self._compare(done)
+                    if done.frame in waiting:
+                        yield _stored(done, waiting.pop(done.frame))
+
+    def _taken_over(self, frames: Container[int]) -> set[Any]:
+        """Return the futures of an earlier client of this export that are still of use."""
+        there = self._client.get_dataset(self._task.topic, default=())
+        found = {it for it in there if any(frame in frames for frame in _frames_of([it]))}
+        if found:
+            self._say("goes on with what the cluster has under way.")
+        for future in found:
+            future.add_done_callback(self._news.put)
+        return found
+
+    @contextmanager
+    def _kept(self, pending: set[Any]) -> Iterator[StopSignals]:
+        """Let the tasks go on at the scheduler if this process is killed or its terminal closes.
+
+        Whoever starts the same export again follows them. Ctrl-C and failures cancel them.
+        """
+        if not self._task.fetch:  # else nobody could take their files
+            self._client.publish_dataset([*pending], name=self._task.topic, override=True)
+        with StopSignals(lambda: self._news.put(None)) as stops:
+            try:
+                yield stops
+            except Stopped as stop:
+                self._is_left = stop.number == LEAVE
+                raise
+            finally:
+                if not self._is_left and self._client.status == "running":
+                    self._client.cancel([*pending], force=True)
+
+    def forget(self) -> None:
+        """Remove this export from the scheduler, unless it is left there."""
+        if not self._is_left and self._client.status == "running":
+            with suppress(OSError, TimeoutError):  # the scheduler has gone
+                self._client.unpublish_dataset(self._task.topic)
 
     def _compare(self, done: PartDone) -> None:
         """Tell of a driver that no worker had before. Raises InputError if that is refused."""
@@ -174,7 +219,7 @@ class ClusterMaker:
         futures = {
             self._client.submit(self._work, replace(self._task, frames=text), pure=False, key=key)
             for text in texts
-            for key in [f"{self._task.topic}-{text}"]
+            for key in [f"{self._task.topic}:{uuid.uuid4().hex}:{text}"]
         }
         for future in futures:
             future.add_done_callback(self._news.put)
@@ -186,19 +231,32 @@ class ClusterMaker:
             self._say(f"no worker is there yet; start one with: heatlens worker {address}")
             self._client.wait_for_workers(1)
 
-    def _next(self) -> Any:
+    def _next(self, stops: StopSignals) -> Any:
         """Return the next event or finished future; say so if the last worker is lost."""
         while True:
+            stops.raise_if_stopped()
             try:
-                return self._news.get(timeout=_LOOK_S)
+                news = self._news.get(timeout=_LOOK_S)
             except queue.Empty:
                 if self._client.status == "running":
                     self._wait_for_workers()
+            else:
+                if news is not None:
+                    return news
+
+
+def _frames_of(futures: Iterable[Any]) -> set[int]:
+    """Return the frames that these tasks make, which are named in their keys."""
+    return {frame for it in futures for frame in parse_frames(_frames_text(it))}
+
+
+def _frames_text(future: Any) -> str:
+    return str(future.key).rpartition(":")[2]
 
 
 def _result(future: Any) -> list[PartDone]:
     """Return the frames of a task. Raises InputError with a sentence for an error of Dask."""
-    name = "frames " + str(future.key).rpartition("-")[2]
+    name = f"frames {_frames_text(future)}"
     try:
         found: list[PartDone] = future.result()
     except HeatlensError:
@@ -237,6 +295,7 @@ def _stored(done: PartDone, path: Path) -> FrameDone:
     return FrameDone(done.frame, path, done.was_there, done.surfaces_lost, remarks, maker)
 
 
-def new_topic() -> str:
-    """Return a topic that no other export uses."""
-    return f"heatlens-{uuid.uuid4().hex}"
+def topic_of(plan: ExportPlan, fetch: bool) -> str:
+    """Return the topic of an export, which is the same if it is started again."""
+    frames = [[str(frame.path), frame.fingerprint] for frame in plan.frames]
+    return f"heatlens-{digest({'frames': frames, 'fetch': fetch})}"
