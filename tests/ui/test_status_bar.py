@@ -11,6 +11,7 @@ from imgui_bundle import imgui
 
 from heatlens.session.exports.export_process import ExportState
 from heatlens.session.loop.messages import Messages, Problem
+from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.ui.export_bar import export_title, export_words
 from heatlens.ui.widgets import fitted
 from support.session_files import POST
@@ -120,6 +121,27 @@ def test_closing_during_an_export_asks(exporting):
     gui.frame(3)
     gui.key(K.enter)
     assert gui.ui.is_over
+
+
+@pytest.mark.parametrize(
+    ("answer", "stopped"),
+    [("Leave it to the cluster and close", 0), ("Stop it and close", 1), ("", 0)],
+)
+def test_closing_during_an_export_on_a_cluster_offers_to_leave_it(
+    exporting, monkeypatch, answer, stopped
+):
+    """Return leaves it too."""
+    gui, calls = exporting, []
+    run = gui.session.files.exports.run
+    monkeypatch.setattr(run, "_place", ExportPlace(Where.CLUSTER))
+    monkeypatch.setattr(run, "cancel", lambda: calls.append(True))
+    gui.key(K.q, ctrl=True)
+    gui.frame(3)
+    if answer:
+        gui.click(gui.middle(f"quit {answer}"))
+    else:
+        gui.key(K.enter)
+    assert gui.ui.is_over and len(calls) == stopped
 
 
 def test_the_end_of_an_export_stays_until_it_was_read(exporting, monkeypatch):

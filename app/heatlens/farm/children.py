@@ -56,9 +56,9 @@ def _signals_heard_by_children() -> Iterator[None]:
             signal.signal(number, signal.SIG_IGN)
 
 
-def stop(process: "subprocess.Popen[str]") -> None:
+def stop(process: "subprocess.Popen[str]", how: signal.Signals = signal.SIGTERM) -> None:
     """Ask `process` to stop; kill it after a while if it has not."""
-    process.terminate()  # works from the first moment on, unlike Ctrl-C
+    process.send_signal(how)  # SIGTERM works from the first moment on, unlike Ctrl-C
     Thread(target=_kill_late, args=(process,), daemon=True).start()
 
 

@@ -28,7 +28,8 @@ from heatlens.sequence.names import frames_text, parse_frames
 
 PATIENCE_S = 10  # time limit for an answer of the scheduler
 _ADDRESS = re.compile(r"(tcp|tls|wss?)://(\[[\da-f:.]+\]|[^\s/:]+):\d{1,5}")
-LEAVE = getattr(signal, "SIGHUP", None)  # the signal that leaves an export to the cluster
+# The signal that leaves an export to the cluster; Windows has none.
+LEAVE: signal.Signals | None = getattr(signal, "SIGHUP", None)
 NO_ANSWER = (OSError, ValueError, TimeoutError)  # raised if there is no answer
 _LOSSES = ("FutureCancelledError", "CancelledError", "CommClosedError")  # the scheduler has died
 _LOOK_S = 2.0  # interval between checks for lost workers

@@ -17,7 +17,6 @@ from heatlens.ui import topmost
 from heatlens.ui.action_list import actions
 from heatlens.ui.actions import Action, in_order, opens, pressed
 from heatlens.ui.docked_panels import DockedPanels
-from heatlens.ui.export_bar import export_words
 from heatlens.ui.files.questions import quit_question, shot_question
 from heatlens.ui.keys_window import keys_window
 from heatlens.ui.layout import dock_panels, grow_for_curve, leave_room_for_picture, menu_bar
@@ -163,8 +162,7 @@ class Screen:
         pull_popup(session.time, ui)
         rendered_popup(session.time, ui.timeline)
         shot_question(session.files.documents)
-        export = session.files.exports.run.state
-        quit_question(ui, export_words(export), "" if export is None else export.when_stopped)
+        quit_question(ui, session.files.exports.run)
         ui.dialogs.draw()
         self.sharing.draw_popup()
 

@@ -1,10 +1,12 @@
 """Export frames, a movie or the lens as a camera in another process."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import HeatlensError
+from heatlens.base.paths import absolute
+from heatlens.documents.shot_file import read_shot
 from heatlens.model.frames import FrameRange
 from heatlens.model.option import words_of
 from heatlens.session.exports.export_process import ExportRun, ExportState
@@ -12,6 +14,7 @@ from heatlens.session.exports.export_settings import ExportSettings, proposed_se
 from heatlens.session.loop.messages import Problem, reported
 from heatlens.session.loop.worker import Worker
 from heatlens.session.pictures.picture_view import PictureDisplay
+from heatlens.session.settings.export_place import HERE, LeftExport, Where, shot_of_job
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
 
@@ -92,12 +95,39 @@ class ExportCommands(Commands, Worker):
             self._say(Problem(error))
 
     def poll(self) -> None:
-        """Report how an export has ended; call this once a frame."""
+        """Follow an export that was left, and report how one has ended; call this once a frame."""
+        left = self._preferences.now.left_exports
+        if left and self._source.plate is not None and not self.run.is_busy:
+            self._follow(left)
         state = self.run.state
         if state is not None and state.code is not None and state is not self._reported:
             self._reported = state
             self._say(state.said if state.code == 0 or state.is_stopped else Problem(state.said))
 
+    def _follow(self, left: Mapping[str, LeftExport]) -> None:
+        """Start the export again that was left for the open source: it finds what is done."""
+        found = left.get(self._left_as)
+        if found is None:
+            return
+        others = {name: it for name, it in left.items() if name != self._left_as}
+        self._preferences.change(left_exports=others)
+        place = replace(HERE, where=Where.CLUSTER, scheduler=found.scheduler)
+        with reported(self._say):
+            shot = read_shot(shot_of_job(found.output))
+            self.run.export(shot, found.output, found.job, place)
+            self._say(f"The cluster has gone on with the export to {found.output}.")
+
+    @property
+    def _left_as(self) -> str:
+        return absolute(self._editing.shot.source or "")
+
     def close(self) -> None:
-        """Stop an export and keep its finished frames."""
-        self.run.close()
+        """Stop an export and keep its finished frames, or leave it to the cluster that makes it."""
+        left = self.run.close()
+        if left is not None:
+            now = self._preferences.now.left_exports
+            self._preferences.change(left_exports={**now, self._left_as: left})
+            save = self._preferences.saving()
+            with reported(self._say):
+                if save is not None:
+                    save()

@@ -19,9 +19,17 @@ from heatlens.base.faults import faults_reported, told_error
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.farm.children import PATIENCE_S, started, stop
+from heatlens.farm.cluster import LEAVE
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.shot import Shot
-from heatlens.session.settings.export_place import HERE, ExportPlace, Where, job_path, shot_of_job
+from heatlens.session.settings.export_place import (
+    HERE,
+    ExportPlace,
+    LeftExport,
+    Where,
+    job_path,
+    shot_of_job,
+)
 
 _KILLED_S = 1.0  # time for the system to remove a killed process
 _TITLES = {"shot sheet": "pull sheet"}
@@ -42,6 +50,8 @@ class ExportState:
     told: str = ""  # a sentence of the process about the written files
     made_by: Counter[str] = field(default_factory=Counter)  # frames, by the worker of a cluster
     printed: list[str] = field(default_factory=list)  # what is no event: the text of a job
+    earlier: int = 0  # frames that were finished before it began
+    is_left: bool = False  # the cluster goes on with it
 
     @property
     def is_stopped(self) -> bool:
@@ -50,7 +60,7 @@ class ExportState:
 
     @property
     def when_stopped(self) -> str:
-        """A sentence on the files that remain if the export is stopped."""
+        """A sentence on what remains if the export is stopped."""
         if Path(self.output).suffix.lower() in MOVIE_SUFFIXES:
             return "An unfinished movie is deleted; exporting again starts over."
         return "Finished frames are kept; exporting again continues with the rest."
@@ -64,6 +74,9 @@ class ExportRun:
         self._wake = wake
         self._process: subprocess.Popen[str] | None = None
         self._follower: Thread | None = None
+        self._is_stopping = False
+        self._place = HERE
+        self._job = ""
         self.state: ExportState | None = None  # state of the latest process
 
     @property
@@ -92,13 +105,30 @@ class ExportRun:
         If it has not stopped after a while, it is killed. This method does not wait.
         """
         if self._process is not None and self.is_busy:
+            self._is_stopping = True
             stop(self._process)
 
-    def close(self) -> None:
-        """Stop the process and wait for its end, which does not take long."""
-        self.cancel()
+    @property
+    def can_be_left(self) -> bool:
+        """Return True if a cluster makes the frames, and would go on without the process."""
+        is_there = self._place.where is Where.CLUSTER and LEAVE is not None
+        return self.is_busy and is_there and not self._is_stopping
+
+    def close(self) -> LeftExport | None:
+        """End the process and wait for that, which does not take long.
+
+        Return the export if the cluster goes on with it.
+        """
+        left = None
+        if self.can_be_left and self._process is not None and self.state is not None:
+            self.state.is_left = True
+            left = LeftExport(self.state.output, self._job, self._place.scheduler)
+            stop(self._process, LEAVE or signal.SIGTERM)
+        else:
+            self.cancel()
         if self._follower is not None:
             self._follower.join(PATIENCE_S + _KILLED_S)
+        return None if self.state is not None and self.state.code == 0 else left
 
     def _start(
         self,
@@ -111,13 +141,14 @@ class ExportRun:
     ) -> None:
         """Start the process and follow it. If that fails, leave no process or files behind."""
         title = f"{_TITLES.get(command, command)} to {output}"
+        self._place, self._job, self._is_stopping = place, job, False
         if place.is_job:
             title = f"{place.job_name(output)} in {Path(output).parent}"
         with faults_reported(f"The {title} could not start"), ExitStack() as undone:
             folder = tempfile.TemporaryDirectory(prefix="heatlens-")
             undone.enter_context(folder)
             path = Path(folder.name) / f"window{SHOT_SUFFIX}"
-            if place.is_job:
+            if place.needs_shot_beside:
                 path = shot_of_job(output)
             write_shot(path, shot)
             if job:
@@ -148,6 +179,8 @@ class ExportRun:
             code = process.returncode
             if code == 0 and place.is_job:
                 _keep_job(state, place)
+            if place.where is Where.CLUSTER and (code == 0 or not state.is_left):
+                shot_of_job(state.output).unlink(missing_ok=True)
             state.said = _closing_sentence(code, state)
         except Exception as error:  # without an exit code the window would wait forever
             state.said, code = str(told_error(error, f"{state.title} failed")), FAULT_CODE
@@ -186,6 +219,8 @@ def _closing_sentence(code: int, state: ExportState) -> str:
     """Return the message of the window for exit code `code`; for a failure, that of the command."""
     if code == 0:
         return f"Done: {state.title}. {state.told}".strip()
+    if state.is_left:
+        return f"Left to the cluster: {state.title}."
     if code in _STOPPED:
         return f"Stopped: {state.title}. {state.when_stopped}"
     return state.said
@@ -204,5 +239,6 @@ def _take(line: str, state: ExportState) -> None:
     state.done = event.get("done", state.done)
     state.left_s = event.get("seconds_left", state.left_s)
     state.told = event.get("told", state.told)
+    state.earlier += event.get("state") == "finished before"
     if "worker" in event:
         state.made_by[event["worker"]] += 1

@@ -35,6 +35,11 @@ class ExportPlace:
         """Return True if a job is written instead of the frames."""
         return self.where in (Where.SLURM, Where.BUNDLE)
 
+    @property
+    def needs_shot_beside(self) -> bool:
+        """Return True if other machines read the shot, which then lies beside the frames."""
+        return self.where is not Where.HERE
+
     def words(self, output: str) -> tuple[str, ...]:
         """Return the options of `heatlens export`."""
         if self.where is Where.SLURM:
@@ -52,6 +57,20 @@ class ExportPlace:
 
 
 HERE = ExportPlace()
+
+
+@dataclass(frozen=True)
+class LeftExport:
+    """An export that a cluster goes on with while no window follows it.
+
+    output     the pattern of the frames, or the movie; its shot lies beside it, see `shot_of_job`
+    job        the text of its file of options
+    scheduler  address of that of the cluster
+    """
+
+    output: str
+    job: str
+    scheduler: str
 
 
 def job_path(output: str) -> Path:

@@ -21,7 +21,7 @@ from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.peaking import USUAL_PEAKING, Peaking
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
-from heatlens.session.settings.export_place import HERE, ExportPlace
+from heatlens.session.settings.export_place import HERE, ExportPlace, LeftExport
 from heatlens.session.settings.merged_fields import merged, with_first
 from heatlens.session.settings.ui_sizes import SCALES
 from heatlens.session.time.playback import Ending
@@ -66,6 +66,7 @@ class Remembered:
     ring_maps      which channels of a controller turn which rings of the lens
     disk_mb        disk limit for rendered frames in MB; 0 keeps none on disk
     export_place   who made the frames of the last export
+    left_exports   exports that a cluster goes on with, by source
     """
 
     recent: tuple[str, ...] = ()
@@ -91,6 +92,7 @@ class Remembered:
     disk_mb: int = 4000
     ring_maps: tuple[ChannelMap, ...] = ()
     export_place: ExportPlace = HERE
+    left_exports: Mapping[str, LeftExport] = field(default_factory=dict)
 
 
 class Preferences:

@@ -6,10 +6,13 @@ from contextlib import contextmanager
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
+from heatlens.session.exports.export_process import ExportRun
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.ui import topmost, widgets
+from heatlens.ui.export_bar import export_words
 from heatlens.ui.state import UiState
 
+_LEFT = "The cluster can go on with it; opening the shot again shows how far it is."
 _FLAGS = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
 
 
@@ -33,25 +36,32 @@ def question(title: str, width_em: float) -> Iterator[bool]:
         imgui.end_popup()
 
 
-def quit_question(ui: UiState, words: str, stays: str) -> None:
-    """Draw the question while it is open.
-
-    `words` tell the progress of the export; `stays` says which of its files stay.
-    """
+def quit_question(ui: UiState, run: ExportRun) -> None:
+    """Draw the question what becomes of a running export, while it is open."""
     if not ui.asks_to_quit:
         return
     with question("An export is under way###quit", width_em=28.0) as shown:
         if not shown:
             return
-        imgui.text_wrapped(f"{words}. {stays}")
+        words, can_be_left = export_words(run.state), run.can_be_left
+        stays = "" if run.state is None else run.state.when_stopped
+        imgui.text_wrapped(f"{words}. {_LEFT if can_be_left else stays}")
         widgets.spacer()
         entered = imgui.is_key_pressed(imgui.Key.enter, False)
-        is_closing = widgets.button("Stop it and close", "quit Stop it and close") or entered
-        imgui.same_line()
+        is_left = can_be_left and (_answer("Leave it to the cluster and close") or entered)
+        is_stopped = _answer("Stop it and close") or (entered and not can_be_left)
         is_going_on = widgets.button("Keep exporting", "quit Keep exporting")
-        if is_closing or is_going_on or topmost.is_escaped() or not words:
-            ui.asks_to_quit, ui.is_over = False, is_closing or not words
+        if is_stopped:
+            run.cancel()
+        if is_left or is_stopped or is_going_on or topmost.is_escaped() or not words:
+            ui.asks_to_quit, ui.is_over = False, is_left or is_stopped or not words
             imgui.close_current_popup()
+
+
+def _answer(words: str) -> bool:
+    pressed = widgets.button(words, f"quit {words}")
+    imgui.same_line()
+    return pressed
 
 
 def shot_question(documents: ShotDocuments) -> None:

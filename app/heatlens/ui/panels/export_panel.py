@@ -150,8 +150,18 @@ def _progress(state: ExportState) -> bool:
         imgui.progress_bar(part, ImVec2(-5 * imgui.get_font_size(), 0), words)
         imgui.same_line()
         is_stopped = widgets.button("Stop", "Stop")
-        for worker, count in sorted(state.made_by.items()):
-            imgui.text_disabled(f"{printable(worker)}: {count}")
+        _by_worker(state)
         return is_stopped
     widgets.colored_text(state.said, theme.colors.dim if state.code == 0 else theme.colors.bad)
     return False
+
+
+def _by_worker(state: ExportState) -> None:
+    """Draw which share of the frames each worker of a cluster has made."""
+    if not state.made_by:
+        return
+    if state.earlier:
+        imgui.text_disabled(f"{state.earlier} finished before, then by worker:")
+    for worker, count in sorted(state.made_by.items()):
+        name = printable(worker.rpartition("/")[2])
+        imgui.progress_bar(count / state.frames, ImVec2(-1, 0), f"{name}:  {count}")
