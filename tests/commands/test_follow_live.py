@@ -10,8 +10,8 @@ import heatlens
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.following import baked
 from heatlens.model.live_focus import Pursuit
+from heatlens.model.pull import baked
 from heatlens.plate.exr.exr_read import read_parts
 from support.command_line import stderr_of_run
 from support.exr_files import write_file

@@ -6,10 +6,9 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.following import followed
 from heatlens.model.lens import Lens
 from heatlens.model.live_focus import Follow, bridged
-from heatlens.model.pull import pull
+from heatlens.model.pull import followed, pull
 from heatlens.model.shot import LensParameter, Shot
 
 SHOT = Shot(Lens(focal_length_mm=50, f_stop=1.4, focus_distance_m=3, sensor_width_mm=36))

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.following import baked
 from heatlens.model.lens import Lens
 from heatlens.model.live_focus import Follow, LiveFocus, MeasuredMark, Pursuit
 from heatlens.model.marks import DistanceMark
-from heatlens.model.shot import LensCurves, Shot
+from heatlens.model.pull import baked, pull
+from heatlens.model.shot import LensCurves, LensParameter, Shot
 
 LENS = Lens(focal_length_mm=50, f_stop=1.4, focus_distance_m=3, sensor_width_mm=36)
 MARKS = (DistanceMark("A", 2.0), DistanceMark("B", 4.0))
@@ -99,8 +99,21 @@ def test_an_impossible_order_is_refused(pursuits, told):
         LiveFocus(pursuits)
 
 
-def test_a_shot_needs_the_marks_that_it_follows():
+def test_a_file_needs_the_marks_that_its_focus_follows(tmp_path):
+    path = tmp_path / "s.heatlens.json"
+    write_shot(path, Shot(LENS, marks=MARKS, curves=LensCurves(live=LiveFocus((Pursuit("Q"),)))))
     with pytest.raises(InputError, match="Q"):
-        Shot(LENS, marks=MARKS, curves=LensCurves(live=LiveFocus((Pursuit("Q"),))))
+        read_shot(path)
+
+
+def test_before_it_is_measured_the_lens_has_its_own_focus():
     unmeasured = Shot(LENS, marks=MARKS, curves=LensCurves(live=LiveFocus((Pursuit("A"),))))
     assert unmeasured.lens_at(5) == LENS and baked(unmeasured).lens == LENS
+
+
+def test_keys_of_the_focus_take_its_place_and_none_is_set_beside_it():
+    shot = live_shot([2.0, 3.0])
+    with pytest.raises(InputError, match="follows A"):
+        shot.with_key(10, LensParameter.FOCUS_DISTANCE, 5.0)
+    assert shot.with_key(10, LensParameter.F_STOP, 4).curves.live == shot.curves.live
+    assert pull(shot, 2, 4, 10, 5).curves.live is None

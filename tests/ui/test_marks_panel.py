@@ -206,6 +206,28 @@ def test_the_focus_follows_a_point_through_all_frames(gui):
     assert steps(gui) == 2
 
 
+def test_the_focus_follows_live_until_it_becomes_keys_or_is_let_go(gui):
+    marked(gui, BALL)
+
+    def live():
+        return gui.session.facts.shot.curves.live
+
+    gui.click(gui.middle("live A"))
+    gui.until(lambda: live().measured, "the distances")
+    for frame in (FIRST, LAST):
+        focus_m = gui.session.facts.shot.lens_at(frame).focus_distance_m
+        assert focus_m == pytest.approx(BALL_M * nearer(frame), rel=5e-2)
+    assert steps(gui) == 2 and not gui.session.facts.shot.key_frames
+    gui.frame(2)
+    gui.click(gui.middle("make keys"))
+    assert live() is None and gui.session.facts.shot.key_frames
+    gui.session.editing.undo()
+    gui.frame(2)
+    gui.click(gui.middle("let go"))
+    assert live() is None and not gui.session.facts.shot.key_frames
+    assert steps(gui) == 3
+
+
 def test_close_focus_is_typed_and_taken_away(gui):
     typed(gui, "close focus", "90cm")
     assert gui.session.facts.lens.close_focus_m == 0.9

@@ -71,6 +71,17 @@ def enter(gui, control, text):
     gui.frame(3)
 
 
+def test_what_stays_sharp_is_typed_or_picked(gui):
+    enter(gui, "never blur", "matte:mist.V")
+    assert gui.session.facts.shot.plate_options.never_blur == "matte:mist.V"
+    assert gui.session.source.plate.cutout is not None
+    enter(gui, "never blur", "matte:nothing")
+    assert gui.session.facts.shot.plate_options.never_blur == "matte:mist.V"  # it has no such
+    gui.click(gui.middle("pick only blur"))
+    gui.frame(2)
+    assert "Ctrl+Shift+click" in gui.session.messages.text
+
+
 def depths(gui):
     return gui.session.source.plate.depth_m
 

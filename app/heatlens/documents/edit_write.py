@@ -9,8 +9,8 @@ from typing import Any
 from heatlens.base.errors import InputError
 from heatlens.documents.edit_read import otio
 from heatlens.files.atomic_file import replacing
-from heatlens.model.following import baked
 from heatlens.model.frames import FrameRange
+from heatlens.model.pull import baked
 from heatlens.model.reel import Reel
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.units import format_distance

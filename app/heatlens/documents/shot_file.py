@@ -176,7 +176,9 @@ def _lines(value: object, indent: str = "") -> str:
 
 
 def _check_keys(top: JsonEntry, shot: Shot) -> None:
-    """Raise InputError if a key leads to an impossible lens."""
+    """Raise InputError if a key leads to an impossible lens, or a followed mark is missing."""
+    if shot.lost_marks:
+        top.refuse(f"the focus follows mark {shot.lost_marks[0]}, which the shot lacks")
     keys = JsonEntry(top.path, "keys", None)
     for frame in shot.key_frames:
         keys.built(shot.lens_at, {"frame": frame})

@@ -104,7 +104,8 @@ def _blur(before: Shot, after: Shot) -> list[str]:
 
 
 def _curves(before: Shot, after: Shot) -> list[str]:
-    return [
+    is_other = before.curves.live != after.curves.live
+    return ["what the focus follows"] * is_other + [
         f"keys of the {_SHORT.get(str(parameter), parameter.words)}"
         for parameter in LensParameter
         if before.curves.of(parameter) != after.curves.of(parameter)

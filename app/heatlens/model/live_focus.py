@@ -165,7 +165,12 @@ class LiveFocus:
             for it in self.pursuits
             if it.start_frame is None or it.start_frame + it.frames <= start_frame
         ]
-        return LiveFocus((*earlier, Pursuit(mark, start_frame, frames)), self.follow)
+        known = any(it.mark == mark for it in self.measured)
+        return replace(
+            self,
+            pursuits=(*earlier, Pursuit(mark, start_frame, frames)),
+            measured=self.measured if known else (),
+        )
 
     def dioptres(self, sharp: Sequence[float], frames_per_second: float) -> list[float]:
         """Return the focus at each measured frame, given the half of its sharp range."""

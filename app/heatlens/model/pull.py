@@ -1,4 +1,4 @@
-"""Moves of the focus as one gesture: pulls, recorded moves, and frames below the close focus."""
+"""Moves of the focus as keys: pulls, recorded moves, followed things, and frames too close."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -8,9 +8,10 @@ from math import inf
 from heatlens.base.errors import InputError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
-from heatlens.model.interpolation import Ease, Interpolation
+from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.model.key_reduction import Samples, moving_part, reduced_keys
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.live_focus import Distances, Follow, LiveFocus, MeasuredMark, Pursuit
+from heatlens.model.shot import LensParameter, Shot, live_sharp_dioptres
 
 _SNAP_AFTER = 0.7  # share of the frames for which a late snap waits
 _OVERSHOOT, _OVERSHOT_AFTER = 0.08, 0.75  # shares of the way in dioptres, and of the frames
@@ -18,6 +19,8 @@ _LEAST_DIOPTRES = 1e-4
 _UNSEEN_LEAST = 0.002
 _UNSEEN_SHARE = {LensParameter.F_STOP: 0.01}
 EASE_PERCENT = 100 / 3  # the influence in a smooth curve
+_REDUCED = 0.125  # largest error of the keys, as a share of the sharp range
+_FOLLOWED = "it"
 
 
 def pull(
@@ -193,3 +196,35 @@ def _cleared(shot: Shot, first: float, last: float) -> Curve:
     """Return the focus without its keys between two frames; keys at these two stay."""
     curve = shot.curves.focus_distance_m
     return curve.without_keys([key.frame for key in curve.keys if first < key.frame < last])
+
+
+def followed(shot: Shot, distances_m: Distances, follow: Follow | None = None) -> Shot:
+    """Return the shot with the focus on a thing at all frames of `distances_m`.
+
+    Its keys replace all keys in their range. With the default `follow` the focus is off by no more
+    than a quarter of the sharp range. Raises InputError if the thing is hidden at every frame,
+    LensError if it comes nearer than a lens can be focused.
+    """
+    frames = sorted(distances_m)
+    if not any(far_m is not None for far_m in distances_m.values()):
+        raise InputError("It is hidden, or out of the picture, at every frame.")
+    measured = MeasuredMark(_FOLLOWED, tuple(distances_m[frame] for frame in frames))
+    return _keyed(
+        shot, LiveFocus((Pursuit(_FOLLOWED),), follow or Follow(), frames[0], (measured,))
+    )
+
+
+def baked(shot: Shot) -> Shot:
+    """Return a shot with keys in place of the focus that follows; without one, unchanged."""
+    live = shot.curves.live
+    if live is None:
+        return shot
+    still = replace(shot, curves=replace(shot.curves, live=None))
+    return _keyed(still, live) if live.measured else still
+
+
+def _keyed(shot: Shot, live: LiveFocus) -> Shot:
+    sharp = live_sharp_dioptres(shot, live.frames)
+    track = live.dioptres(sharp, shot.frames_per_second)
+    samples = [(f, Scale.RECIPROCAL.value_at(at)) for f, at in zip(live.frames, track, strict=True)]
+    return performed(shot, samples, 2.0 * _REDUCED * min(sharp))

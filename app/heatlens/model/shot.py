@@ -124,18 +124,18 @@ class Shot:
 
     def __post_init__(self) -> None:
         check_marks(self.marks)
-        if self.curves.live is not None:
-            lost = set(self.curves.live.marks) - {mark.name for mark in self.marks}
-            if lost:
-                raise InputError(
-                    f"The focus follows mark {min(lost)}, which the shot does not have."
-                )
         check_looks(self.looks)
         check_frames_per_second(self.frames_per_second)
         if self.start_timecode is not None:
             parse_timecode(self.start_timecode)
         if self.source is not None and (not self.source or "\0" in self.source):
             raise InputError(f"{self.source!r} cannot be a file name.")
+
+    @property
+    def lost_marks(self) -> list[str]:
+        """The names of marks that the focus should follow and the shot does not have."""
+        live = self.curves.live
+        return [] if live is None else sorted({*live.marks} - {mark.name for mark in self.marks})
 
     @property
     def key_frames(self) -> tuple[float, ...]:
@@ -214,8 +214,10 @@ class Shot:
         return replace(self, lens=look.lens, curves=LensCurves())
 
     def with_curve(self, parameter: LensParameter, curve: Curve) -> "Shot":
-        """Return the shot with other keys for one parameter."""
+        """Return the shot with other keys for one parameter; those of the focus end a following."""
         changed: Values = {str(parameter): curve}
+        if parameter is LensParameter.FOCUS_DISTANCE and curve.keys:
+            changed["live"] = None
         return replace(self, curves=replace(self.curves, **changed))
 
     def with_focus_scale(self, scale: Scale) -> "Shot":
@@ -252,8 +254,13 @@ class Shot:
     ) -> "Shot":
         """Return the shot with a key at a frame.
 
-        If `value` is None, the value there becomes a key. Raises LensError for an impossible value.
+        If `value` is None, the value there becomes a key. Raises LensError for an impossible value,
+        and InputError for the focus while it follows a mark.
         """
+        if parameter is LensParameter.FOCUS_DISTANCE and self.curves.live is not None:
+            raise InputError(
+                f"The focus follows {self.curves.live.words}: make keys of it before you set one."
+            )
         if value is None:
             value = getattr(self.lens_at(frame), parameter)
         keyed = self.with_curve(parameter, self.curves.of(parameter).with_value(frame, value))

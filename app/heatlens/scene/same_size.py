@@ -13,11 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.following import followed
 from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, Vector
 from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
 from heatlens.model.orbit import pivot_of
-from heatlens.model.pull import recorded
+from heatlens.model.pull import followed, recorded
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 from heatlens.scene.scene import Scene

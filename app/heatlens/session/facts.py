@@ -89,6 +89,8 @@ class Facts:
     def keyed_focus_m(self) -> float | None:
         """The focus of the keys in m, where the lens has another one: tried or performed."""
         curve = self.shot.curves.focus_distance_m
+        if self.shot.curves.live is not None:
+            return None
         keyed_m = curve.value_at(self.frame) if curve.keys else self.lens.focus_distance_m
         return None if keyed_m == self.lens.focus_distance_m else keyed_m
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from heatlens.base.errors import InputError
 from heatlens.files.json_record import plain
 from heatlens.model.live_focus import LiveFocus, MeasuredMark
 from heatlens.model.marks import Mark
@@ -22,6 +23,8 @@ def measured(shot: Shot, tell: Callable[[str], None] = lambda _: None) -> Shot:
     live = shot.curves.live
     if live is None:
         return shot
+    if shot.lost_marks:
+        raise InputError(f"The focus follows mark {shot.lost_marks[0]}, which the shot lacks.")
     source = source_of(shot)
     marks = [mark for mark in shot.marks if mark.name in live.marks]
     state = _state(source, shot, marks)

@@ -9,9 +9,9 @@ from heatlens.commands.options.field_options import add_fields, typed_fields
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.source_commands import commands_for
-from heatlens.model.following import baked
 from heatlens.model.live_focus import Follow, LiveFocus, Pursuit
 from heatlens.model.marks import TrackMark
+from heatlens.model.pull import baked
 from heatlens.model.shot import Shot
 from heatlens.sequence.names import frames_text
 from heatlens.source.live_focus import measured

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.following import baked
 from heatlens.model.frames import FrameRange
 from heatlens.model.measured_distance import measured_text
+from heatlens.model.pull import baked
 from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode
 

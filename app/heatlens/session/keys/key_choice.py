@@ -53,7 +53,8 @@ def key_of(shot: Shot, key: KeyId) -> Key | None:
 def with_keys_here(shot: Shot, frame: float) -> Shot:
     """Set keys at the present values for the focus and all keyed parameters."""
     for parameter in LensParameter:
-        if parameter is LensParameter.FOCUS_DISTANCE or shot.curves.of(parameter).keys:
+        is_focus = parameter is LensParameter.FOCUS_DISTANCE and shot.curves.live is None
+        if is_focus or shot.curves.of(parameter).keys:
             shot = shot.with_key(frame, parameter)
     return shot
 

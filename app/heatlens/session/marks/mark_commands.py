@@ -9,7 +9,6 @@ from heatlens.base.background import Background
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.following import followed
 from heatlens.model.frames import FrameRange
 from heatlens.model.lean import lean_of
 from heatlens.model.lens import Lens
@@ -25,7 +24,14 @@ from heatlens.model.marks import (
     TrackPlace,
     next_mark_name,
 )
-from heatlens.model.pull import EASE_PERCENT, PullShape, held_focus, reversed_focus, shaped_pull
+from heatlens.model.pull import (
+    EASE_PERCENT,
+    PullShape,
+    followed,
+    held_focus,
+    reversed_focus,
+    shaped_pull,
+)
 from heatlens.plate.blurred_pick import surfaces_at
 from heatlens.plate.coc_line import sharp_at
 from heatlens.plate.mark_distance import mark_over_plates_m, world_mark
@@ -33,6 +39,7 @@ from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate
 from heatlens.session.loop.messages import reported
 from heatlens.session.loop.worker import Worker
+from heatlens.session.marks.live_following import LiveFollowing
 from heatlens.session.marks.mark_measuring import (
     Measured,
     on_thing,
@@ -71,7 +78,8 @@ class MarkCommands(Commands, Worker):
         self.corrected: str | None = None  # the tracked mark that the next click corrects
         self._thing_asked: Callable[[str], None] | None = None  # takes the matte of the next click
         self.things = ThingDistances(self._wake)
-        self.workers: tuple[Worker, ...] = (self, self.things, self.tracking)
+        self.live = LiveFollowing(shared)
+        self.workers: tuple[Worker, ...] = (self, self.things, self.tracking, self.live)
 
     @property
     def is_reading(self) -> bool:
@@ -167,7 +175,10 @@ class MarkCommands(Commands, Worker):
     def change(self, before: Mark, after: Mark) -> None:
         """Change the name or smoothing of a mark; raise HeatlensError if the name is in use."""
         marks = tuple(after if mark == before else mark for mark in self._editing.shot.marks)
-        self._editing.do(replace(self._editing.shot, marks=marks))
+        shot = self._editing.shot
+        live = shot.curves.live and shot.curves.live.renamed(before.name, after.name)
+        curves = replace(shot.curves, live=live)
+        self._editing.do(replace(shot, marks=marks, curves=curves))
         self.pull_to = after.name if self.pull_to == before.name else self.pull_to
         self.pull_from = after.name if self.pull_from == before.name else self.pull_from
 
@@ -180,7 +191,10 @@ class MarkCommands(Commands, Worker):
             self._editing.edit(replace(shot, marks=marks))
 
     def delete(self, mark: Mark) -> None:
-        """Delete the mark."""
+        """Delete the mark, unless the focus follows it."""
+        if self.live.live is not None and mark.name in self.live.live.marks:
+            self._say(f"The focus follows {mark.name}: let it go, or make keys, to delete it.")
+            return
         marks = tuple(other for other in self._editing.shot.marks if other != mark)
         self._editing.do(replace(self._editing.shot, marks=marks))
 
@@ -298,6 +312,10 @@ class MarkCommands(Commands, Worker):
             self._say("Choose the mark to pull to.")
             return
         start = self._editing.frame
+        if self.live.live is not None:
+            self.live.pull_to(target, self.pull_frames)
+            self.pulls_made += 1
+            return
         with reported(self._say):
             from_m = self._editing.lens.focus_distance_m
             if origin is not None:

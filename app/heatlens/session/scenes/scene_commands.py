@@ -8,12 +8,12 @@ from typing import Literal
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.following import followed
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing, Pose, Vector, WorldAxis
 from heatlens.model.lens import Lens
 from heatlens.model.marks import ObjectMark, PointMark, next_mark_name
 from heatlens.model.orbit import dollied, orbited, panned, pivot_of
+from heatlens.model.pull import followed
 from heatlens.model.units import format_distance
 from heatlens.scene.first_shot import lens_values, through_camera
 from heatlens.scene.scene import Scene

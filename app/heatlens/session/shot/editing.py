@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from heatlens.base.errors import LensError
+from heatlens.base.errors import InputError, LensError
 from heatlens.model.history import History
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensCurves, LensParameter, Shot
@@ -49,7 +49,7 @@ class Editing:
         self.performance: Performance | None = None  # set while a pull is recorded
         self._has_explained = False  # see `_explain`
         self._say = say
-        self._clock = clock
+        self.clock = clock
         self._changed_at = 0.0
         # Returns the shot to have after the lens was changed, from the shots before and after.
         self.reframed: Callable[[Shot, Shot], Shot] = lambda _, after: after
@@ -126,7 +126,7 @@ class Editing:
         """Change the shot; the undo step is recorded when the gesture ends."""
         if shot != self.history.now:
             self.history = self.history.changed(shot)
-            self._changed_at = self._clock()
+            self._changed_at = self.clock()
 
     def edit_lens(self, lens: Lens) -> None:
         """Change the lens at the frame and key the keyed parameters there. Report refused changes.
@@ -138,6 +138,7 @@ class Editing:
         if lens == before or not self.may_turn():
             return
         with reported(self._say):
+            self._check_hand(before, lens)
             lens = self._within_kit(before, lens)
             if self.performance is not None:
                 lens = self._performed(lens, before)
@@ -146,6 +147,15 @@ class Editing:
                 self.edit(self.reframed(self.shot, self._with_lens(kept)))
             self._tried = None if kept == lens else lens
             self._tell(before, lens)
+
+    def _check_hand(self, before: Lens, lens: Lens) -> None:
+        """Raise InputError for a focus by hand while it follows a mark."""
+        live = self.shot.curves.live
+        if live is not None and lens.focus_distance_m != before.focus_distance_m:
+            raise InputError(
+                f"The focus follows {live.words}: make keys of it or let it go, in the Marks tab, "
+                "to change it by hand."
+            )
 
     def _within_kit(self, before: Lens, asked: Lens) -> Lens:
         """Return the lens within the limits of the shot's kit, and report where they apply."""
@@ -160,7 +170,7 @@ class Editing:
         """Record the focus in the performance. Return the lens with the focus unchanged."""
         assert self.performance is not None
         if lens.focus_distance_m != before.focus_distance_m:
-            self.performance.moved_at = self._clock()
+            self.performance.moved_at = self.clock()
             if not self.performance.is_over:
                 self.performance.focus_distance_m = lens.focus_distance_m
         unmoved = self._keyed_lens if self._tried is None else self._tried
@@ -223,13 +233,20 @@ class Editing:
         self._tried = None
         self.history = self.history.at_rest().changed(shot).at_rest()
 
+    def amend(self, shot: Shot) -> None:
+        """Replace the shot without a step of undo, by one in which files were measured again."""
+        is_rest = self.history.now == self.history.settled
+        self.history = replace(self.history, now=shot)
+        if is_rest:
+            self.history = replace(self.history, settled=shot)
+
     def settle(self) -> None:
         """Record the changes so far as an undo step."""
         self.history = self.history.at_rest()
 
     def rest(self, is_held: bool) -> None:
         """Record a finished gesture as an undo step; call this once a frame."""
-        now, performance = self._clock(), self.performance
+        now, performance = self.clock(), self.performance
         if not is_held and now - self._changed_at > _GESTURE_REST_S:
             self.history = self.history.at_rest()
         if performance is not None and performance.is_over and not is_held:

@@ -36,6 +36,9 @@ _GAP = 4.0  # between the buttons of a mark, in pixels
 _RADIUS_EM = 0.33  # radius of the ring around a point
 _PULL_MOST = 100_000  # frames
 _FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
+_LIVE_TIP = "Keeps the focus on it in place of keys: changed plates, marks or lenses change it."
+_KEYS_TIP = "Makes the few keys that describe this focus, to be edited."
+_GO_TIP = "Ends the following; the focus stays as it is at this frame."
 _TRACK_TIP = "Keeps the mark on the surface that is at its point now, at all frames."
 _PLACE_TIP = "Keeps the mark at the place in the world that is at its point now."
 _CORRECT_TIP = "Ctrl+Shift+click then tells where the surface is at this frame."
@@ -64,7 +67,24 @@ def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
         for mark in desk.editing.shot.marks:
             _row(desk, unit, mark)
         imgui.end_table()
+    _live_rows(desk)
     _close_focus(desk, unit)
+
+
+def _live_rows(desk: TimeDesk) -> None:
+    """Draw what the focus follows live, if it does."""
+    following = desk.marks.live
+    if following.live is None:
+        return
+    state = "is being measured" if following.is_measuring else "is live"
+    widgets.grey_text(f"The focus follows {printable(following.live.words)}: it {state}.")
+    probe.note("focus follows")
+    with widgets.disabled(not following.live.measured):
+        if widgets.button("make keys", "make keys", _KEYS_TIP):
+            following.make_keys()
+    _beside("let go")
+    if widgets.button("let go", "let go", _GO_TIP):
+        following.let_go()
 
 
 def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
@@ -109,6 +129,9 @@ def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
         with widgets.disabled(commands.is_reading):
             if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):
                 commands.follow(mark)
+        _beside("live")
+        if widgets.button(f"live##{mark.name}", f"live {mark.name}", _LIVE_TIP):
+            commands.live.follow(mark)
     if isinstance(mark, PointMark | TrackMark) and desk.timeline.cache is not None:
         _surface_buttons(commands, mark)
     if isinstance(mark, MatteMark):

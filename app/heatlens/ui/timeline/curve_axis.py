@@ -7,9 +7,12 @@ position on the axis is called a place; places grow downwards.
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+from heatlens.base.errors import LensError
+from heatlens.model.curve import Curve
 from heatlens.model.f_stops import THIRD_STOPS
 from heatlens.model.interpolation import Scale
 from heatlens.model.shot import LensParameter, Shot
@@ -151,12 +154,25 @@ class CurveLine:
         self, shot: Shot, axis: CurveAxis, first: float, last: float, count: int
     ) -> list[tuple[float, float]]:
         """Return (frame, place) at `count` times evenly from first to last, and at every key."""
-        curve, still = shot.curves.of(axis.parameter), getattr(shot.lens, axis.parameter)
-        made_of = (axis.parameter, curve, still, first, last, count)
+        curve, name = shot.curves.of(axis.parameter), str(axis.parameter)
+        made_of = (axis.parameter, shot.lens, shot.curves, first, last, count)
         if made_of != self._made_of:
             times = {first + (last - first) * i / (count - 1) for i in range(count)}
             times |= {key.frame for key in curve.keys if first <= key.frame <= last}
-            values = ((t, curve.value_at(t) if curve.keys else still) for t in sorted(times))
+            values = ((t, _value_at(shot, curve, name, t)) for t in sorted(times))
             self._points = [(time, axis.place_of(value)) for time, value in values]
             self._made_of = made_of
         return self._points
+
+
+def _value_at(shot: Shot, curve: Curve, name: str, time: float) -> float:
+    """Return a value of the lens, also where the keys of others make no possible lens."""
+    if curve.keys:
+        return curve.value_at(time)
+    with suppress(LensError):
+        return float(getattr(shot.lens_at(time), name)) if shot.curves.live else _still(shot, name)
+    return _still(shot, name)
+
+
+def _still(shot: Shot, name: str) -> float:
+    return float(getattr(shot.lens, name))
