@@ -19,7 +19,7 @@ from support.exr_files import rgb, write_file
 from support.gui import gui_of
 
 HEIGHT, WIDTH = 24, 36
-SIZE = (1280, 1700)  # tall: every control of the panel is in sight
+SIZE = (1280, 1900)  # tall: every control of the panel is in sight
 RAMP = np.linspace(0.25, 0.75, HEIGHT * WIDTH, dtype=np.float32).reshape(HEIGHT, WIDTH)
 
 
