@@ -67,6 +67,7 @@ class ViewState:
     peaking          how what is in focus is coloured
     guides           lines and mattes over the picture
     is_graded        the grade of the shot is applied before the view transform
+    loupe            the pinhole picture under the pointer, larger, and what a click would take
     """
 
     zoom: float | None = None
@@ -93,6 +94,7 @@ class ViewState:
     peaking: Peaking = USUAL_PEAKING
     guides: Guides = NO_GUIDES
     is_graded: bool = True
+    loupe: bool = False
 
     @property
     def has_overlay(self) -> bool:

@@ -114,6 +114,7 @@ View
   Pixel grid                            G
   Values in pixels                      Shift+G
   Ruler                                 N
+  Loupe                                 Shift+D
   -
   Brighter                              Ctrl+Up         repeats
   Darker                                Ctrl+Down       repeats

@@ -26,6 +26,7 @@ from heatlens.ui.picture.alt_held import AltHeld
 from heatlens.ui.picture.fade import PictureFade
 from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
 from heatlens.ui.picture.lessons import draw_lessons
+from heatlens.ui.picture.loupe import LookAt, Loupe
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.ruler import draw_ruler
 from heatlens.ui.picture.seen_pictures import SeenPictures
@@ -101,6 +102,7 @@ class PictureWindow:
         ui: UiState,
         screen: ScreenPictures,
         kept: KeptScreen,
+        look_at: LookAt,
     ) -> None:
         self._facts, self._door, self._desk = facts, door, desk
         self._ui = ui
@@ -109,6 +111,7 @@ class PictureWindow:
         self._start = StartScreen(ctx)
         self._notice = StreamNotice()
         self._lessons = lessons
+        self._loupe = Loupe(look_at)
         self.viewport = ViewportPanel(ctx, desk.view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window under the pointer
         self.alt = AltHeld()
@@ -210,6 +213,7 @@ class PictureWindow:
         if not (pictures.tiles or is_free):
             draw_point_marks(self._facts, self._desk.view)
             self._legend()
+            self._draw_loupe(pictures)
         if self._facts.beats_left:
             draw_beat(self._facts.beats_left, place.viewport)
         if not (self._ui.is_bare or pictures.tiles):
@@ -217,6 +221,18 @@ class PictureWindow:
         stream = self._facts.stream
         if stream is not None and stream.is_shown:
             self._notice.draw(stream, self._desk.view.viewport)
+
+    def _draw_loupe(self, pictures: Pictures) -> None:
+        """Draw the loupe at the pointer, unless a button is down or A is compared."""
+        facts, ruler, pixel = self._facts, self._desk.commands.ruler, self.hovered
+        is_plain = facts.view.compare is Compare.OFF and not (facts.plays_kept or ruler.is_on)
+        if not (facts.view.loupe and is_plain) or pixel is None or imgui.is_any_mouse_down():
+            return
+        pinhole, place = self._seen.pinhole(), self._desk.view
+        placed = self._loupe.draw(facts, place, pictures, pinhole, pixel)
+        if placed is not None:
+            pinhole.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            self.viewport.place_over([placed])
 
     def _begin(self) -> None:
         """Begin the ImGui window in its dock, or over the whole screen if the picture is alone."""

@@ -59,7 +59,10 @@ class Screen:
         kept = KeptScreen(time.pull, session.source, session.editing, pictures.view, self._pictures)
         time.pull.screen = kept
         lessons = Lessons(session.editing, time.marks)
-        self.picture = PictureWindow(facts, door, pictures, lessons, self.ui, self._pictures, kept)
+        self.picture = PictureWindow(
+            *(facts, door, pictures, lessons, self.ui, self._pictures, kept),
+            session.lens.commands.look_at,
+        )
         self.status = StatusBar(facts, pictures, session.messages, self.ui, kept)
         self._panels = DockedPanels(session, self.ui)
         pictures.looks.still_now = lambda: self._panels.stills.now(self.picture.pictures)

@@ -146,6 +146,7 @@ def _view(session: Session) -> Iterator[Command]:
         ("pixel_grid", "Pixel grid"),
         ("pixel_values", "Values in pixels"),
         ("is_peaking", "Focus peaking"),
+        ("loupe", "Loupe"),
     ):
         is_on = partial(lambda field, view: bool(getattr(view, field)), field)
         yield _switch(session, name, partial(view.toggle, field), is_on)

@@ -24,8 +24,9 @@ Choice = TypeVar("Choice", bound=StrEnum)
 
 @dataclass(frozen=True)
 class Aim:
-    """Where the last click was, what was seen there, and the lens that it made."""
+    """Where the last click or the loupe was, what was seen there, and the lens since then."""
 
+    plate: Plate
     pixel: tuple[int, int]
     surfaces: tuple[Surface, ...]
     lens: Lens
@@ -58,11 +59,27 @@ class LensCommands(Commands):
             found = surfaces_at(plate, lens, *pixel)
             self._take(plate, pixel, found[-1:] if is_held else found)
 
+    def look_at(self, pixel: tuple[int, int]) -> tuple[Surface, ...]:
+        """Return what a click at a pixel of the display window takes, and the other surface there.
+
+        `focus_on_other` then takes that one. Return nothing outside the picture.
+        """
+        plate, lens = self._source.plate, self._editing.lens
+        pixel = self._source.frame_px(lens, pixel)
+        pixel = self._source.feed.plate_px(self._editing.shot, pixel)
+        if plate is None or not (plate.has_distances and _is_inside(plate, pixel)):
+            return ()
+        aim = self._aim
+        is_same = aim is not None and aim.plate is plate and (aim.pixel, aim.lens) == (pixel, lens)
+        if aim is None or not is_same:
+            aim = self._aim = Aim(plate, pixel, surfaces_at(plate, lens, *pixel), lens)
+        return aim.surfaces
+
     def focus_on_other(self) -> None:
-        """Focus on the other thing that was seen where the last click was."""
+        """Focus on the other thing that was seen where the last click was, or under the loupe."""
         aim, plate = self._aim, self._source.plate
         if aim is None or plate is None or len(aim.surfaces) < 2 or aim.lens != self._editing.lens:
-            self._say("There is no other surface where you clicked last.")
+            self._say("There is no other surface here, or where you clicked last.")
             return
         with reported(self._say):
             self._take(plate, aim.pixel, aim.surfaces[::-1])
@@ -70,7 +87,7 @@ class LensCommands(Commands):
     def _take(self, plate: Plate, pixel: tuple[int, int], found: tuple[Surface, ...]) -> None:
         """Focus on the first of the surfaces that are seen at a pixel, and tell the other."""
         self._editing.edit_lens(focused_at_pixel(plate, self._editing.lens, found[0].x, found[0].y))
-        self._aim = Aim(pixel, found, self._editing.lens)
+        self._aim = Aim(plate, pixel, found, self._editing.lens)
         if len(found) > 1:
             taken, other = (format_distance(surface.depth_m) for surface in found)
             self._say(f"Focus at {taken}. The other surface here is at {other}: Y takes it.")

@@ -65,6 +65,11 @@ class SeenPictures:
             names=(plain.a_look or "now", plain.b_look) if is_look_b(plain) else ("A", "B"),
         )
 
+    def pinhole(self) -> moderngl.Texture:
+        """Return the picture without a lens, as the screen shows it."""
+        loaded, view = self._desk.renderer.loaded, self._facts.view
+        return self._screen.b(loaded.color, loaded, view.exposed_through(self._facts.lens))
+
     def _plain_view(self) -> ViewState:
         """Return the view, without depth of field while a held key shows the pinhole picture."""
         view, is_held_off = self._facts.view, self._desk.view.is_lens_held_off
