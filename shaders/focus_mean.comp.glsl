@@ -18,17 +18,24 @@ uniform sampler2D depth_tx;
 uniform sampler2D mean_tx;
 layout(rgba32f) uniform writeonly image2D out_img;
 
-float share_at(ivec2 pixel) { return focus_share(texelFetch(depth_tx, pixel, 0).r, pixel); }
+float width_at(ivec2 pixel) { return width_px(texelFetch(depth_tx, pixel, 0).r, pixel); }
 
-vec4 mean_in_focus(Footprint footprint) {
+// The next pixel of a footprint, row by row: one flat loop is cheaper without a GPU than two.
+ivec2 after(ivec2 pixel, Footprint footprint) {
+    bool is_last = pixel.x == footprint.last.x;
+    return is_last ? ivec2(footprint.first.x, pixel.y + 1) : pixel + ivec2(1, 0);
+}
+
+vec4 mean_in_focus(Footprint footprint, bool is_asked) {
     vec4 sum = vec4(0.0);
     float weight = 0.0;
-    for (int y = footprint.first.y; y <= footprint.last.y; ++y)
-        for (int x = footprint.first.x; x <= footprint.last.x; ++x) {
-            float part = part_in(footprint, ivec2(x, y)) * share_at(ivec2(x, y));
-            sum += part * texelFetch(color_tx, ivec2(x, y), 0);
-            weight += part;
-        }
+    ivec2 pixel = footprint.first;
+    do {
+        float part = part_in(footprint, pixel) * share_of(width_at(pixel));
+        sum += part * texelFetch(color_tx, pixel, 0);
+        weight += part;
+        pixel = after(pixel, footprint);
+    } while (is_asked && pixel.y <= footprint.last.y);
     return sum / weight;
 }
 
@@ -36,13 +43,15 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_img);
     if (any(greaterThanEqual(at, size))) return;
     Footprint footprint = footprint_of(at, size, textureSize(depth_tx, 0));
-    float least = 1.0, most = 0.0;
-    for (int y = footprint.first.y; y <= footprint.last.y; ++y)
-        for (int x = footprint.first.x; x <= footprint.last.x; ++x) {
-            float share = share_at(ivec2(x, y));
-            least = min(least, share);
-            most = max(most, share);
-        }
-    bool is_mixed = least < 1.0 && most > 0.0;
-    imageStore(out_img, at, is_mixed ? mean_in_focus(footprint) : texelFetch(mean_tx, at, 0));
+    float least_px = 1e30, most_px = 0.0;
+    ivec2 pixel = footprint.first;
+    do {
+        float px = width_at(pixel);
+        least_px = min(least_px, px);
+        most_px = max(most_px, px);
+        pixel = after(pixel, footprint);
+    } while (pixel.y <= footprint.last.y);
+    bool is_mixed = share_of(most_px) < 1.0 && share_of(least_px) > 0.0;
+    vec4 in_focus = mean_in_focus(footprint, is_mixed);
+    imageStore(out_img, at, is_mixed ? in_focus : texelFetch(mean_tx, at, 0));
 }

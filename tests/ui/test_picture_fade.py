@@ -6,6 +6,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.preview.shown import Shown
@@ -38,13 +39,17 @@ class Screen:
         self.preview = replace(self.whole, texture=black, settings=quicker)
         monkeypatch.setattr(gui.screen.picture._seen, "_detail", lambda *_: None)
 
-    def bright(self, shown: Shown) -> float:
-        """Show a picture; return the mean of what the window shows of it."""
+    def show(self, shown: Shown) -> None:
+        """Show a picture for a frame."""
         live = self.gui.session.pictures.live
         self.gui.session.editing.begin(shown.shot)
         live.shown, live._work = shown, None
         live._request = replace(shown.picture_key, settings=shown.shot.defocus)
         self.gui.frame()
+
+    def bright(self, shown: Shown) -> float:
+        """Show a picture; return the mean of what the window shows of it."""
+        self.show(shown)
         (x, y), (width, height) = (
             self.gui.session.pictures.view.viewport.corner,
             self.gui.session.pictures.view.viewport.size,
@@ -76,6 +81,17 @@ def test_a_picture_of_another_lens_is_there_at_once(screen):
     screen.bright(screen.preview)
     assert screen.bright(replace(screen.whole, shot=other)) == end
     assert screen.fade.seconds_until_needed() is None
+
+
+def test_while_a_button_is_held_a_preview_is_kept_when_it_is_shown_again(screen, monkeypatch):
+    """A copy of the screen takes a processor long, and the next preview follows at once."""
+    monkeypatch.setattr(imgui, "is_mouse_down", lambda button: button == 0)
+    for times, fades in ((1, False), (2, True)):
+        screen.show(screen.whole)
+        for _ in range(times):
+            screen.show(screen.preview)
+        screen.show(screen.whole)
+        assert (screen.fade.seconds_until_needed() is not None) is fades
 
 
 def test_a_zoom_ends_a_fade(screen):

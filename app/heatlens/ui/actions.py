@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from imgui_bundle import imgui
 
@@ -42,7 +43,7 @@ class Action(Command):
     is_alone: bool = False
     is_first: bool = False
 
-    @property
+    @cached_property
     def key(self) -> imgui.Key | None:
         """The key without Ctrl and Shift; None if there is no shortcut."""
         return imgui.Key(self.chord & ~_MODS) if self.chord else None

@@ -6,6 +6,7 @@ are round distances in the displayed unit.
 
 import math
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -110,7 +111,8 @@ def scale_ticks(
     return distance_ticks(near_m, unit, x_at, ends_x, width_of)
 
 
-def engraved_m(histogram: DepthHistogram, offset_m: float, unit: str) -> list[float]:
+@lru_cache(maxsize=4)
+def engraved_m(histogram: DepthHistogram, offset_m: float, unit: str) -> tuple[float, ...]:
     """Return the distances of the fine ticks between the labels, as the histogram has them.
 
     They are a tenth of the leading digit apart, and end where they would run into each other.
@@ -121,7 +123,7 @@ def engraved_m(histogram: DepthHistogram, offset_m: float, unit: str) -> list[fl
         distance_m = label_m - offset_m
         if not found or 1.0 / found[-1] - 1.0 / distance_m >= least_apart:
             found.append(distance_m)
-    return found
+    return tuple(found)
 
 
 def _nearest_m(histogram: DepthHistogram, offset_m: float) -> float:
@@ -175,6 +177,14 @@ def _draw_columns(
             draw.add_rect_filled(top, ImVec2(x + step + 0.5, bottom), color)
 
 
+@lru_cache(maxsize=4)
+def _ticks(
+    histogram: DepthHistogram, offset_m: float, unit: str, ends_x: tuple[float, float], em: float
+) -> list[Tick]:
+    """Return the ticks in the current font, of the size `em`."""
+    return scale_ticks(histogram, offset_m, unit, ends_x, text_width)
+
+
 def draw_scale(
     draw: imgui.ImDrawList,
     histogram: DepthHistogram,
@@ -190,7 +200,7 @@ def draw_scale(
     """
     y, ends_x = corner.y + size.y, (corner.x, corner.x + size.x)
     tick = TICK_EM * imgui.get_font_size()
-    for it in scale_ticks(histogram, offset_m, unit, ends_x, text_width):
+    for it in _ticks(histogram, offset_m, unit, ends_x, imgui.get_font_size()):
         draw.add_text(ImVec2(it.text_x, y), theme.colors.text_dim, it.text)
         if math.isfinite(it.distance_m):
             x = it.text_x + text_width(it.text) / 2

@@ -28,6 +28,7 @@ class PictureFade:
         self._kept: moderngl.Framebuffer | None = None  # the screen with a preview on it
         self._kept_of: object = None  # content and position of the kept preview; None without one
         self._shows: object = None  # the same for the frame being drawn, if it shows a preview
+        self._passed: object = None  # what the frame before showed
         self._begun_at: float | None = None
 
     def draw(self, seen: Shown | None, place: Viewport, geometry: ViewGeometry) -> None:
@@ -60,8 +61,14 @@ class PictureFade:
         draw.add_image(texture, ImVec2(x, y), end, first, last, tint)
 
     def keep(self, target: moderngl.Framebuffer, size_px: tuple[int, int]) -> None:
-        """Keep a copy of the painted preview; call this before ImGui draws over it."""
-        if self._shows is None or not self.length_s:
+        """Keep a copy of the painted preview; call this before ImGui draws over it.
+
+        While a mouse button is held, the next preview may follow at once: one is kept when it is
+        shown again.
+        """
+        is_passing = self._shows != self._passed and any(map(imgui.is_mouse_down, range(3)))
+        self._passed = self._shows
+        if self._shows is None or not self.length_s or is_passing:
             return
         if self._kept is None or self._kept.size != size_px:
             self.release()
