@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 
 from heatlens.commands.main import main
+from heatlens.defocus.line_solver import SolverName
 from heatlens.measure.bench import issues
+from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.issues import measure_issues
+from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
+from heatlens.model.aperture import Aperture
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 
 FILM = DefocusSettings(Bokeh.DISC, Quality.FILM)
@@ -39,6 +43,18 @@ def test_every_dispatch_has_a_barrier(ctx):
         assert report.barriers == report.dispatches + report.indirect_dispatches > 0
         drawn = report.draws + report.clears
         assert report.issues == report.barriers + drawn
+
+
+def test_the_shape_of_the_lens_is_looked_at_once_and_not_by_each_pass(ctx, monkeypatch):
+    """A GPU waits for Python, and a value that checks itself takes longer than a uniform."""
+    made: list[int] = []
+    frames = BenchFrames(ctx, SolverName.SWEEP)
+    frame = frames.frame(scene_plate((160, 90)), LENS, FILM)
+    frame.render()
+    checked = Aperture.__post_init__
+    monkeypatch.setattr(Aperture, "__post_init__", lambda it: (made.append(1), checked(it)))
+    frame.render()
+    assert len(made) <= 1
 
 
 def test_the_partition_solver_has_a_group_for_each_of_its_lines(ctx):

@@ -13,7 +13,7 @@ Kass, Lefohn, Owens (2006); its kappa 1/32 gives it the variance d^2/16 of a dis
 
 import json
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +42,7 @@ class Kernel:
     steps: int = 1
     compact: float = 0.0
 
-    @property
+    @cached_property
     def is_complex(self) -> bool:
         """False for heat and gaussian: they are solved in real arithmetic."""
         return bool(np.any(self.poles.imag) or np.any(self.mix.imag))

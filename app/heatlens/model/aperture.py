@@ -58,8 +58,7 @@ class Aperture(OpeningFields):
     @property
     def is_plain(self) -> bool:
         """Return whether it is a circle or an ellipse, the same for all of the picture."""
-        leans = {name: getattr(self, name) for name in LEAN_FIELDS}
-        return self == Aperture(squeeze=self.squeeze, stopped_down=self.stopped_down, **leans)
+        return _is_plain(self)
 
     @property
     def diaphragm(self) -> Blades:
@@ -161,6 +160,14 @@ def shape_uniforms(aperture: Aperture) -> dict[str, object]:
         "aperture_lights": tuple(aperture.light(rim) for rim in (-aperture.rim, aperture.rim)),
         **({} if grid is None else {"aperture_image_scale": grid.scale}),
     }
+
+
+@lru_cache(maxsize=64)  # passes ask some dozen times a frame
+def _is_plain(aperture: Aperture) -> bool:
+    leans = {name: getattr(aperture, name) for name in LEAN_FIELDS}
+    return aperture == Aperture(
+        squeeze=aperture.squeeze, stopped_down=aperture.stopped_down, **leans
+    )
 
 
 @lru_cache(maxsize=64)
