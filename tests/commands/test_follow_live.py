@@ -166,3 +166,16 @@ def test_a_damaged_following_is_one_sentence(shot, capsys, change, told):
     change(entries["live_focus"])
     shot.write_text(json.dumps(entries))
     assert told in stderr_of_run(capsys, 2, "shot", "show", shot)
+
+
+def test_a_pull_sheet_has_the_followed_focus_at_the_frames_where_it_turns(shot, tmp_path, capsys):
+    pytest.importorskip("jinja2")
+    assert main(["shot", "sheet", str(shot), "-o", str(tmp_path / "pull.html")]) == 0
+    with (tmp_path / "pull.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    frames = [int(row["frame"]) for row in rows]
+    assert frames[0] == 1 and frames[-1] == 8
+    for row in rows:
+        focus_m = float(row["focus"].removesuffix(" m"))
+        assert focus_m == pytest.approx(WALK_M[int(row["frame"])], abs=0.006)
+        assert row["mark"] == "A"

@@ -19,6 +19,7 @@ _WHOLE = 0.002  # a share as near to 0 or 1 as this counts as such
 _DEPTH_RATIO = 0.95  # distances within this ratio are those of one surface
 _JUMP_PX = 3.0  # likewise circles of confusion
 _GUESSED_FROM, _GUESSED_TO = 0.3, 0.7  # share from which what is behind is guessed, not unmixed
+_MARGIN_PX, _MARGIN_PART = 32, 16  # around the thing, and a part of the picture's larger side
 _NEAR_FROM = 0.5  # mean share around something nearer, from which it goes on behind that
 Mask = NDArray[np.bool_]
 
@@ -104,8 +105,35 @@ def cut_out(pixels: Pixels, share: FloatImage, is_only: bool = False) -> Cutout:
     `is_only`: the rest blurs over what lies behind it, which is all that is not the rest.
     """
     share = np.where(share > 1 - _WHOLE, 1, np.where(share < _WHOLE, 0, share)).astype(np.float32)
-    apart = _Apart.of(_Seen.of(pixels), share)
-    return apart.with_ground() if is_only else apart.cutout()
+    at = _around(share < 1 if is_only else share > 0)
+    color, depth = pixels.color, _stored(pixels)
+    near = read_pixels(color[at], depth[at], pixels.coc_px is not None)
+    apart = _Apart.of(_Seen.of(near), share[at])
+    part = apart.with_ground() if is_only else apart.cutout()
+
+    def over(whole: FloatImage, pixels_of_part: FloatImage) -> FloatImage:
+        whole[at] = pixels_of_part
+        return whole
+
+    rest = over(np.zeros_like(color) if is_only else color.copy(), part.rest.color)
+    return Cutout(
+        over(color.copy() if is_only else np.zeros_like(color), part.light),
+        over(np.full_like(share, float(is_only)), part.share),
+        over(depth.copy(), part.depth),
+        read_pixels(rest, over(depth.copy(), _stored(part.rest)), pixels.coc_px is not None),
+        None if part.ground is None else over(color.copy(), part.ground),
+    )
+
+
+def _around(mask: Mask) -> tuple[slice, slice]:
+    """Return the rows and columns of a mask, with as much around as a blur may reach."""
+    margin = max(mask.shape) // _MARGIN_PART + _MARGIN_PX
+    ends = [np.nonzero(mask.any(axis=axis))[0] for axis in (1, 0)]
+    rows, columns = (
+        slice(max(0, int(it[0]) - margin), int(it[-1]) + 1 + margin) if len(it) else slice(0, 0)
+        for it in ends
+    )
+    return rows, columns
 
 
 @dataclass(frozen=True, eq=False)
