@@ -2,10 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from imgui_bundle import imgui
 
 from heatlens.ui.picture.loupe import TIMES
+from support.exr_files import write_file
+from support.mattes import CARD, HERO, MANIFEST, as_float
 from support.session_files import BALL, BALL_M, POST, POST_M, SKY
 
 K = imgui.Key
@@ -95,3 +98,46 @@ def test_y_takes_the_other_surface_under_it(gui):
     other = float(lines[1].removeprefix("Y: ").split()[0])
     gui.key(K.y)
     assert session.facts.lens.focus_distance_m == pytest.approx(other, rel=0.02)
+
+
+def held(gui, is_down=True):
+    """Hold Ctrl for longer than a shortcut takes, or let it go."""
+    for key in (K.mod_ctrl, K.left_ctrl):
+        gui.hold(key, is_down)
+    gui.later()
+
+
+def test_it_is_there_while_ctrl_alone_is_held(gui):
+    gui.move(at(gui, BALL))
+    held(gui)
+    assert [line[-3:] for line in lines_now(gui)] == [f"{BALL_M:g} m"]  # after the name of a mark
+    gui.hold(K.s)
+    assert lines_now(gui) == []
+    gui.hold(K.s, False)
+    held(gui, False)
+    assert lines_now(gui) == []
+
+
+def twigs_file(path):
+    """Write twigs called hero, 5 pixels wide, before a wall called card, with gaps of 3 pixels."""
+    y, x = np.mgrid[:96, :240]
+    is_twig = (x >= 120) & (x % 8 >= 3)
+    ids = np.where(is_twig, as_float(HERO), as_float(CARD))
+    channels = {"R": x / 240, "G": y / 96, "B": x * 0, "Z": np.where(is_twig, 0.9, 3.0)}
+    channels |= {"Crypto00.R": ids, "Crypto00.G": np.ones(ids.shape)}
+    told = {"name": "Crypto", "hash": "MurmurHash3_32", "manifest": MANIFEST}
+    header = {f"cryptomatte/abc1234/{key}": value for key, value in told.items()}
+    return write_file(path, {name: it.astype("f4") for name, it in channels.items()}, **header)
+
+
+def test_it_names_things_by_their_mattes_and_y_takes_the_other_while_ctrl_is_held(gui, tmp_path):
+    gui.open(twigs_file(tmp_path / "twigs.exr"))
+    lens = gui.session.facts.lens
+    gui.session.editing.edit_lens(replace(lens, f_stop=1.0, focus_distance_m=2.5))
+    gui.rest()
+    gui.move(at(gui, (161, 48)))
+    held(gui)
+    gui.until(lambda: lines_now(gui) == ["hero 0.9 m", "Y: card 3 m"], "the names of the mattes")
+    gui.key(K.y)
+    assert gui.session.facts.lens.focus_distance_m == pytest.approx(3.0)
+    held(gui, False)

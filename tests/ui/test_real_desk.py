@@ -24,7 +24,7 @@ from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.shot.shot_store import unnamed_path
 from heatlens.ui.palettes import DARK
-from heatlens.ui.picture.alt_held import HOLD_S
+from heatlens.ui.picture.held_alone import HOLD_S
 from support.gui import gui_of
 from support.session_files import LENS, room_file
 from support.x_server import SCREEN, WAIT_S, Screen, Window

@@ -11,7 +11,7 @@ from heatlens.model.coc import sharp_px
 from heatlens.model.guides import NO_GUIDES, Guides, Rect, guide_shapes, inner_rect
 from heatlens.model.view import Compare
 from heatlens.model.view_geometry import PictureShape, Viewport, geometry
-from heatlens.session.desks import PictureDesk
+from heatlens.session.desks import LensDesk, PictureDesk
 from heatlens.session.door.door import Door
 from heatlens.session.door.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
 from heatlens.session.facts import Facts
@@ -22,11 +22,11 @@ from heatlens.ui import probe, theme
 from heatlens.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.ui.panels.focus_bar import focus_bar, focus_bar_height
 from heatlens.ui.panels.marks_panel import draw_point_marks
-from heatlens.ui.picture.alt_held import AltHeld
 from heatlens.ui.picture.fade import PictureFade
+from heatlens.ui.picture.held_alone import HeldAlone
 from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
 from heatlens.ui.picture.lessons import draw_lessons
-from heatlens.ui.picture.loupe import LookAt, Loupe
+from heatlens.ui.picture.loupe import Loupe
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.ruler import draw_ruler
 from heatlens.ui.picture.seen_pictures import SeenPictures
@@ -85,6 +85,7 @@ def draw_beat(number: int, place: Viewport) -> None:
     probe.note_at(f"beat {text}", (at.x, at.y, at.x + 2 * half, at.y + size))
 
 
+_WITH_CTRL = (imgui.Key.y, imgui.Key.left_shift, imgui.Key.right_shift)
 _LINE_EM = 0.15  # height of the progress line under the picture
 _BEAT_EM = 8.0  # size of a number of the count-in
 _Window = imgui.WindowFlags_
@@ -102,7 +103,7 @@ class PictureWindow:
         ui: UiState,
         screen: ScreenPictures,
         kept: KeptScreen,
-        look_at: LookAt,
+        lens: LensDesk,
     ) -> None:
         self._facts, self._door, self._desk = facts, door, desk
         self._ui = ui
@@ -111,10 +112,12 @@ class PictureWindow:
         self._start = StartScreen(ctx)
         self._notice = StreamNotice()
         self._lessons = lessons
-        self._loupe = Loupe(look_at)
+        self._lens = lens.commands
+        self._loupe = Loupe(self._lens.look_at, self._lens.names_of)
         self.viewport = ViewportPanel(ctx, desk.view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window under the pointer
-        self.alt = AltHeld()
+        self.alt = HeldAlone(imgui.Key.mod_alt)
+        self.ctrl = HeldAlone(imgui.Key.mod_ctrl, _WITH_CTRL)
         self.fade = PictureFade(ctx)
         self._holds_bar = False  # the focus bar is dragged
         self.pictures: Pictures | None = None  # the pictures shown in this frame
@@ -223,10 +226,14 @@ class PictureWindow:
             self._notice.draw(stream, self._desk.view.viewport)
 
     def _draw_loupe(self, pictures: Pictures) -> None:
-        """Draw the loupe at the pointer, unless a button is down or A is compared."""
+        """Draw the loupe if it is on or Ctrl is held, unless a button is down or A is compared."""
         facts, ruler, pixel = self._facts, self._desk.commands.ruler, self.hovered
         is_plain = facts.view.compare is Compare.OFF and not (facts.plays_kept or ruler.is_on)
-        if not (facts.view.loupe and is_plain) or pixel is None or imgui.is_any_mouse_down():
+        is_held = self.ctrl.is_over(pixel is not None)
+        if is_held and imgui.is_key_pressed(imgui.Key.y, False):
+            self._lens.focus_on_other()
+        is_shown = is_plain and (facts.view.loupe or is_held)
+        if not is_shown or pixel is None or imgui.is_any_mouse_down():
             return
         pinhole, place = self._seen.pinhole(), self._desk.view
         placed = self._loupe.draw(facts, place, pictures, pinhole, pixel)

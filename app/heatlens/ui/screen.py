@@ -61,7 +61,7 @@ class Screen:
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
             *(facts, door, pictures, lessons, self.ui, self._pictures, kept),
-            session.lens.commands.look_at,
+            session.lens,
         )
         self.status = StatusBar(facts, pictures, session.messages, self.ui, kept)
         self._panels = DockedPanels(session, self.ui)

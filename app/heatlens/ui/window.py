@@ -247,6 +247,7 @@ class Loop:
             self._session.seconds_until_needed(),
             self._ui.seconds_until_needed(),
             self._screen.picture.alt.seconds_until_needed(),
+            self._screen.picture.ctrl.seconds_until_needed(),
             self._screen.picture.fade.seconds_until_needed(),
             self._screen.sharing.seconds_until_needed(),
         ]

@@ -1,5 +1,6 @@
 """Commands for the lens at the playhead and for the quality and shape of its blur."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TypeVar
@@ -14,6 +15,7 @@ from heatlens.plate.coc_line import focused_at, focused_at_pixel
 from heatlens.plate.header.start_lens import StartLens
 from heatlens.plate.plate import Plate
 from heatlens.session.lens.kit_commands import KitCommands
+from heatlens.session.lens.things_here import ThingsHere
 from heatlens.session.loop.messages import reported
 from heatlens.session.shared import Commands, Shared
 
@@ -38,6 +40,7 @@ class LensCommands(Commands):
     def __init__(self, shared: Shared) -> None:
         super().__init__(shared)
         self.kits = KitCommands(shared)
+        self._things = ThingsHere(shared.wake)
         self._aim: Aim | None = None
         self.start_lens: StartLens | None = None  # the lens of the open source, and its origin
 
@@ -74,6 +77,15 @@ class LensCommands(Commands):
         if aim is None or not is_same:
             aim = self._aim = Aim(plate, pixel, surfaces_at(plate, lens, *pixel), lens)
         return aim.surfaces
+
+    def names_of(self, surfaces: Sequence[Surface]) -> tuple[str, ...]:
+        """Return the names that mattes give to what `look_at` returned; "" until they are known."""
+        plate = self._source.plate
+        if plate is None:
+            return ("",) * len(surfaces)
+        with reported(self._say):
+            return self._things.names(plate, surfaces)
+        return ("",) * len(surfaces)
 
     def focus_on_other(self) -> None:
         """Focus on the other thing that was seen where the last click was, or under the loupe."""

@@ -18,6 +18,7 @@ from heatlens.ui.picture.pictures import Pictures
 
 Pixel = tuple[int, int]
 LookAt = Callable[[Pixel], Sequence[Surface]]
+NamesOf = Callable[[Sequence[Surface]], Sequence[str]]
 TIMES = 2.0  # larger than the picture
 _SIDE_EM = 11.0
 _AWAY_EM = 1.5  # from the pointer, which must not cover what it points at
@@ -26,10 +27,13 @@ _SAME_RATIO = 1.02  # a mark as near as this to a surface names it
 
 
 class Loupe:
-    """Draws the loupe beside the pointer; `look_at` returns what is seen at a pixel."""
+    """Draws the loupe beside the pointer.
 
-    def __init__(self, look_at: LookAt) -> None:
-        self._look_at = look_at
+    `look_at` returns what is seen at a pixel, `names_of` what mattes call that.
+    """
+
+    def __init__(self, look_at: LookAt, names_of: NamesOf) -> None:
+        self._look_at, self._names_of = look_at, names_of
 
     def draw(
         self,
@@ -48,7 +52,7 @@ class Loupe:
         end = corner[0] + side, corner[1] + side
         middle = corner[0] + side / 2, corner[1] + side / 2
         _draw_frame(corner, end, middle)
-        _draw_words(_words(facts, surfaces), (corner[0], end[1]))
+        _draw_words(_words(facts, surfaces, self._names_of(surfaces)), (corner[0], end[1]))
         probe.note_at("loupe", (*corner, *end))
         return _enlarged(place, pictures, pinhole, (mouse.x, mouse.y), middle, (*corner, *end))
 
@@ -102,17 +106,18 @@ def _draw_frame(corner: Point, end: Point, middle: Point) -> None:
         draw.add_line(first, last, theme.OVER_PICTURE.handle)
 
 
-def _words(facts: Facts, surfaces: Sequence[Surface]) -> list[str]:
+def _words(facts: Facts, surfaces: Sequence[Surface], names: Sequence[str]) -> list[str]:
     """Return a line for what a click takes, and one for the other surface."""
-    told = [_named(facts, surface) for surface in surfaces]
+    told = [_named(facts, *it) for it in zip(surfaces, names, strict=True)]
     return [told[0], *(f"Y: {words}" for words in told[1:])]
 
 
-def _named(facts: Facts, surface: Surface) -> str:
-    """Return the distance of a surface, with the name of a mark that is there."""
+def _named(facts: Facts, surface: Surface, thing: str) -> str:
+    """Return the distance of a surface, with the name of a mark that is there, or of its matte."""
     low, high = surface.depth_m / _SAME_RATIO, surface.depth_m * _SAME_RATIO
     names = [name for name, distance_m in facts.marks_m if low < distance_m < high]
-    return printable(" ".join([*names[:1], measured_text(facts.lens, surface.depth_m, facts.unit)]))
+    distance = measured_text(facts.lens, surface.depth_m, facts.unit)
+    return printable(f"{(names or [thing])[0]} {distance}".strip())
 
 
 def _draw_words(lines: Sequence[str], corner: Point) -> None:
