@@ -9,7 +9,6 @@ from heatlens.model.option import Values, options_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.ui import widgets
 
-_PICK_EM = 2.6
 _PICK_TIP = "Ctrl+Shift+click then tells the thing, if the plate has Cryptomatte or ids."
 _TIPS = {
     "flat_depth": "Mends a wrong depth inside a matte, such as cryptomatte:card or "
@@ -27,10 +26,12 @@ def matte_rows(
     `pick` is called with the name of a field that the next click shall tell.
     """
     imgui.separator_text("Things, by their mattes")
+    style = imgui.get_style()
+    beside_px = imgui.calc_text_size("pick").x + 2 * style.frame_padding.x + style.item_spacing.x
     for field, tip in _TIPS.items():
         words, text = options_of(PlateOptions)[field].words, getattr(options, field)
         widgets.label(words, tip)
-        imgui.set_next_item_width(-_PICK_EM * imgui.get_font_size())
+        imgui.set_next_item_width(-beside_px)
         typed = widgets.text_field(words, text or "", text, widgets.optional(str.strip), say)
         imgui.same_line()
         if widgets.button(f"pick##{words}", f"pick {words}", _PICK_TIP):
