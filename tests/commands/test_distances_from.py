@@ -9,8 +9,7 @@ from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.sources import Heard, RingSources
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.measured_from import MeasuredFrom
+from heatlens.model.lens import Lens, MeasuredFrom
 from heatlens.model.shot import Shot
 from heatlens.model.units import format_distance
 from heatlens.session.live.ring_hand import RingHand

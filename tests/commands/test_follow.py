@@ -5,7 +5,8 @@ import pytest
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
 from heatlens.model.coc import sharp_dioptres
-from heatlens.model.marks import Click, MatteMark, MattePart, ObjectMark
+from heatlens.model.marks import MatteMark, MattePart, ObjectMark
+from heatlens.model.track_mark import Click
 from support.command_line import stderr_of_run
 from support.mattes import matte_plate
 from support.session_files import write_scene

@@ -15,19 +15,11 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
-from heatlens.model.marks import (
-    Click,
-    DistanceMark,
-    MatteMark,
-    MattePart,
-    PointMark,
-    TrackMark,
-    TrackPlace,
-    WorldMark,
-)
+from heatlens.model.marks import DistanceMark, MatteMark, MattePart, PointMark, WorldMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import LensCurves, Shot
+from heatlens.model.track_mark import Click, TrackMark, TrackPlace
 from support.shot_files import FIFTY, FULL, written
 
 # Names that a file system takes; the path that a shot brings back is an absolute one.

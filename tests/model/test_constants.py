@@ -10,7 +10,6 @@ from heatlens.base.errors import InputError
 from heatlens.model import interpolation, key_reduction, opening, plausibility
 from heatlens.model.boxes import Box
 from heatlens.model.coc import sharp_px
-from heatlens.model.depth_histogram import DepthHistogram, dioptres_shown
 from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.f_stops import THIRD_STOPS
 from heatlens.model.frames import (
@@ -23,13 +22,13 @@ from heatlens.model.frames import (
 from heatlens.model.framing import Framing, SceneTiming
 from heatlens.model.history import History
 from heatlens.model.interpolation import Ease
-from heatlens.model.lens import Lens
+from heatlens.model.lens import Lens, MeasuredFrom
 from heatlens.model.lens_kit import KitLens
-from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import DepthSpan, doubts, focus_unit_doubts, span_doubts
 from heatlens.model.settings import DefocusSettings, Method, barred_methods
 from heatlens.model.shot import Shot
+from heatlens.model.value_bins import DepthHistogram, dioptres_shown
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 

@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.depth_histogram import BINS, DepthHistogram, depth_histogram
+from heatlens.model.value_bins import BARS, DepthHistogram, bins_of, depth_histogram
 from heatlens.model.value_bins import BINS as FINE_BINS
-from heatlens.model.value_bins import bins_of
 
 DEPTHS = st.lists(st.one_of(st.floats(0.01, 1e5), st.just(math.inf)), min_size=1, max_size=60).map(
     lambda depths: np.array(depths, np.float32).reshape(1, -1)
@@ -24,11 +23,11 @@ def histogram_of(depth_m: np.ndarray) -> DepthHistogram:
 def test_heights_are_roots_of_how_many_lie_there(depth_m):
     """Counted below every edge between two bins; what a fine bin holds falls to one side of it."""
     found = histogram_of(depth_m)
-    assert found.heights.shape == (BINS,) and found.heights.max() == 1.0
+    assert found.heights.shape == (BARS,) and found.heights.max() == 1.0
     shares = found.heights**2
     below = np.cumsum(shares / shares.sum() * depth_m.size)
     dioptres = np.sort(1.0 / depth_m.ravel().astype(np.float64))
-    edges = np.linspace(0, found.most_dioptres, BINS + 1)[1:]
+    edges = np.linspace(0, found.most_dioptres, BARS + 1)[1:]
     near = 1e-5 * edges + np.ptp(dioptres) / FINE_BINS
     assert np.all(below >= np.searchsorted(dioptres, edges - near) - 1e-6)
     assert np.all(below <= np.searchsorted(dioptres, edges + near, side="right") + 1e-6)

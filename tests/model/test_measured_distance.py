@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.lens import Lens
+from heatlens.model.lens import Lens, MeasuredFrom
 from heatlens.model.lens_kit import KitLens, LensKit
 from heatlens.model.measured_distance import (
     as_measured_m,
@@ -14,7 +14,6 @@ from heatlens.model.measured_distance import (
     measured_text,
     parse_measured_m,
 )
-from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.units import format_distance
 
 FILM = Lens(50.0, 2.8, 2.0, 36.0, measured_from=MeasuredFrom.FILM, pupil_offset_mm=120.0)

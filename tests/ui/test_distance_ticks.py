@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.depth_histogram import BINS, DepthHistogram, depth_histogram
 from heatlens.model.units import FOOT_M, INCH_M, parse_distance_m
-from heatlens.model.value_bins import bins_of
+from heatlens.model.value_bins import BINS, DepthHistogram, bins_of, depth_histogram
 from heatlens.ui.panels.depth_scale import Tick, distance_ticks, scale_ticks, visible_heights
 
 WIDTH = 310.0  # of the bar at the narrowest

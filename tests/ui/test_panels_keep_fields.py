@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.depth_histogram import depth_histogram
 from heatlens.model.framing import Framing
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.value_bins import bins_of
+from heatlens.model.value_bins import bins_of, depth_histogram
 from heatlens.model.view import Against, ViewState
 from heatlens.plate.read import read_plate
 from heatlens.session.exports.export_settings import ExportSettings

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from heatlens.display.probe import seen_depth_m
-from heatlens.model.depth_histogram import depth_histogram
 from heatlens.model.plate_options import PlateOptions
-from heatlens.model.value_bins import bins_of
+from heatlens.model.value_bins import bins_of, depth_histogram
 from heatlens.plate.depth_read import planar_depth_m
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.header.channel_choice import color_layers_among, depth_channels_first

@@ -30,15 +30,8 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.model.live_focus import LiveFocus
 from heatlens.model.look import Look
-from heatlens.model.marks import (
-    DistanceMark,
-    Mark,
-    MatteMark,
-    ObjectMark,
-    PointMark,
-    TrackMark,
-    WorldMark,
-)
+from heatlens.model.mark import Mark
+from heatlens.model.marks import kind_of_entries
 from heatlens.model.opening_image import OpeningImage
 from heatlens.model.option import Values
 from heatlens.model.plate_options import PlateOptions
@@ -213,20 +206,10 @@ def _key_json(key: Key) -> dict[str, object]:
     return {name: value for name, value in record_to_json(key).items() if value != default}
 
 
-# The entry that only one kind of mark has, and the kind.
-_MARKS: dict[str, type[Mark]] = {
-    "distance_m": DistanceMark,
-    "object_name": ObjectMark,
-    "matte": MatteMark,
-    "clicks": TrackMark,
-    "z_m": WorldMark,
-}
-
-
 def _mark(entry: JsonEntry) -> Mark:
     """Return the mark of an entry, of the kind that its entries tell; else a point."""
     told = entry.value if isinstance(entry.value, dict) else {}
-    return entry.record(next((kind for name, kind in _MARKS.items() if name in told), PointMark))
+    return entry.record(kind_of_entries(told))
 
 
 def _focus_word(scale: Scale) -> str:

@@ -2,15 +2,36 @@
 
 import math
 from dataclasses import KW_ONLY, dataclass, field
+from enum import StrEnum
 from typing import Any
 
 from heatlens.base.errors import LensError
 from heatlens.model.aperture import APERTURE_FIELDS, Aperture
 from heatlens.model.lens_model import LensModel
-from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.opening_fields import OpeningFields
 from heatlens.model.option import Option, option, option_field, options_of
 from heatlens.model.units import parse_distance_m
+
+
+class MeasuredFrom(StrEnum):
+    """The origin of the distances that people read and type.
+
+    A tape and the scale on a lens begin at the film plane; the depth of a plate begins at the point
+    that the camera looks from, which is the entrance pupil. A shot keeps distances from the pupil.
+    """
+
+    PUPIL = "entrance-pupil"
+    FILM = "film-plane"
+
+    @property
+    def words(self) -> str:
+        """Its name in a sentence."""
+        return str(self).replace("-", " ")
+
+    def offset_m(self, pupil_offset_mm: float) -> float:
+        """Return the amount by which a distance from here exceeds one from the pupil."""
+        return 1e-3 * pupil_offset_mm if self is MeasuredFrom.FILM else 0.0
+
 
 # Share of the sensor's width that still looks sharp; a common rule for pictures seen whole.
 _SHARP_SHARE = 1 / 1500

@@ -3,39 +3,59 @@
 Distances are averaged as dioptres, in which a focus ring is even and infinity is a number.
 """
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import count
 from string import ascii_uppercase
+from typing import Self
 
 from heatlens.base.errors import InputError
+from heatlens.base.on_use import OnUse
 from heatlens.model.frames import FrameRange
+from heatlens.model.mark import Mark, check_pixel
+from heatlens.model.track_mark import TrackMark
+from heatlens.model.units import parse_distance_m
 
 # (frame, x, y) -> metres at that pixel, counted from the display window's corner
 DepthAt = Callable[[int, float, float], float]
 
 _SMOOTH_FRAMES_MOST = 1001
-_DOUBTED = 0.5  # likeness below which a tracked surface should be looked at
+TYPED_MARK = re.compile(r"([^@=]+)([=@].+)")
 
 
 @dataclass(frozen=True, slots=True)
-class DistanceMark:
+class DistanceMark(Mark):
     """A distance by name, from 0 to infinity."""
 
-    name: str
     distance_m: float
 
+    help = "at a distance"
+    begins = "="
+    entry = "distance_m"
+    meaning = "At every frame"
+
     def __post_init__(self) -> None:
-        _check_name(self.name)
+        Mark.__post_init__(self)
         if not self.distance_m > 0:
             raise InputError(
                 f"Mark {self.name}: the distance must be above 0 m, got {self.distance_m:g} m."
             )
 
+    @classmethod
+    def typed(cls, name: str, place: str) -> Self:
+        return cls(name, parse_distance_m(place))
+
+    def where(self, distance: Callable[[float], str]) -> str:
+        return distance(self.distance_m)
+
+    def distance_at_m(self, frame: int) -> float | None:
+        return self.distance_m
+
 
 @dataclass(frozen=True, slots=True)
-class PointMark:
+class PointMark(Mark):
     """A named point of the picture; its distance is that of the visible surface at each frame.
 
     x_px, y_px      pixels from the corner of the display window, y downwards
@@ -43,34 +63,60 @@ class PointMark:
                     averaging
     """
 
-    name: str
     x_px: float
     y_px: float
     smooth_frames: int = 1
 
+    help = "at a pixel of the picture as NAME@X,Y"
+    begins = "@"
+    entry = "x_px"
+    meaning = "The surface at its point, at this frame"
+    on_plate = OnUse("plate.mark_distance", "point_m")
+
     def __post_init__(self) -> None:
-        _check_name(self.name)
-        for axis, at in (("x", self.x_px), ("y", self.y_px)):
-            if not abs(at) < 1e6:
-                raise InputError(f"Mark {self.name}: {axis} cannot be {at:g} px.")
+        Mark.__post_init__(self)
+        check_pixel(self.name, self.x_px, self.y_px)
         if not 1 <= self.smooth_frames <= _SMOOTH_FRAMES_MOST:
             raise InputError(
                 f"Mark {self.name}: 1 to {_SMOOTH_FRAMES_MOST} frames can be averaged, "
                 f"got {self.smooth_frames}."
             )
 
+    @classmethod
+    def typed(cls, name: str, place: str) -> Self:
+        x_px, y_px = _numbers(place, 2, "a pixel as NAME@X,Y", f"{name}@{place}")
+        return cls(name, x_px, y_px)
+
+    def where(self, distance: Callable[[float], str]) -> str:
+        mean = f", mean of {self.smooth_frames} frames" if self.smooth_frames > 1 else ""
+        return f"pixel {self.x_px:g},{self.y_px:g}{mean}"
+
 
 @dataclass(frozen=True, slots=True)
-class ObjectMark:
+class ObjectMark(Mark):
     """A named object of a 3D scene; its distance is that of its centre at each frame."""
 
-    name: str
     object_name: str
 
+    help = "on an object of a scene as NAME=object:OBJECT"
+    begins = "=object:"
+    entry = "object_name"
+
     def __post_init__(self) -> None:
-        _check_name(self.name)
+        Mark.__post_init__(self)
         if not self.object_name:
             raise InputError(f"Mark {self.name}: the name of the object is missing.")
+
+    @classmethod
+    def typed(cls, name: str, place: str) -> Self:
+        return cls(name, place)
+
+    def where(self, distance: Callable[[float], str]) -> str:
+        return f"object {self.object_name}"
+
+    @property
+    def meaning(self) -> str:
+        return f"The middle of {self.object_name}, at this frame"
 
 
 class MattePart(StrEnum):
@@ -81,19 +127,26 @@ class MattePart(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class MatteMark:
+class MatteMark(Mark):
     """A thing of a plate, named by its matte; its distance is measured at each frame.
 
     matte  where the matte is found and what it shows, such as cryptomatte:hero or objectId:7
     part   the middle of what is seen of the thing, or its nearest part
     """
 
-    name: str
     matte: str
     part: MattePart = MattePart.MIDDLE
 
+    help = (
+        "on a thing as NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, its nearest "
+        "part as NAME=nearest:cryptomatte:THING"
+    )
+    begins = "=(?=.*:)"  # anything else with a colon
+    entry = "matte"
+    on_plate = OnUse("plate.mark_distance", "matte_m")
+
     def __post_init__(self) -> None:
-        _check_name(self.name)
+        Mark.__post_init__(self)
         where, colon, what = self.matte.partition(":")
         if not (where and colon and what):
             raise InputError(
@@ -101,96 +154,87 @@ class MatteMark:
                 f"matte:CHANNEL, got {self.matte!r}."
             )
 
+    @classmethod
+    def typed(cls, name: str, place: str) -> Self:
+        part, colon, rest = place.partition(":")
+        if part + colon == f"{MattePart.NEAREST}:":
+            return cls(name, rest, MattePart.NEAREST)
+        return cls(name, place)
 
-@dataclass(frozen=True, slots=True)
-class Click:
-    """Where somebody pointed at a surface: a frame and a pixel, counted as that of a PointMark."""
-
-    frame: int
-    x_px: float
-    y_px: float
-
-
-@dataclass(frozen=True, slots=True)
-class TrackPlace:
-    """Where a tracked surface is at a frame.
-
-    distance_m  metres; None where it is hidden or out of the picture
-    likeness    how much it looks as it did where it was clicked, 0 to 1
-    """
-
-    frame: int
-    x_px: float
-    y_px: float
-    distance_m: float | None = None
-    likeness: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.distance_m is not None and not self.distance_m > 0:
-            raise InputError(f"The distance must be above 0 m, got {self.distance_m:g} m.")
-
-
-@dataclass(frozen=True, slots=True)
-class TrackMark:
-    """A surface of a plate that is followed through the frames.
-
-    clicks  where it was pointed at: the first time, and each correction, at different frames
-    places  where it was found, one for each frame in order; none until it has been followed
-    """
-
-    name: str
-    clicks: tuple[Click, ...]
-    places: tuple[TrackPlace, ...] = ()
-
-    def __post_init__(self) -> None:
-        _check_name(self.name)
-        if not self.clicks or len({click.frame for click in self.clicks}) < len(self.clicks):
-            raise InputError(f"Mark {self.name}: give one pixel for each frame, as X,Y@FRAME.")
-        for click in self.clicks:
-            PointMark(self.name, click.x_px, click.y_px)  # checks the pixel
-        frames = [place.frame for place in self.places]
-        if sorted(set(frames)) != frames:
-            raise InputError(f"Mark {self.name}: its places must be in the order of their frames.")
-
-    def place_at(self, frame: int) -> TrackPlace | None:
-        """Return where the surface is at a frame; None where nobody has looked."""
-        return next((place for place in self.places if place.frame == frame), None)
-
-    def distance_at_m(self, frame: int) -> float | None:
-        """Return its distance at a frame; None where it is hidden or out of the picture."""
-        place = self.place_at(frame)
-        return None if place is None else place.distance_m
+    def where(self, distance: Callable[[float], str]) -> str:
+        return f"{self.part} of {self.matte}"
 
     @property
-    def doubted(self) -> list[int]:
-        """The frames at which it is seen, but looks unlike what was clicked."""
-        seen = [place for place in self.places if place.distance_m is not None]
-        return [place.frame for place in seen if place.likeness < _DOUBTED]
-
-    def corrected(self, click: Click) -> "TrackMark":
-        """Return the mark with one more click, to be followed again."""
-        others = [it for it in self.clicks if it.frame != click.frame]
-        clicks = sorted([*others, click], key=lambda it: it.frame)
-        return TrackMark(self.name, tuple(clicks))
+    def meaning(self) -> str:
+        return f"The {self.part} depth of the visible part of {self.matte}, at this frame"
 
 
 @dataclass(frozen=True, slots=True)
-class WorldMark:
+class WorldMark(Mark):
     """A point that stands in the world of plates whose headers tell their camera, in metres."""
 
-    name: str
     x_m: float
     y_m: float
     z_m: float
 
+    help = "at a point of the world of plates that tell their camera as NAME=world:X,Y,Z in metres"
+    begins = "=world:"
+    entry = "z_m"
+    meaning = "A place in the world of the plates, at this frame"
+    on_plate = OnUse("plate.mark_distance", "world_m")
+
     def __post_init__(self) -> None:
-        _check_name(self.name)
+        Mark.__post_init__(self)
         for axis, at in (("x", self.x_m), ("y", self.y_m), ("z", self.z_m)):
             if not abs(at) < 1e9:
                 raise InputError(f"Mark {self.name}: {axis} cannot be {at:g} m.")
 
+    @classmethod
+    def typed(cls, name: str, place: str) -> Self:
+        how = "a point in metres as NAME=world:X,Y,Z"
+        return cls(name, *_numbers(place, 3, how, f"{name}=world:{place}"))
 
-Mark = DistanceMark | PointMark | ObjectMark | MatteMark | TrackMark | WorldMark
+    def where(self, distance: Callable[[float], str]) -> str:
+        return f"world {self.x_m:g},{self.y_m:g},{self.z_m:g} m"
+
+
+# In the order in which a typed mark is tried, from the most particular beginning on.
+KINDS: tuple[type[Mark], ...] = (
+    PointMark,
+    ObjectMark,
+    WorldMark,
+    TrackMark,
+    MatteMark,
+    DistanceMark,
+)
+
+
+def mark_of(text: str) -> Mark:
+    """Return the mark of --mark. Raises InputError for an invalid one."""
+    match = TYPED_MARK.fullmatch(text)
+    if match is None:
+        raise InputError(f"--mark takes NAME=DISTANCE or NAME@X,Y; got {text!r}.")
+    name, rest = match.groups()
+    kind, begins = next(
+        (kind, begins) for kind in KINDS if (begins := re.match(kind.begins, rest)) is not None
+    )
+    return kind.typed(name, rest[begins.end() :])
+
+
+def _numbers(place: str, count: int, how: str, text: str) -> tuple[float, ...]:
+    try:
+        found = tuple(float(part) for part in place.split(","))
+    except ValueError:
+        found = ()
+    if len(found) != count:
+        raise InputError(f"--mark takes {how}, got {text!r}.")
+    return found
+
+
+def kind_of_entries(names: Iterable[str]) -> type[Mark]:
+    """Return the kind of a mark in a shot file from the names of its entries; else a point."""
+    told = set(names)
+    return next((kind for kind in reversed(KINDS) if kind.entry in told), PointMark)
 
 
 def next_mark_name(marks: Iterable[Mark]) -> str:
@@ -226,8 +270,3 @@ def check_marks(marks: Iterable[Mark]) -> None:
         if mark.name in seen:
             raise InputError(f"Two marks are called {mark.name}.")
         seen.add(mark.name)
-
-
-def _check_name(name: str) -> None:
-    if not name or not name.isprintable() or name != name.strip():
-        raise InputError(f"A mark cannot be called {name!r}.")

@@ -19,7 +19,8 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.model.live_focus import LiveFocus
 from heatlens.model.look import Look, check_looks
-from heatlens.model.marks import Mark, check_marks
+from heatlens.model.mark import Mark
+from heatlens.model.marks import check_marks
 from heatlens.model.option import Values, options_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings

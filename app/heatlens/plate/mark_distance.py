@@ -7,15 +7,8 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.live_focus import Distances
-from heatlens.model.marks import (
-    DistanceMark,
-    Mark,
-    MatteMark,
-    ObjectMark,
-    PointMark,
-    TrackMark,
-    WorldMark,
-)
+from heatlens.model.mark import Mark
+from heatlens.model.marks import DistanceMark, MatteMark, PointMark, WorldMark
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.mattes.matte_distance import thing_m
 from heatlens.plate.mattes.mattes import UnknownThingError
@@ -30,13 +23,18 @@ def mark_on_plate_m(plate: Plate, mark: Mark) -> float | None:
     """
     if isinstance(mark, DistanceMark):
         return mark.distance_m
-    if isinstance(mark, ObjectMark | TrackMark):  # these are known without the plate
-        return None
-    if isinstance(mark, MatteMark):
-        return thing_m(plate, mark.matte, mark.part)
-    if isinstance(mark, WorldMark):
-        return _world_m(plate, mark)
+    found: float | None = None if mark.on_plate is None else mark.on_plate(plate, mark)
+    return found
+
+
+def point_m(plate: Plate, mark: PointMark) -> float:
+    """Return the distance of the surface at a point."""
     return depth_at_m(plate, int(mark.x_px), int(mark.y_px))
+
+
+def matte_m(plate: Plate, mark: MatteMark) -> float | None:
+    """Return the distance of a thing; None where it is hidden."""
+    return thing_m(plate, mark.matte, mark.part)
 
 
 def mark_over_plates_m(plates: Iterable[tuple[int, Plate]], mark: Mark) -> Distances:
@@ -58,7 +56,7 @@ def mark_over_plates_m(plates: Iterable[tuple[int, Plate]], mark: Mark) -> Dista
     return found
 
 
-def _world_m(plate: Plate, mark: WorldMark) -> float | None:
+def world_m(plate: Plate, mark: WorldMark) -> float | None:
     """Return how far a point in the world lies in front of the camera; None behind it."""
     if plate.world_to_camera is None:
         raise _no_camera(plate, mark)

@@ -14,7 +14,8 @@ import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, Vector
-from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
+from heatlens.model.mark import Mark
+from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.orbit import pivot_of
 from heatlens.model.pull import followed, recorded
 from heatlens.model.shot import LensParameter, Shot

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from heatlens.base.errors import HeatlensError
 from heatlens.files.json_record import plain, record_to_json
 from heatlens.model.coc import hyperfocal_m
-from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes
 from heatlens.model.look import Look
+from heatlens.model.value_bins import DepthHistogram
 from heatlens.model.view_geometry import PictureShape
 from heatlens.session.door.door import Door
 from heatlens.session.door.state import CommandState

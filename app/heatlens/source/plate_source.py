@@ -15,9 +15,10 @@ from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.frames import FrameRange
 from heatlens.model.live_focus import Distances
-from heatlens.model.marks import Mark, TrackMark
+from heatlens.model.mark import Mark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
+from heatlens.model.track_mark import TrackMark
 from heatlens.plate.behind import behind_paths
 from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.plate import Plate, ReadPixels

@@ -12,7 +12,8 @@ from heatlens.base.paths import absolute, unreadable
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing, SceneTiming
 from heatlens.model.live_focus import Distances
-from heatlens.model.marks import DistanceMark, Mark, ObjectMark
+from heatlens.model.mark import Mark
+from heatlens.model.marks import DistanceMark, ObjectMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.scene.placing import placed

@@ -6,7 +6,7 @@ from typing import Protocol
 
 from heatlens.model.frames import FrameRange
 from heatlens.model.live_focus import Distances
-from heatlens.model.marks import Mark
+from heatlens.model.mark import Mark
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene

@@ -13,9 +13,8 @@ from heatlens.commands.options.kit_options import add_kit_option, kit_values, le
 from heatlens.commands.output.say import say
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.filmback import filmback_named
-from heatlens.model.lens import Lens
+from heatlens.model.lens import Lens, MeasuredFrom
 from heatlens.model.measured_distance import measured_text
-from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.option import Values
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.coc_line import focused_at_pixel

@@ -6,7 +6,6 @@ Keys and focus marks are typed so: `focus@1001=0.94:linear`, `A=6'3"`, `B@960,54
 
 import argparse
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,17 +45,8 @@ from heatlens.model.curve import Key
 from heatlens.model.frames import FRAMES_PER_SECOND, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
-from heatlens.model.marks import (
-    Click,
-    DistanceMark,
-    Mark,
-    MatteMark,
-    MattePart,
-    ObjectMark,
-    PointMark,
-    TrackMark,
-    WorldMark,
-)
+from heatlens.model.mark import Mark
+from heatlens.model.marks import KINDS, TYPED_MARK, DistanceMark, mark_of
 from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
 from heatlens.model.other_names import or_meant
 from heatlens.model.pull import frames_too_close
@@ -88,8 +78,6 @@ KEYED = {
     "split-dioptres": (LensParameter.SPLIT, "split_dioptres"),
 }
 _KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
-_MARK = re.compile(r"([^@=]+)(=|@)(.+)")
-_CLICK = re.compile(r"(-?\d{1,6}(?:\.\d+)?),(-?\d{1,6}(?:\.\d+)?)@(-?\d{1,9})")
 
 Keys = dict[LensParameter, list[Key]]
 
@@ -157,12 +145,7 @@ def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
         action="append",
         default=[],
         metavar="NAME=DISTANCE",
-        help="focus mark at a distance, at a pixel of the picture as NAME@X,Y, or on a thing as "
-        "NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, its nearest part as "
-        "NAME=nearest:cryptomatte:THING, on a surface that is tracked from a pixel of a frame as "
-        "NAME=track:X,Y@FRAME (more pixels correct it, X,Y@FRAME/X,Y@FRAME), at a point of the "
-        "world of plates that tell their camera as NAME=world:X,Y,Z in metres, or on an object of "
-        "a scene as NAME=object:OBJECT; may be repeated",
+        help=f"focus mark {', '.join(kind.help for kind in KINDS)}; may be repeated",
     )
 
 
@@ -231,7 +214,7 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
             shot,
             lens=replace(shot.lens, close_focus_m=parse_measured_m(shot.lens, args.close_focus)),
         )
-    is_new = args.follow is not None and _MARK.fullmatch(args.follow)
+    is_new = args.follow is not None and TYPED_MARK.fullmatch(args.follow)
     marks = [*args.mark, *([args.follow] if is_new else [])]
     made = replace(
         shot_with_kit(args, shot),
@@ -333,52 +316,3 @@ def _no_key(text: str, hint: str = "") -> InputError:
         f"parameters are {', '.join(KEYED)}; paths are {', '.join(Interpolation)}; "
         f"got {text!r}.{hint}"
     )
-
-
-def mark_of(text: str) -> Mark:
-    """Parse a focus mark of --mark. Raises InputError for an invalid one."""
-    match = _MARK.fullmatch(text)
-    if match is None:
-        raise InputError(f"--mark takes NAME=DISTANCE or NAME@X,Y; got {text!r}.")
-    name, sign, place = match.groups()
-    if sign == "@":
-        x, y = _point(text, place, 2)
-        return PointMark(name, x, y)
-    for prefix, hold in _HOLDS.items():
-        if place.startswith(prefix):
-            return hold(name, place.removeprefix(prefix))
-    return MatteMark(name, place) if ":" in place else DistanceMark(name, parse_distance_m(place))
-
-
-def _world_mark(name: str, place: str) -> Mark:
-    x, y, z = _point(f"{name}=world:{place}", place, 3)
-    return WorldMark(name, x, y, z)
-
-
-# What a mark holds on to, by the first word of its place; other places are distances or mattes.
-_HOLDS: dict[str, Callable[[str, str], Mark]] = {
-    "object:": ObjectMark,
-    "nearest:": lambda name, place: MatteMark(name, place, MattePart.NEAREST),
-    "track:": lambda name, place: TrackMark(name, _clicks(place)),
-    "world:": _world_mark,
-}
-
-
-def _point(text: str, place: str, count: int) -> tuple[float, ...]:
-    try:
-        found = tuple(float(part) for part in place.split(","))
-    except ValueError:
-        found = ()
-    if len(found) != count:
-        how = "a pixel as NAME@X,Y" if count == 2 else "a point in metres as NAME=world:X,Y,Z"
-        raise InputError(f"--mark takes {how}, got {text!r}.")
-    return found
-
-
-def _clicks(text: str) -> tuple[Click, ...]:
-    found = [_CLICK.fullmatch(part) for part in text.split("/")]
-    if None in found:
-        raise InputError(
-            f"A surface is followed from a pixel of a frame, as track:X,Y@FRAME; got {text!r}."
-        )
-    return tuple(Click(int(it[3]), float(it[1]), float(it[2])) for it in found if it)

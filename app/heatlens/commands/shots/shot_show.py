@@ -4,6 +4,7 @@ import argparse
 import json
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from heatlens.base.printable import printable
@@ -13,7 +14,6 @@ from heatlens.files.json_record import plain
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, MatteMark, ObjectMark, TrackMark, WorldMark
 from heatlens.model.measured_distance import as_measured_m, measured_text
 from heatlens.model.option import options_of
 from heatlens.model.plate_options import PlateOptions
@@ -87,9 +87,9 @@ def _sections(shot: Shot, unit: str) -> list[str]:
     if keys:
         sections.append(_table(("keys", "frame", "value", "path"), keys))
     if shot.marks:
-        sections.append(
-            _table(("marks", "where"), [_mark_row(m, shot.lens, unit) for m in shot.marks])
-        )
+        distance = partial(measured_text, shot.lens, unit=unit)
+        rows = [(mark.name, mark.where(distance)) for mark in shot.marks]
+        sections.append(_table(("marks", "where"), rows))
     sections.append(_table(_LENS_HEAD, [_lens_row(f, lens, unit) for f, lens in _lenses(shot)]))
     return sections
 
@@ -152,22 +152,6 @@ def _key_rows(shot: Shot, unit: str) -> list[Row]:
         for parameter in LensParameter
         for key in shot.curves.of(parameter).keys
     ]
-
-
-def _mark_row(mark: Mark, lens: Lens, unit: str) -> Row:
-    if isinstance(mark, DistanceMark):
-        return mark.name, measured_text(lens, mark.distance_m, unit)
-    if isinstance(mark, ObjectMark):
-        return mark.name, f"object {mark.object_name}"
-    if isinstance(mark, MatteMark):
-        return mark.name, f"{mark.part} of {mark.matte}"
-    if isinstance(mark, TrackMark):
-        clicks = " and ".join(f"{it.x_px:g},{it.y_px:g} at {it.frame}" for it in mark.clicks)
-        return mark.name, f"surface at pixel {clicks}"
-    if isinstance(mark, WorldMark):
-        return mark.name, f"world {mark.x_m:g},{mark.y_m:g},{mark.z_m:g} m"
-    mean = f", mean of {mark.smooth_frames} frames" if mark.smooth_frames > 1 else ""
-    return mark.name, f"pixel {mark.x_px:g},{mark.y_px:g}{mean}"
 
 
 _LENS_HEAD = ("frame", "focus", "f-stop", "focal length", "squeeze", "sharp from", "to")

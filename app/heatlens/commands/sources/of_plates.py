@@ -21,10 +21,10 @@ from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.reader import SequenceReader, settled_options
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens_model import LensModel
-from heatlens.model.marks import TrackMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.model.track_mark import TrackMark
 from heatlens.plate.exr.behind_write import behind_path, write_behind
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.inspection import inspect

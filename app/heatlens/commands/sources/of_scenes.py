@@ -18,9 +18,10 @@ from heatlens.commands.output.say import say
 from heatlens.commands.sources.shot_plate import rate_of
 from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.model.frames import parse_frame_range
-from heatlens.model.marks import Mark, TrackMark
+from heatlens.model.mark import Mark
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.model.track_mark import TrackMark
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, object_names

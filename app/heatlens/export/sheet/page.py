@@ -35,7 +35,8 @@ from heatlens.export.sheet.rows import (
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.html_page import page_of, pdf_of
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import Mark, ObjectMark, PointMark, TrackMark
+from heatlens.model.mark import Mark
+from heatlens.model.marks import ObjectMark, PointMark
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
@@ -140,13 +141,13 @@ def sheet_entries(
             number = round(frame)
             if rendered is None or rendered.planned.frame != number:
                 rendered = rendering.rendered(by_frame[number])
-            marks = _distances(shot, renderer, rendered.plate, number)
+            marks = distances(shot, renderer, rendered.plate, number)
             told = frame_timecode(job, rendered.planned, rendered.plate)
             row = sheet_row(shot, frame, frames.first, marks, told, after)
             yield SheetEntry(row, data_uri(rendered.pixels), marks)
 
 
-def _distances(
+def distances(
     shot: Shot, renderer: FrameRenderer, plate: Plate, frame: int
 ) -> list[tuple[str, float]]:
     """Return the distances in metres of the marks that are visible at a frame."""
@@ -165,8 +166,9 @@ def _distance_m(shot: Shot, renderer: FrameRenderer, plate: Plate, mark: Mark, f
         if scene is None or pose is None:
             return 0.0
         return object_depth_m(scene, mark.object_name, pose, frame)
-    if isinstance(mark, TrackMark):
-        return mark.distance_at_m(frame) or 0.0
+    known_m = mark.distance_at_m(frame)
+    if known_m is not None:
+        return known_m
     if scene is None or not isinstance(mark, PointMark):
         return mark_on_plate_m(plate, mark) or 0.0
     return renderer.scene_depth_m(shot, frame, int(mark.x_px), int(mark.y_px))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 
 from heatlens.base.errors import InputError
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import Click, TrackMark, TrackPlace
+from heatlens.model.track_mark import Click, TrackMark, TrackPlace
 from heatlens.plate.focus_pick import no_distances
 from heatlens.plate.plate import Plate
 from heatlens.plate.tracking.surface_tracker import Sight, SurfaceTracker

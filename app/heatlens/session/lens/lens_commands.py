@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TypeVar
 
-from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import stepped
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, Quality
 from heatlens.model.units import format_distance
+from heatlens.model.value_bins import DepthHistogram
 from heatlens.plate.blurred_pick import Surface, surfaces_at
 from heatlens.plate.coc_line import focused_at, focused_at_pixel
 from heatlens.plate.header.start_lens import StartLens

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError
 from heatlens.model.live_focus import LiveFocus, Pursuit
-from heatlens.model.marks import Mark
+from heatlens.model.mark import Mark
 from heatlens.model.pull import baked
 from heatlens.model.shot import Shot
 from heatlens.session.loop.messages import Problem, reported

@@ -13,17 +13,8 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.lean import lean_of
 from heatlens.model.lens import Lens
 from heatlens.model.live_focus import Distances
-from heatlens.model.marks import (
-    Click,
-    DistanceMark,
-    Mark,
-    MatteMark,
-    ObjectMark,
-    PointMark,
-    TrackMark,
-    TrackPlace,
-    next_mark_name,
-)
+from heatlens.model.mark import Mark
+from heatlens.model.marks import DistanceMark, MatteMark, ObjectMark, PointMark, next_mark_name
 from heatlens.model.pull import (
     EASE_PERCENT,
     PullShape,
@@ -32,6 +23,7 @@ from heatlens.model.pull import (
     reversed_focus,
     shaped_pull,
 )
+from heatlens.model.track_mark import Click, TrackMark, TrackPlace
 from heatlens.plate.blurred_pick import surfaces_at
 from heatlens.plate.coc_line import sharp_at
 from heatlens.plate.mark_distance import mark_over_plates_m, world_mark
@@ -41,7 +33,6 @@ from heatlens.session.loop.messages import reported
 from heatlens.session.loop.worker import Worker
 from heatlens.session.marks.live_following import LiveFollowing
 from heatlens.session.marks.mark_measuring import (
-    Measured,
     on_thing,
     plates_at,
     reading_options,
@@ -54,7 +45,7 @@ from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.focus_track import ThingDistances, mark_m
 from heatlens.session.time.timeline import Timeline
 
-_Measured = tuple[Measured, Distances]
+_Measured = tuple[Mark, Distances]
 PULL_FRAMES = 18  # first length of a pull: three quarters of a second at 24 fps
 
 
@@ -206,8 +197,9 @@ class MarkCommands(Commands, Worker):
         """
         if isinstance(mark, ObjectMark):
             return self._scenes.object_m(mark.object_name, frame)
-        if isinstance(mark, TrackMark):
-            return mark.distance_at_m(self._editing.frame if frame is None else frame)
+        known_m = mark.distance_at_m(self._editing.frame if frame is None else frame)
+        if known_m is not None:
+            return known_m
         cache, plate = self._timeline.cache, self._source.plate
         if isinstance(mark, PointMark) and self._source.has_camera:
             return self._in_scene_m(mark, frame)
@@ -339,7 +331,7 @@ class MarkCommands(Commands, Worker):
         frame = self._editing.frame
         self._do(lambda shot: held_focus(shot, frame))
 
-    def follow(self, mark: Measured | ObjectMark | TrackMark) -> None:
+    def follow(self, mark: Mark) -> None:
         """Keep the focus on a mark from in to out; read or draw frames that are not in memory."""
         frames = self._timeline.played
         if isinstance(mark, ObjectMark):
@@ -357,7 +349,7 @@ class MarkCommands(Commands, Worker):
         else:
             self._say("Only points in a sequence or a scene can be followed.")
 
-    def _read(self, cache: FrameCache, mark: Measured, frames: FrameRange) -> None:
+    def _read(self, cache: FrameCache, mark: Mark, frames: FrameRange) -> None:
         reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if reads:
             self._say(f"Reading {reads} frames to follow {mark.name} ...")

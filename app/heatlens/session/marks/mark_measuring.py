@@ -7,14 +7,13 @@ from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.model.frames import FrameRange
 from heatlens.model.live_focus import Distances
-from heatlens.model.marks import MatteMark, PointMark, WorldMark, distance_at_m
+from heatlens.model.mark import Mark
+from heatlens.model.marks import MatteMark, PointMark, distance_at_m
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.mattes.mattes import thing_at
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.session.opened.open_source import OpenSource
-
-Measured = PointMark | MatteMark | WorldMark  # by reading plates
 
 
 def on_thing(plate: Plate, point: PointMark) -> PointMark | MatteMark:
@@ -23,7 +22,7 @@ def on_thing(plate: Plate, point: PointMark) -> PointMark | MatteMark:
     return point if thing is None else MatteMark(point.name, thing)
 
 
-def smoothed(mark: Measured, distances_m: Distances, frames: FrameRange) -> Distances:
+def smoothed(mark: Mark, distances_m: Distances, frames: FrameRange) -> Distances:
     """Return the distances with as many frames averaged as the mark asks for."""
     if not isinstance(mark, PointMark) or mark.smooth_frames == 1:
         return distances_m

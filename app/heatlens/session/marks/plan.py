@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from heatlens.model.boxes import Box
 from heatlens.model.lean import Lean, lean_of
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, PointMark
+from heatlens.model.mark import Mark
+from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.plate.plate import Plate
 
 _COLUMNS, _ROWS = 64, 36  # largest number of plotted pixels

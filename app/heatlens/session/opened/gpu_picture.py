@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from heatlens.base.errors import GpuError, HeatlensError
-from heatlens.model.depth_histogram import DepthHistogram, depth_histogram, dioptres_shown
-from heatlens.model.value_bins import ValueBins
+from heatlens.model.value_bins import DepthHistogram, ValueBins, depth_histogram, dioptres_shown
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 

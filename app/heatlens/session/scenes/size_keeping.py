@@ -4,7 +4,8 @@ import math
 from typing import Literal
 
 from heatlens.base.errors import InputError
-from heatlens.model.marks import DistanceMark, Mark
+from heatlens.model.mark import Mark
+from heatlens.model.marks import DistanceMark
 from heatlens.model.shot import Shot
 from heatlens.scene.same_size import KeptSize, crop_words
 from heatlens.session.loop.messages import reported

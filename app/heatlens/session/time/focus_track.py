@@ -10,24 +10,17 @@ from heatlens.base.errors import HeatlensError
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import (
-    DistanceMark,
-    Mark,
-    MatteMark,
-    MattePart,
-    PointMark,
-    TrackMark,
-    WorldMark,
-)
+from heatlens.model.mark import Mark
+from heatlens.model.marks import DistanceMark, MatteMark, MattePart, ObjectMark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import Shot
+from heatlens.model.track_mark import TrackMark
 from heatlens.plate.mark_distance import mark_on_plate_m
 from heatlens.plate.mattes.matte_distance import thing_m
 from heatlens.plate.plate import Plate
 from heatlens.session.loop.worker import Worker
 from heatlens.session.time.frame_states import Run
 
-_Moving = PointMark | MatteMark | TrackMark | WorldMark
 MarkLine = tuple[tuple[int, float], ...]  # (frame, 1/m)
 _WARNED_MOST = 2000  # frames that are checked for a focus that is too close
 
@@ -165,12 +158,12 @@ class MarkTracks:
         made_of = (id(cache), runs, marks, self._things.measured_count)
         if cache is not None and made_of != self._made_of:
             ready = [run for run in runs if run.state == "ready"]
-            moving = [mark for mark in marks if isinstance(mark, _Moving)]
+            moving = [mark for mark in marks if not isinstance(mark, DistanceMark | ObjectMark)]
             self._tracks = tuple(self._track(cache, ready, mark) for mark in moving)
             self._made_of = made_of
         return self._tracks
 
-    def _track(self, cache: FrameCache, ready: list[Run], mark: _Moving) -> MarkTrack:
+    def _track(self, cache: FrameCache, ready: list[Run], mark: Mark) -> MarkTrack:
         if isinstance(mark, TrackMark):
             far_m = ((it.frame, it.distance_m) for it in mark.places)
             return mark_track(mark.name, [[(frame, it and 1.0 / it) for frame, it in far_m]])
@@ -180,7 +173,7 @@ class MarkTracks:
         ]
         return mark_track(mark.name, runs)
 
-    def _dioptres(self, plate: object, mark: PointMark | MatteMark | WorldMark) -> float | None:
+    def _dioptres(self, plate: object, mark: Mark) -> float | None:
         if not isinstance(plate, Plate):
             return None
         if isinstance(mark, MatteMark):

@@ -13,8 +13,8 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
-from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.units import FOOT_M, INCH_M, format_distance
+from heatlens.model.value_bins import DepthHistogram
 from heatlens.ui import theme
 from heatlens.ui.widgets import text_width
 

@@ -9,9 +9,9 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
 from heatlens.model.coc import far_limit_m, hyperfocal_m, near_limit_m
-from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.measured_distance import measured_text
+from heatlens.model.value_bins import DepthHistogram
 from heatlens.plate.coc_line import focused_at
 from heatlens.session.facts import Facts
 from heatlens.session.lens.lens_commands import nudged

@@ -10,19 +10,18 @@ from imgui_bundle import imgui
 
 from heatlens.base.printable import printable
 from heatlens.model.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
-from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
 from heatlens.model.filmback import FILMBACKS, Filmback
-from heatlens.model.lens import Lens
+from heatlens.model.lens import Lens, MeasuredFrom
 from heatlens.model.lens_kit import KitLens, LensKit
 from heatlens.model.lens_model import LensModel
 from heatlens.model.measured_distance import measured_text, parse_measured_m
-from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.option import options_of
 from heatlens.model.plausibility import About, Doubt
 from heatlens.model.settings import PARTS, DefocusSettings, barred_methods
 from heatlens.model.shot import LensParameter
 from heatlens.model.units import format_distance
+from heatlens.model.value_bins import DepthHistogram
 from heatlens.session.lens.kit_commands import KitCommands
 from heatlens.session.lens.lens_commands import nudged
 from heatlens.session.loop.messages import reported, window_words

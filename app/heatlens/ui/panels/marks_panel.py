@@ -6,20 +6,12 @@ from functools import partial
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
-from heatlens.model.marks import (
-    DistanceMark,
-    Mark,
-    MatteMark,
-    MattePart,
-    ObjectMark,
-    PointMark,
-    TrackMark,
-    TrackPlace,
-    WorldMark,
-)
+from heatlens.model.mark import Mark
+from heatlens.model.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.model.measured_distance import measured_text, parse_measured_m
 from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
+from heatlens.model.track_mark import TrackMark, TrackPlace
 from heatlens.session.desks import TimeDesk
 from heatlens.session.facts import Facts
 from heatlens.session.loop.messages import reported
@@ -102,22 +94,9 @@ def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
     imgui.text(
         "not seen" if distance_m is None else measured_text(desk.editing.lens, distance_m, unit)
     )
-    widgets.tooltip(_meaning(mark))
+    widgets.tooltip(mark.meaning)
     imgui.table_next_column()
     _row_buttons(desk, mark)
-
-
-def _meaning(mark: Mark) -> str:
-    if isinstance(mark, ObjectMark):
-        return f"The middle of {mark.object_name}, at this frame"
-    if isinstance(mark, MatteMark):
-        return f"The {mark.part} depth of the visible part of {mark.matte}, at this frame"
-    if isinstance(mark, TrackMark):
-        return "The surface that is tracked, at this frame"
-    if isinstance(mark, WorldMark):
-        return "A place in the world of the plates, at this frame"
-    is_point = isinstance(mark, PointMark)
-    return "The surface at its point, at this frame" if is_point else "At every frame"
 
 
 def _row_buttons(desk: TimeDesk, mark: Mark) -> None:

@@ -8,12 +8,12 @@ from functools import partial
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.errors import InputError
-from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import Doubt
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
+from heatlens.model.value_bins import DepthHistogram
 from heatlens.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.session.loop.messages import window_words
