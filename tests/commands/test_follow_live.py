@@ -13,6 +13,7 @@ from heatlens.model.coc import sharp_dioptres
 from heatlens.model.live_focus import Pursuit
 from heatlens.model.pull import baked
 from heatlens.plate.exr.exr_read import read_parts
+from heatlens.source.live_focus import measured
 from support.command_line import stderr_of_run
 from support.exr_files import write_file
 from support.mattes import HEIGHT, WIDTH, matte_plate
@@ -125,6 +126,15 @@ def test_an_object_of_a_scene_is_followed_live(tmp_path, capsys):
     words = ("--f-stop", "1.4", "--follow", "A=object:near", "--live")
     stderr_of_run(capsys, 0, "shot", "new", scene, *words, "-o", out)
     assert focus_at(read_shot(out), 13) == pytest.approx(4.0, abs=0.2)
+
+
+def test_a_single_picture_that_has_changed_is_measured_again(tmp_path, capsys):
+    plate, out = tmp_path / "still.exr", tmp_path / "s.heatlens.json"
+    words = ("--follow", "A=cryptomatte:hero", "--live")
+    stderr_of_run(capsys, 0, "shot", "new", matte_plate(plate, 3.0), *LENS, *words, "-o", out)
+    assert focus_at(measured(read_shot(out)), 1) == pytest.approx(3.0)
+    matte_plate(plate, 4.0)
+    assert focus_at(measured(read_shot(out)), 1) == pytest.approx(4.0)
 
 
 def test_show_tells_what_is_followed(shot, capsys):

@@ -13,6 +13,8 @@ from heatlens.plate.picture.picture_digest import digest
 from heatlens.source.named import source_of
 from heatlens.source.source import Source
 
+_STILL_FRAME = 1  # of a single picture, which is shown at every frame
+
 
 def measured(shot: Shot, tell: Callable[[str], None] = lambda _: None) -> Shot:
     """Return the shot with its marks measured where they are followed, if that is not known.
@@ -45,7 +47,7 @@ def _state(source: Source, shot: Shot, marks: list[Mark]) -> str:
     """Return a digest of all that decides the distances; folders may have another name."""
     frames = shot.frames or source.frames
     files = {}
-    for frame in () if frames is None else frames:
+    for frame in frames or (_STILL_FRAME,):
         origin = source.origin(shot, frame, "hold")
         files[frame] = [[it.path.name, plain(it.stamp)] for it in origin.files]
     named = shot.plate_options.with_files_beside(lambda text: Path(text).name)
