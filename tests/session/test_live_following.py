@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from heatlens.model.coc import sharp_dioptres
+from heatlens.model.live_focus import Follow
 from heatlens.model.marks import DistanceMark, MatteMark
 from heatlens.source.live_focus import measured
 from support.evening import begun, settled, until
@@ -116,6 +117,19 @@ def test_a_hand_is_told_and_keys_can_be_made(walk):
     assert live(walk) is None and len(walk.editing.shot.curves.focus_distance_m.keys) >= 2
     lens = walk.editing.shot.lens_at(7)  # stopped down, so that more is ignored
     assert abs(1 / focus_at(walk, 7) - 1 / DISTANCES_M[7]) <= 0.51 * sharp_dioptres(lens)
+
+
+def test_how_it_follows_is_changed_as_one_step_and_kept_when_it_is_measured_again(walk, tmp_path):
+    following(walk)
+    late = Follow(ignored_part=0, late_frames=2)
+    for frames in (1, 2):
+        walk.time.marks.live.change(replace(late, late_frames=frames))
+    walk.editing.settle()
+    assert focus_at(walk, 5) == pytest.approx(DISTANCES_M[3], rel=1e-6)
+    assert len(walk.editing.history.past) == 3
+    write_walk(tmp_path, later_m=1.0)
+    until(walk, lambda: focus_at(walk, 5) == pytest.approx(DISTANCES_M[3] + 1), "the new plates")
+    assert live(walk).follow == late
 
 
 def test_it_can_be_let_go(walk):

@@ -219,6 +219,12 @@ def test_the_focus_follows_live_until_it_becomes_keys_or_is_let_go(gui):
         assert focus_m == pytest.approx(BALL_M * nearer(frame), rel=5e-2)
     assert steps(gui) == 2 and not gui.session.facts.shot.key_frames
     gui.frame(2)
+    _, y0, x1, y1 = gui.rect("follow ease")
+    gui.click((x1 - 2, (y0 + y1) / 2))
+    assert live().follow.ease_frames >= 20
+    gui.rest()
+    gui.session.editing.undo()
+    gui.frame(2)
     gui.click(gui.middle("make keys"))
     assert live() is None and gui.session.facts.shot.key_frames
     gui.session.editing.undo()

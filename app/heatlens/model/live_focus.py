@@ -29,6 +29,7 @@ class Follow:
         metavar="PART",
         least=0,
         most=0.5,
+        tip="Movements smaller than this share of the sharp range are ignored.",
     )
     late_frames: int = option_field(
         0,
@@ -37,6 +38,9 @@ class Follow:
         metavar="FRAMES",
         least=-1000,
         most=1000,
+        slider=(-24, 24),
+        shown="%.0f frames",
+        tip="Frames by which the focus is late, like that of a person; below 0: early.",
     )
     ease_frames: int = option_field(
         0,
@@ -46,6 +50,9 @@ class Follow:
         metavar="FRAMES",
         least=0,
         most=1000,
+        slider=(0, 24),
+        shown="%.0f frames",
+        tip="Frames averaged before and after, so that the focus starts and stops gently.",
     )
     most_dioptres_per_s: float = option_field(
         0.0,
@@ -54,6 +61,9 @@ class Follow:
         metavar="DIOPTRES",
         least=0,
         most=1000,
+        slider=(0, 4),
+        shown="%.2f D/s",
+        tip="Highest speed of the focus, in dioptres per second; 0 for no limit.",
     )
 
     def __post_init__(self) -> None:

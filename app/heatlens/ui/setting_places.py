@@ -13,6 +13,7 @@ from heatlens.export.options import ExportOptions
 from heatlens.model.aperture import Aperture
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.guides import SQUEEZES
+from heatlens.model.live_focus import Follow
 from heatlens.model.option import options_of
 from heatlens.model.peaking import PEAKING_COLORS, PeakingOn
 from heatlens.model.settings import Bokeh, Method, Quality, barred_methods
@@ -49,7 +50,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
         *("folder", "name", "where", "processes", "as", "at quality", "for"),
         "guides and desqueeze of the window",
     ),
-    "Marks": ("close focus",),
+    "Marks": ("close focus", *(told.label for told in options_of(Follow).values())),
     "Guides": (
         *("matte", "own aspect", "opacity", "safe areas", "thirds", "centre cross", "desqueeze"),
         *("own desqueeze", "colour what is in focus", "colours", "in", "contrast", "blur up to"),

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError
-from heatlens.model.live_focus import LiveFocus, Pursuit
+from heatlens.model.live_focus import Follow, LiveFocus, Pursuit
 from heatlens.model.mark import Mark
 from heatlens.model.pull import baked
 from heatlens.model.shot import Shot
@@ -55,6 +55,13 @@ class LiveFollowing(Commands, Worker):
             with reported(self._say):
                 self._set(self.live.pulled_to(mark.name, self._editing.frame, frames))
 
+    def change(self, follow: Follow) -> None:
+        """Let the focus follow in another way; a drag becomes one step of undo."""
+        shot, live = self._editing.shot, self.live
+        if live is not None:
+            curves = replace(shot.curves, live=replace(live, follow=follow))
+            self._editing.edit(replace(shot, curves=curves))
+
     def make_keys(self) -> None:
         """Put keys in the place of the focus that follows."""
         self._do(baked)
@@ -89,7 +96,10 @@ class LiveFollowing(Commands, Worker):
     def _take(self, found: _Found) -> None:
         """Put the distances into the shot, without a step of undo; it may have changed since."""
         live, now = found.shot.curves.live, self._editing.shot
-        if live is not None and found.asked == _depends(now) and live != now.curves.live:
+        if live is None or now.curves.live is None or found.asked != _depends(now):
+            return
+        live = replace(live, follow=now.curves.live.follow)
+        if live != now.curves.live:
             self._editing.amend(replace(now, curves=replace(now.curves, live=live)))
 
     def _look(self) -> None:
@@ -118,5 +128,5 @@ def _depends(shot: Shot) -> object:
     live = shot.curves.live
     names = () if live is None else live.marks
     marks = tuple(mark for mark in shot.marks if mark.name in names)
-    of_live = None if live is None else (live.pursuits, live.follow)
-    return shot.source, shot.plate_options, shot.frames, shot.framing, marks, of_live
+    pursuits = None if live is None else live.pursuits
+    return shot.source, shot.plate_options, shot.frames, shot.framing, marks, pursuits

@@ -6,9 +6,11 @@ from functools import partial
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
+from heatlens.model.live_focus import Follow
 from heatlens.model.mark import Mark
 from heatlens.model.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.model.measured_distance import measured_text, parse_measured_m
+from heatlens.model.option import Values, options_of
 from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
 from heatlens.model.track_mark import TrackMark, TrackPlace
@@ -18,6 +20,7 @@ from heatlens.session.loop.messages import reported
 from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import probe, theme, topmost, widgets
+from heatlens.ui.field_row import field_row
 from heatlens.ui.state import UiState
 
 _NAME_EM, _NAME_LEAST_EM, _DISTANCE_EM = 5.0, 3.2, 4.4
@@ -71,6 +74,12 @@ def _live_rows(desk: TimeDesk) -> None:
     state = "is being measured" if following.is_measuring else "is live"
     widgets.grey_text(f"The focus follows {printable(following.live.words)}: it {state}.")
     probe.note("focus follows")
+    follow = following.live.follow
+    for name in options_of(Follow):
+        changed: Values = {name: field_row(Follow, name, getattr(follow, name))}
+        follow = replace(follow, **changed)
+    if follow != following.live.follow:
+        following.change(follow)
     with widgets.disabled(not following.live.measured):
         if widgets.button("make keys", "make keys", _KEYS_TIP):
             following.make_keys()
