@@ -35,8 +35,7 @@ from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 from heatlens.scene_gpu.overscan import Overscan
 from heatlens.source.on_gpu import SourceOnGpu
-from heatlens.source.pinhole import Pinhole
-from heatlens.source.pinhole_optics import optics_of, pinhole_optics
+from heatlens.source.pinhole import Pinhole, optics_of, pinhole_optics
 from heatlens.source.plate_on_gpu import PlateOnGpu
 
 

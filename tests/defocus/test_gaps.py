@@ -14,7 +14,7 @@ from heatlens.model.coc import coc_line
 from heatlens.model.lens import Lens
 from heatlens.model.value_bins import ValueBins, bins_of
 from heatlens.plate.behind import with_behind
-from heatlens.source.pinhole_optics import optics_of
+from heatlens.source.pinhole import optics_of
 from support.plates import plate_of
 
 Things = list[tuple[float, float, float]]  # share of the picture, farthest and nearest value

@@ -15,7 +15,7 @@ from heatlens.model.disc_shape import DiscShape
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.value_bins import BINS, ValueBins, bins_of
-from heatlens.source.pinhole_optics import optics_of
+from heatlens.source.pinhole import optics_of
 from support.plates import coc_plate_of, plate_of
 
 SQUEEZED = DiscShape(Aperture(squeeze=2.0), 1.5)

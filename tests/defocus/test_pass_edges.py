@@ -7,12 +7,12 @@ import moderngl
 import pytest
 
 from heatlens.defocus import highlight_pass, kernel_error, pass_list
-from heatlens.defocus.color_rounds import ColorRounds
 from heatlens.defocus.fit_kernels import RIMS, fit_rims
 from heatlens.defocus.kernel_error import DiscError
 from heatlens.defocus.kernels import gaussian_kernel, named_kernel, rim_kernel
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.pass_costs import fragments_bytes, tiles_bytes
+from heatlens.defocus.pipeline import ColorRounds
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.proxy_lists import proxy_list_capacity
 from heatlens.defocus.quality import kernel_for

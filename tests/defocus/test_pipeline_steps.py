@@ -14,7 +14,7 @@ from heatlens.gpu.textures import download, new_texture, upload
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.render import drained
-from heatlens.source.pinhole_optics import optics_of
+from heatlens.source.pinhole import optics_of
 from support.plates import lens_blurring, plate_of, room
 
 SIZE = (48, 32)

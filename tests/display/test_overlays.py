@@ -17,7 +17,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.peaking import PEAKING_COLORS, USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.model.view import Overlay
 from heatlens.plate.plate import Plate
-from heatlens.source.pinhole_optics import optics_of
+from heatlens.source.pinhole import optics_of
 from support.plates import coc_plate_of, plate_of, room
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0, acceptable_coc_mm=0.2)

@@ -17,8 +17,7 @@ from heatlens.live.ring.channel_map import ChannelMap, Ring
 from heatlens.model.guides import Guides
 from heatlens.model.peaking import PEAKING_COLORS, Peaking, PeakingOn
 from heatlens.model.plate_options import PlateOptions
-from heatlens.session.settings.merged_fields import merged
-from heatlens.session.settings.preferences import FILE_NAME, Preferences, Remembered, Theme
+from heatlens.session.settings.preferences import FILE_NAME, Preferences, Remembered, Theme, merged
 from heatlens.session.time.playback import Ending
 from support.command_line import ENVIRONMENT
 

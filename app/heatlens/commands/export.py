@@ -4,13 +4,14 @@ With `--submit` the export is written as a job for a render farm instead.
 """
 
 import argparse
+import json
+import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.camera.ring_samples import sample_of_shot
-from heatlens.commands.after_export import run_after
 from heatlens.commands.export_options import add_export_options, job_of, part_of
 from heatlens.commands.options.display_options import say_seen_through
 from heatlens.commands.options.farm_options import use_device
@@ -36,7 +37,7 @@ from heatlens.farm.job import typed
 from heatlens.farm.processes import ProcessMaker
 from heatlens.live.ring.address import opentrackio_address
 from heatlens.live.ring.sender import SOURCE, LensOutput, LensSender
-from heatlens.model.shot import Shot
+from heatlens.model.shot import LensParameter, Shot
 from heatlens.render import headless_renderer
 from heatlens.version import __version__
 
@@ -230,3 +231,35 @@ def sending(address: str | None, shot: Shot, first: int) -> Iterator[Callable[[i
             output.send(sample_of_shot(SOURCE, shot, frame, timecode_at(frame)))
 
         yield send
+
+
+_STDERR = 2  # the descriptor
+
+
+def run_after(command: str, plan: ExportPlan, name: str) -> None:
+    """Run `command` by the shell, with a line of JSON on its standard input.
+
+    What it prints goes to standard error. Raises InputError if it fails.
+    """
+    told = f"{json.dumps(_facts(plan, name))}\n"
+    done = subprocess.run(command, shell=True, input=told, text=True, stdout=_STDERR)
+    if done.returncode:
+        raise InputError(
+            f"--after-export: the frames of {name} are written, but {command!r} ended with exit "
+            f"code {done.returncode}."
+        )
+
+
+def _facts(plan: ExportPlan, name: str) -> dict[str, object]:
+    """Return what the command is told; the lens has one value for each frame."""
+    frames = plan.frames
+    lens = {str(p): [getattr(frame.lens, p) for frame in frames] for p in LensParameter}
+    timecode = shot_timecodes(plan.job.shot, frames[0].frame)(frames[0].frame)
+    files = dict.fromkeys(str(frame.path.absolute()) for frame in frames)
+    return {
+        "shot": name,
+        "files": list(files),
+        "frames": [frame.frame for frame in frames],
+        "lens": lens,
+        "timecode": None if timecode is None else str(timecode),
+    }

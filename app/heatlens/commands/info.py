@@ -14,13 +14,14 @@ from heatlens.commands.options.scene_options import add_placing_options
 from heatlens.commands.options.value_types import number
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import tell
-from heatlens.commands.reels.reel_info import reel_info
 from heatlens.commands.reels.reel_options import add_media_options, reel_of
 from heatlens.commands.sources.source_commands import Facts, Line, commands_for
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
+from heatlens.files.json_record import record_to_json
 from heatlens.frame_cache.sequence_facts import sequence_facts
 from heatlens.model.plate_options import PlateOptions
+from heatlens.model.reel import Reel, ReelShot
 from heatlens.model.units import format_distance
 from heatlens.sequence.names import NameForm, form_of, parse_pattern
 from heatlens.sequence.sequence import Sequence, find_sequence
@@ -180,3 +181,30 @@ def _with_frames(label: str, found: dict[str, str]) -> list[Line]:
 def _frames_words(frames: str) -> str:
     """Return "frame 2" or "frames 1-2,5"."""
     return f"frame {frames}" if frames.isdecimal() else f"frames {frames}"
+
+
+def reel_info(reel: Reel) -> tuple[Facts, list[Line]]:
+    """Return the facts of a reel for programs, and as lines for people."""
+    facts = {
+        "reel": reel.name,
+        "frames_per_second": reel.frames_per_second,
+        "start_timecode": reel.start_timecode,
+        "shots": [record_to_json(shot) for shot in reel.shots],
+        "missing": [shot.name for shot in reel.missing],
+    }
+    start = f", from {reel.start_timecode}" if reel.start_timecode else ""
+    about = f"{len(reel.shots)} shots, {reel.frames_per_second:g} frames a second{start}"
+    lines = [("reel", reel.name), ("cut", about)]
+    for shot in reel.shots:
+        lines += _reel_lines(shot)
+    return facts, lines
+
+
+def _reel_lines(shot: ReelShot) -> list[Line]:
+    frames = "all frames"
+    if shot.frames is not None:
+        frames = f"{shot.frames} ({shot.frames.count})"
+    about = f"{shot.source}, {frames}" if shot.source else f"no media, {frames}"
+    grade = [] if shot.grade is None else [("  grade", str(shot.grade))]
+    marks = [("  mark", mark) for mark in shot.marks]
+    return [(shot.name, about), *marks, *grade, *(("  note", note) for note in shot.notes)]

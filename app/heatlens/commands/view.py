@@ -24,11 +24,10 @@ from heatlens.commands.options.scene_options import (
     placing_of,
     timing_of,
 )
-from heatlens.commands.options.share_options import add_share_options, share_options_of
+from heatlens.commands.options.share_options import add_share_options, share_options_of, tell_links
 from heatlens.commands.options.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.output.pipes import DASH, file_of_input
 from heatlens.commands.output.say import say
-from heatlens.commands.output.share_links import tell_links
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.live.ring.address import opentrackio_address, parse_ring_address

@@ -19,8 +19,7 @@ from heatlens.model.coc import CocLine, sharp_px
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown
-from heatlens.source.pinhole import Pinhole
-from heatlens.source.pinhole_optics import optics_of, pinhole_optics
+from heatlens.source.pinhole import Pinhole, optics_of, pinhole_optics
 
 MIPMAPS_UNDER = 0.6  # screen pixels per texel below which a picture without mipmaps would alias
 

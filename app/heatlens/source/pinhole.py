@@ -3,10 +3,20 @@
 from dataclasses import dataclass
 
 import moderngl
+import numpy as np
 
 from heatlens.defocus.cutout_pass import CutoutTextures
+from heatlens.defocus.gaps import gaps_of
+from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.defocus.listed_fragments import FragmentBuffers
+from heatlens.defocus.optics import Optics
+from heatlens.model.coc import COC_MOST_PX, axial_px
+from heatlens.model.disc_shape import DiscShape
+from heatlens.model.lean import LEVEL
+from heatlens.model.lens import Lens
+from heatlens.model.picture_field import PictureField
 from heatlens.model.value_bins import ValueBins
+from heatlens.plate.coc_line import lean_in, line_of
 from heatlens.plate.plate import Plate
 from heatlens.scene_gpu.overscan import Overscan
 from heatlens.scene_gpu.peel import Peeled
@@ -38,3 +48,33 @@ class Pinhole:
     light_scale: float = 1.0
     beyond: "Pinhole | None" = None
     cutout: CutoutTextures | None = None
+
+
+def pinhole_optics(leans: LeanSurvey, pinhole: Pinhole, lens: Lens) -> Optics:
+    """Return the optics of a lens in front of a picture on the GPU."""
+    plate = pinhole.plate
+    lean = lean_in(plate, lens) if plate.has_distances else LEVEL
+    bins = leans.bins(pinhole.depth, pinhole.fragments, pinhole.bins, lean)
+    return optics_of(plate, bins, lens, None if lean.is_level else bins)
+
+
+def optics_of(plate: Plate, bins: ValueBins, lens: Lens, seen: ValueBins | None = None) -> Optics:
+    """Return the optics of a lens in front of a plate, in pixels of its display window.
+
+    `bins` are of all surfaces, `seen` of those in the frame, where these are not the plate's own;
+    both as `LeanSurvey` has them.
+    """
+    shown, aspect = plate.display_window, plate.pixel_aspect_ratio
+    aside = (shown.x0 - plate.data_window.x0, shown.y0 - plate.data_window.y0)
+    field = PictureField.of((shown.width, shown.height), aspect).moved(aside)
+    disc = DiscShape(lens.aperture, aspect, field, axial_px(lens, shown.width))
+    if seen is None:
+        seen = bins if plate.fragments is None else plate.seen_bins
+    occupied, gaps = bins.occupied, gaps_of(seen)
+    if plate.coc_px is not None:
+        return Optics(None, occupied, disc, gaps_px=gaps)
+    line = line_of(plate, lens)
+    coc, ends = (line.at_infinity_px + line.per_dioptre_px * it for it in (occupied, gaps))
+    np.clip(coc, -COC_MOST_PX, COC_MOST_PX, out=coc)
+    # More dioptres, less coc.
+    return Optics(line, coc[::-1], disc, gaps_px=ends[::-1, ::-1])

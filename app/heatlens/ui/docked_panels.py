@@ -11,7 +11,9 @@ from heatlens.model.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
 from heatlens.session.loop.messages import window_words
 from heatlens.session.marks.plan import PlanDrawer
+from heatlens.session.scenes.size_keeping import SizeKeeping
 from heatlens.session.session import Session
+from heatlens.ui import widgets
 from heatlens.ui.panels.display_panel import display_panel
 from heatlens.ui.panels.export_panel import draw_exports
 from heatlens.ui.panels.guides_panel import guides_panel
@@ -30,7 +32,6 @@ from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.panels.reel_panel import ReelTextures, reel_panel
 from heatlens.ui.panels.ring_panel import ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
-from heatlens.ui.panels.size_row import size_row
 from heatlens.ui.panels.speed_panel import speed_panel
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.probe import listening
@@ -188,3 +189,19 @@ class DockedPanels:
     def _guides(self) -> None:
         view, squeeze = self._session.pictures.view, self._facts.lens.squeeze
         view.state = guides_panel(view.state, squeeze, self._say)
+
+
+_ZOOMS = "the picture zooms"
+_FRAMING_TIP = (
+    "What a change of the focal length keeps. With the size of a mark, the camera of a scene moves "
+    "along its axis until what is there is as large as before: focus, keys and marks follow. "
+    "Ctrl and the wheel move the camera, and the focal length follows."
+)
+
+
+def size_row(size: SizeKeeping) -> None:
+    """Draw the choice of the mark whose thing keeps its size while the focal length changes."""
+    words: dict[str | None, str] = {None: _ZOOMS} | {it: f"same size of {it}" for it in size.names}
+    chosen = widgets.pick("framing", size.chosen, words, _FRAMING_TIP)
+    if chosen != size.chosen:
+        size.chosen = chosen

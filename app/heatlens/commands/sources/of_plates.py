@@ -25,7 +25,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.model.track_mark import TrackMark
-from heatlens.plate.exr.behind_write import behind_path, write_behind
+from heatlens.plate.exr.exr_write import behind_path, write_behind
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.inspection import inspect
 from heatlens.plate.plate import Plate

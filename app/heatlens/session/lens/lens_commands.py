@@ -1,10 +1,11 @@
 """Commands for the lens at the playhead and for the quality and shape of its blur."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TypeVar
 
+from heatlens.base.background import Background
 from heatlens.model.f_stops import stepped
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, Quality
@@ -13,9 +14,9 @@ from heatlens.model.value_bins import DepthHistogram
 from heatlens.plate.blurred_pick import Surface, surfaces_at
 from heatlens.plate.coc_line import focused_at, focused_at_pixel
 from heatlens.plate.header.start_lens import StartLens
+from heatlens.plate.mattes.mattes import has_things, thing_at
 from heatlens.plate.plate import Plate
 from heatlens.session.lens.kit_commands import KitCommands
-from heatlens.session.lens.things_here import ThingsHere
 from heatlens.session.loop.messages import reported
 from heatlens.session.shared import Commands, Shared
 
@@ -155,3 +156,30 @@ def _next(choices: list[Choice], now: Choice) -> Choice:
 def _is_inside(plate: Plate, pixel: tuple[int, int]) -> bool:
     window = plate.display_window
     return plate.data_window.contains(pixel[0] + window.x0, pixel[1] + window.y0)
+
+
+_Names = tuple[str, ...]
+
+
+class ThingsHere:
+    """The name of each of the surfaces asked for last, "" until it is known."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._asked: tuple[Plate, tuple[Surface, ...]] | None = None
+        self._names: _Names = ()
+        self._reader: Background[_Names] = Background(wake)
+
+    def names(self, plate: Plate, surfaces: Sequence[Surface]) -> _Names:
+        """Return the names of surfaces, or begin to look for them."""
+        asked, before = (plate, tuple(surfaces)), self._asked
+        if before is None or before[0] is not plate or before[1] != asked[1]:
+            self._asked, self._names = asked, ("",) * len(surfaces)
+            self._reader.cancel()
+            if has_things(plate):
+                self._reader.start(lambda: tuple(_name(plate, it) for it in asked[1]))
+        self._names = self._reader.poll() or self._names
+        return self._names
+
+
+def _name(plate: Plate, surface: Surface) -> str:
+    return (thing_at(plate, surface.x, surface.y) or "").partition(":")[2]

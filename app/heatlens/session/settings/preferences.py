@@ -5,11 +5,11 @@ import math
 import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_type_hints
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import absolute, file_bytes
@@ -22,9 +22,11 @@ from heatlens.model.peaking import USUAL_PEAKING, Peaking
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.session.settings.export_place import HERE, ExportPlace, LeftExport
-from heatlens.session.settings.merged_fields import merged, with_first
 from heatlens.session.settings.ui_sizes import SCALES
 from heatlens.session.time.playback import Ending
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 FILE_NAME = "preferences.json"
 _FOLDERS_MAX = 200  # largest number of folders whose plate options are remembered
@@ -244,3 +246,44 @@ _LIMITS = {
     "memory_mb": (0, MEGABYTES_MOST),
     "disk_mb": (0, MEGABYTES_MOST),
 }
+
+
+Kept = TypeVar("Kept", bound="DataclassInstance")
+
+RECENT_MAX = 10
+
+
+def merged(theirs: Kept, before: Kept, now: Kept) -> Kept:
+    """Return `theirs` with the changes from `before` to `now`.
+
+    In maps and recent files, only changed entries are replaced; other fields change as a whole.
+    """
+    changed: dict[str, object] = {}
+    for name in (one.name for one in fields(now)):
+        old, new, other = (getattr(of, name) for of in (before, now, theirs))
+        if name == "recent":
+            changed[name] = with_first(_opened_since(old, new), other)
+        elif isinstance(new, Mapping):
+            changed[name] = _merged_map(other, old, new)
+        elif new != old:
+            changed[name] = new
+    return replace(theirs, **changed)
+
+
+def with_first(opened: tuple[str, ...], recent: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the recent files after these were opened, the latest first."""
+    return tuple(dict.fromkeys([*opened, *recent]))[:RECENT_MAX]
+
+
+def _opened_since(before: tuple[str, ...], now: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the shortest beginning of `now` that turns `before` into it."""
+    beginnings = (now[:count] for count in range(len(now)))
+    return next((opened for opened in beginnings if with_first(opened, before) == now), now)
+
+
+def _merged_map(
+    theirs: Mapping[str, object], before: Mapping[str, object], now: Mapping[str, object]
+) -> dict[str, object]:
+    changed = {name: value for name, value in now.items() if before.get(name) != value}
+    touched = {*changed, *(name for name in before if name not in now)}
+    return {name: value for name, value in theirs.items() if name not in touched} | changed
