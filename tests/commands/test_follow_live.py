@@ -137,6 +137,11 @@ def test_a_single_picture_that_has_changed_is_measured_again(tmp_path, capsys):
     assert focus_at(measured(read_shot(out)), 1) == pytest.approx(4.0)
 
 
+def test_options_that_change_no_distance_ask_for_no_measurement(shot, tmp_path, capsys):
+    words = ("export", shot, "-o", tmp_path / "e.####.exr", "--frames", "1", "--strict")
+    assert "changed" not in stderr_of_run(capsys, 0, *words)
+
+
 def test_show_tells_what_is_followed(shot, capsys):
     assert main(["shot", "show", str(shot)]) == 0
     assert "follows" in (told := capsys.readouterr().out) and "A, live" in told

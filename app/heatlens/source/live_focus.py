@@ -51,7 +51,7 @@ def _state(source: Source, shot: Shot, marks: list[Mark]) -> str:
         origin = source.origin(shot, frame, "hold")
         files[frame] = [[it.path.name, plain(it.stamp)] for it in origin.files]
     named = shot.plate_options.with_files_beside(lambda text: Path(text).name)
-    own = replace(named, never_blur=None, only_blur=None)
+    own = replace(named, never_blur=None, only_blur=None, strict=False)
     facts = {
         "marks": [plain(mark) for mark in marks],
         "frames": plain(frames),
