@@ -110,6 +110,20 @@ def test_a_title_is_sharp_in_a_preview_and_before_any_shape_of_plate(ctx, render
     np.testing.assert_array_equal(picture[RING == 1], plate.color[RING == 1])
 
 
+@pytest.mark.parametrize("is_only", [False, True])
+def test_a_lens_with_axial_colour_keeps_all_colours_of_a_title(ctx, renderer, is_only):
+    plate = title_plate(FAR_M, MATTE)
+    share = 1 - MATTE if is_only else MATTE
+    lens = replace(lens_blurring(COC_PX, WIDTH), axial_colour_mm=0.4)
+    renderer.load(cut(plate, share, is_only=is_only))
+    picture = renderer.pixels(Shot(lens))
+    is_kept = share == 1
+    if is_only:  # what blurs over it ends with the reach of the blur
+        is_kept &= np.hypot(*(np.mgrid[:HEIGHT, :WIDTH] - np.array([45, 100])[:, None, None])) > 60
+    np.testing.assert_allclose(picture[is_kept], plate.color[is_kept], atol=2e-3)
+    assert np.abs(picture - plate.color)[MATTE.astype(bool) == is_only].max() > 0.05
+
+
 def test_alpha_of_a_title_is_kept_as_its_light_is(ctx, renderer):
     share = RING[..., None]
     color = np.concatenate([share * TITLE, share], axis=-1) * np.float32(0.5)
