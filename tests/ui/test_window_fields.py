@@ -74,7 +74,7 @@ def test_a_drag_of_a_slider_is_one_step_and_undo_takes_it_back(gui, name, field)
 
 def test_a_drag_that_pauses_is_one_step_and_what_comes_later_another(gui, monkeypatch):
     now = 1000.0
-    monkeypatch.setattr(gui.session.editing, "_clock", lambda: now)
+    monkeypatch.setattr(gui.session.editing, "clock", lambda: now)
     x0, y0, *_ = gui.rect("focus bar")
     gui.press((x0 + 50, y0 + 5))
     for x in (x0 + 80, x0 + 120):
