@@ -24,7 +24,7 @@ from heatlens.gpu.context import (
     is_software,
 )
 from heatlens.gpu.stopwatch import Stopwatch
-from heatlens.gpu.textures import FloatArray, download
+from heatlens.gpu.textures import FloatArray, download, uploading
 from heatlens.model.breathing import as_seen, plate_ratio
 from heatlens.model.framing import Pose
 from heatlens.model.settings import Method, Quality
@@ -207,6 +207,14 @@ class FrameRenderer:
         if self.stopwatch.on:  # it holds the times of the latest picture only
             self.stopwatch.times.clear()
         return self.stopwatch.timed(self._breathing(shot, frame, self._pipeline(slot)))
+
+    def uploading(self, pixels: FloatArray, slot: int) -> Steps[moderngl.Texture]:
+        """Take a picture that another machine has rendered into a slot, in short steps."""
+        height, width = pixels.shape[:2]
+        out = self._pipeline(slot).scratch.texture("out", (width, height), 4)
+        for _ in uploading(out, pixels):
+            yield "upload"
+        return out
 
     def _breathing(
         self, shot: Shot, frame: int, pipeline: DefocusPipeline

@@ -1,25 +1,33 @@
 """Frames ahead that the workers of a cluster render: the same bits, recalled, and lost workers."""
 
+import os
+import signal
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from heatlens.documents.shot_file import write_shot
 from heatlens.farm import cluster as farm_cluster
 from heatlens.farm import frame_cluster
 from heatlens.farm.frame_worker import _rendered
+from heatlens.gpu.textures import download
 from heatlens.model.frames import FrameRange
+from heatlens.model.framing import Framing
+from heatlens.model.shot import Shot
 from heatlens.model.view_geometry import Viewport
+from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.frame_filler import FrameFiller
+from heatlens.session.loop.speed import Speed
 from heatlens.session.session import Session
 from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.session.settings.preferences import Preferences, Remembered
 from heatlens.session.shot.start import Start
-from support.dask_cluster import dask_cluster
+from support.dask_cluster import children_of, dask_cluster
 from support.evening import settled, turn, until
 from support.sequences import FIRST, sequence_files
-from support.session_files import HEIGHT, QUICK, WIDTH, write_scene
+from support.session_files import HEIGHT, LENS, QUICK, WIDTH, room_file, write_scene
 
 LAST = FIRST + 5
 FRAMES = frozenset(range(FIRST, LAST + 1))
@@ -36,8 +44,8 @@ def begin(ctx, renderer):
     """Return a function that opens a source at a place, and close what was opened."""
     made = []
 
-    def begun(source, address=""):
-        place = ExportPlace(Where.CLUSTER, scheduler=address) if address else ExportPlace()
+    def begun(source, address="", **more):
+        place = ExportPlace(Where.CLUSTER, scheduler=address, **more) if address else ExportPlace()
         preferences = Preferences(Remembered(export_place=place))
         made.append(Session(renderer, Start(str(source), defocus=QUICK), preferences=preferences))
         made[-1].begin()
@@ -117,7 +125,7 @@ def test_changed_keys_recall_what_is_under_way_and_keep_no_frame_of_it(
         pull._rests_at = 0.0
         turn(session)
         until(session, lambda: sent and sent[-1], "the question")
-        assert {wish.job.key for wish in sent[-1]} <= pull.keys
+        assert {wish.key for wish in sent[-1]} <= pull.keys
     until(session, lambda: len({key for key, _ in stored} & pull.keys) == len(FRAMES), "frames")
     assert all(key in keys for key, keys in stored)
 
@@ -224,3 +232,128 @@ def test_workers_that_draw_otherwise_have_keys_of_their_own(begin, cluster, tmp_
     cluster.kill("worker 0")
     until(session, lambda: not session.time.pull.jobs.program, "the loss")
     assert filled(session).keys() == here.keys()
+
+
+@pytest.fixture
+def uploaded(monkeypatch):
+    """Count the whole pictures that came from a worker; the first answers are small ones."""
+    found, upload = [], FrameRenderer.uploading
+    monkeypatch.setattr(
+        FrameRenderer, "uploading", lambda self, *of: found.append(of) or upload(self, *of)
+    )
+    monkeypatch.setattr(Speed, "budget_s", 1e-9)
+    return found
+
+
+def large(folder):
+    return room_file(folder / "room.exr", 480, 320)
+
+
+def large_sequence(folder):
+    for frame in (FIRST, FIRST + 1):
+        room_file(folder / f"room.{frame}.exr", 480, 320)
+    return folder / "room.####.exr"
+
+
+def small_scene(folder, name):
+    """Return a shot of a scene that is drawn at the size of the plates."""
+    shot, scene = folder / f"{name}.heatlens.json", folder / "scene.gltf"
+    if not scene.exists():
+        write_scene(scene)
+    framing = Framing(width_px=480, height_px=320)
+    write_shot(shot, Shot(LENS, QUICK, str(scene), framing=framing))
+    return shot
+
+
+def resting(begin, source, cluster):
+    """Return a session whose whole pictures come from workers, and none of its frames."""
+    session = begin(source, cluster.address, ahead=False, at_rest=True)
+    until(session, lambda: session.time.pull.cluster.has_workers, "a worker")
+    return session
+
+
+def whole(session, focus_m):
+    session.lens.commands.focus(focus_m)
+    session.editing.settle()
+    turn(session)
+    settled(session)
+    assert session.pictures.live.shown.is_whole
+    assert session.pictures.live.shown.shot == session.facts.shot
+    return download(session.pictures.live.shown.texture)
+
+
+@pytest.mark.parametrize("kind", ["still", "sequence", "scene"])
+def test_a_whole_picture_of_a_worker_is_that_of_this_machine(
+    begin, cluster, tmp_path, uploaded, kind
+):
+    source_of = {
+        "still": lambda name: large(tmp_path),
+        "sequence": lambda name: large_sequence(tmp_path),
+        "scene": lambda name: small_scene(tmp_path, name),
+    }[kind]
+    first = begin(source_of("here"))
+    here = [whole(first, focus_m) for focus_m in (1.3, 2.7)]
+    assert not uploaded
+    session = resting(begin, source_of("there"), cluster)
+    for number, focus_m in enumerate((1.3, 2.7)):
+        np.testing.assert_array_equal(here[number], whole(session, focus_m))
+        assert len(uploaded) > number
+    assert not session.time.pull.cluster.is_at_work  # its frames are rendered here
+
+
+def stopped(cluster):
+    """Stop a worker, so that its pictures do not come; return its process."""
+    (worker,) = children_of(cluster.process("worker 0"))
+    os.kill(worker, signal.SIGSTOP)
+    return worker
+
+
+def test_a_hand_that_moves_recalls_the_whole_picture(begin, cluster, tmp_path, uploaded):
+    session = resting(begin, large(tmp_path), cluster)
+    settled(session)
+    worker, there = stopped(cluster), session.time.pull.cluster._cluster
+    live, before = session.pictures.live, len(uploaded)
+    for step in range(4):
+        session.lens.commands.focus(1.3 + step)
+        session.editing.settle()
+        turn(session)
+        assert not there.wanted() and not live.elsewhere.is_waiting  # the hand moves
+        assert live.shown.shot == session.facts.shot and not live.shown.is_whole
+        until(session, lambda: live.elsewhere.is_waiting, "rest")
+        assert [it.is_kept for it in there.wanted()] == [False]
+        assert not live.wants_work()  # the loop may sleep
+    os.kill(worker, signal.SIGCONT)
+    settled(session)
+    assert live.shown.is_whole and len(uploaded) == before + 1
+
+
+def test_a_worker_that_dies_leaves_the_whole_picture_to_this_machine(
+    begin, cluster, tmp_path, uploaded
+):
+    here = whole(begin(large(tmp_path)), 1.3)
+    session = resting(begin, tmp_path / "room.exr", cluster)
+    settled(session)
+    stopped(cluster)
+    before = len(uploaded)
+    session.lens.commands.focus(1.3)
+    until(session, lambda: session.pictures.live.elsewhere.is_waiting, "rest")
+    cluster.kill("worker 0")
+    np.testing.assert_array_equal(here, whole(session, 1.3))
+    assert len(uploaded) == before
+
+
+def test_no_turn_of_the_loop_waits_for_the_network(begin, cluster, tmp_path):
+    """The scheduler stands still; a turn that asked it would never end."""
+    session = begin(sequence_files(tmp_path, FIRST, LAST), cluster.address, at_rest=True)
+    at_work(session)
+    os.kill(cluster.process("scheduler"), signal.SIGSTOP)
+    try:
+        for step in range(8):
+            session.lens.commands.focus(1.3 + step / 10)
+            session.editing.settle()
+            session.time.pull._rests_at = 0.0
+            turn(session)
+        session.preferences.change(export_place=ExportPlace())
+        filled(session)
+    finally:
+        os.kill(cluster.process("scheduler"), signal.SIGCONT)

@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any
 
 from heatlens.base.background import Threads
@@ -31,9 +30,15 @@ ON_THIS_MACHINE = "Frames are rendered on this machine."
 
 @dataclass(frozen=True)
 class Wish:
-    """A frame that is wanted; `is_kept` for one to keep, in half floats."""
+    """A frame that is wanted.
 
-    job: FrameJob
+    key      no other frame that is wanted has it
+    make     returns its job; called on a thread, because it may look for files
+    is_kept  it is to be kept, in half floats; otherwise somebody waits for it
+    """
+
+    key: str
+    make: Callable[[], FrameJob]
     is_kept: bool = True
 
 
@@ -64,6 +69,8 @@ class FrameCluster:
         self._lock = threading.Lock()  # guards the wishes and the answers
         self._wanted: tuple[Wish, ...] = ()
         self._answers: list[Answer] = []
+        self._first: Wish | None = None  # a picture that somebody waits for, and its answer
+        self._first_answer: Answer | None = None
         self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._closed = threading.Event()
         self._thread = Threads("frames-cluster")
@@ -77,10 +84,22 @@ class FrameCluster:
             self._wanted = tuple(wishes)
         self.hear(None)
 
+    def ask_first(self, wish: Wish | None) -> None:
+        """Want this picture before all others, and none that was wanted so before."""
+        with self._lock:
+            self._first, self._first_answer = wish, None
+        self.hear(None)
+
+    @property
+    def first_answer(self) -> Answer | None:
+        """The answer to the latest `ask_first`; None before it is there."""
+        with self._lock:
+            return self._first_answer
+
     def keep(self, keys: Container[str]) -> None:
         """Recall all frames but those with these keys."""
-        wanted = self.wanted()
-        kept = [wish for wish in wanted if wish.job.key in keys]
+        wanted = [wish for wish in self.wanted() if wish.is_kept]
+        kept = [wish for wish in wanted if wish.key in keys]
         if len(kept) != len(wanted):
             self.ask(kept)
 
@@ -94,6 +113,7 @@ class FrameCluster:
         """Recall everything, without waiting for it."""
         self._closed.set()
         self.ask(())
+        self.ask_first(None)
         self._thread.close()
 
     # Called by its thread
@@ -113,7 +133,8 @@ class FrameCluster:
         """Return the frames that have no answer yet."""
         with self._lock:
             answered = {it.key for it in self._answers}
-            return tuple(wish for wish in self._wanted if wish.job.key not in answered)
+            first = () if self._first is None else (self._first,)
+            return first + tuple(wish for wish in self._wanted if wish.key not in answered)
 
     def hear(self, future: Any) -> None:
         """Take a finished future, or None to look at the wishes again."""
@@ -131,10 +152,13 @@ class FrameCluster:
     def answer(self, answers: Sequence[Answer]) -> None:
         """Hand answers to the window, which takes each frame off its wishes."""
         if answers:
-            keys = {it.key for it in answers}
+            found = {it.key: it for it in answers}
             with self._lock:
-                self._wanted = tuple(it for it in self._wanted if it.job.key not in keys)
-                self._answers += answers
+                if self._first is not None and self._first.key in found:
+                    self._first_answer = found.pop(self._first.key)
+                    self._first = None
+                self._wanted = tuple(it for it in self._wanted if it.key not in found)
+                self._answers += found.values()
             self._wake()
 
     def tell(self, workers: tuple[str, ...], problem: str, program: Program = ()) -> None:
@@ -184,7 +208,7 @@ class _Service:
             if time.monotonic() >= self._look_at:
                 self._look_at_workers()
             wanted = self._of.wanted()
-            self._recall({wish.job.key for wish in wanted})
+            self._recall({wish.key for wish in wanted})
             self._send(wanted)
             self._take(self._of.news(_LOOK_S))
         if not self._of.is_closed:
@@ -195,7 +219,7 @@ class _Service:
         done = {id(future) for future in news if future is not None}
         found = [it for it in self._under_way.values() if id(it.future) in done]
         for it in found:
-            del self._under_way[it.wish.job.key]
+            del self._under_way[it.wish.key]
         self._of.answer([answer for it in found for answer in _answers(it)])
 
     def _recall(self, wanted: set[str]) -> None:
@@ -211,18 +235,23 @@ class _Service:
 
     def _send(self, wanted: Sequence[Wish]) -> None:
         """Send as many frames as the workers can have at once."""
-        workers, here = self._of.workers, self._of.here
+        workers = self._of.workers
         room = _WAITING * len(workers) - len(self._under_way) - self._of.waiting
-        left = (wish for wish in wanted if wish.job.key not in self._under_way)
-        for wish in islice(left, max(0, room)):
-            told = {
-                "pure": False,
-                "workers": list(workers),
-                "priority": 0 if wish.is_kept else _FIRST,
-            }
-            future = self._client.submit(rendered, sent(wish.job), here[2], wish.is_kept, **told)
-            self._under_way[wish.job.key] = _UnderWay(wish, future, frozenset(workers))
-            future.add_done_callback(self._of.hear)
+        left = [wish for wish in wanted if wish.key not in self._under_way]
+        is_awaited = bool(left) and not left[0].is_kept
+        for wish in left[: max(0, room, is_awaited)]:
+            self._send_one(wish, workers)
+
+    def _send_one(self, wish: Wish, workers: Sequence[str]) -> None:
+        try:
+            job = sent(wish.make())
+        except HeatlensError as error:
+            self._of.answer([Answer(wish.key, None, str(error))])
+            return
+        told = {"pure": False, "workers": list(workers), "priority": 0 if wish.is_kept else _FIRST}
+        future = self._client.submit(rendered, job, self._of.here[2], wish.is_kept, **told)
+        self._under_way[wish.key] = _UnderWay(wish, future, frozenset(workers))
+        future.add_done_callback(self._of.hear)
 
     def _look_at_workers(self) -> None:
         """Ask new workers for their programs, and use those that draw as this machine does.
@@ -263,7 +292,7 @@ class _Service:
 
 def _answers(sent: _UnderWay) -> Iterator[Answer]:
     """Yield the answer of a worker; none if the frame was recalled."""
-    key = sent.wish.job.key
+    key = sent.wish.key
     try:
         picture = sent.future.result()
     except HeatlensError as error:

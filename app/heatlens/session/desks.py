@@ -36,6 +36,7 @@ from heatlens.session.playing.frame_player import FramePlayer
 from heatlens.session.playing.pull_jobs import PullJobs
 from heatlens.session.playing.render_scheduler import RenderScheduler, VisibleWork
 from heatlens.session.playing.rendered_pull import RenderedPull, store_of
+from heatlens.session.playing.whole_pictures import WholePictures
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.settings.recent_files import RecentFiles
 from heatlens.session.shared import Shared
@@ -118,6 +119,7 @@ class TimeDesk:
             *(shared, jobs, store, timeline, view),
             *(lambda: tracks.is_due, lambda: lens.ring.is_turning),
         )
+        pictures.live.elsewhere = WholePictures(pictures.renderer, self.pull.cluster)
         self.player = FramePlayer(shared, timeline, self.pull)
         take = RingTake(lens.ring, source, editing)
         self.recording = PullRecording(shared, timeline, rows, take)

@@ -30,6 +30,7 @@ from heatlens.preview.level_choice import (
 )
 from heatlens.preview.shown import PictureKey, Shown, whole_picture, without_notes
 from heatlens.render import FrameRenderer
+from heatlens.session.pictures.elsewhere import Elsewhere
 
 _REST_S = 0.08  # without a change for this long, the input rests; a drag sends several changes
 _MANY_PX = 1 << 20  # a larger picture may take long on a machine of which nothing is known yet
@@ -54,6 +55,7 @@ class _Work:
     settings: DefocusSettings
     slot: int
     views_before: int  # points of the lens that an earlier picture already has
+    is_here: bool  # this machine renders it
     seconds: float = 0.0
 
 
@@ -74,6 +76,7 @@ class LivePicture:
         self._renderer = renderer
         self._clock = clock
         self.cost = cost or CostModel()
+        self.elsewhere = Elsewhere()  # renders whole pictures in place of this machine
         self.shown: Shown | None = None
         self._request: PictureKey | None = None
         self._changed_at = 0.0
@@ -87,12 +90,17 @@ class LivePicture:
 
     def restart(self) -> None:
         """Start again, because another plate is on the GPU."""
-        self._request = self._work = self.shown = None
+        self._give_up()
+        self._request = self.shown = None
         self.is_answering = False
 
     def pause(self) -> None:
         """Give up the picture in progress, because others use the renderer now."""
+        self._give_up()
+
+    def _give_up(self) -> None:
         self._work = None
+        self.elsewhere.recall()
 
     def request(
         self,
@@ -121,7 +129,7 @@ class LivePicture:
         if self.is_answering and not is_same_plate:
             within_s = math.inf  # otherwise a constantly changing plate would never appear
         if begun is not None or not self.is_answering or within_s == math.inf:
-            self._work = None
+            self._give_up()
         self._request, self._is_refused, self.is_answering = request, False, begun is None
         if begun is not None:
             self.shown = begun
@@ -143,7 +151,8 @@ class LivePicture:
             return True
         is_same_but_plate = replace(request, plate=before.plate) == before
         if is_same_but_plate and is_finer and self.shown is not None and not self.is_answering:
-            self._request, self._work = request, None
+            self._give_up()
+            self._request = request
             return True
         return False
 
@@ -182,7 +191,8 @@ class LivePicture:
         try:
             yield
         except HeatlensError:
-            self._is_refused, self.is_answering, self._work = True, False, None
+            self._give_up()
+            self._is_refused, self.is_answering = True, False
             raise
 
     @property
@@ -216,7 +226,7 @@ class LivePicture:
 
         The whole picture is started only if the plate has its final quality.
         """
-        if not self.is_working:
+        if not self.is_working or self.elsewhere.is_waiting:
             return False
         is_begun = self.is_answering or self._work is not None
         return is_plate_whole or is_begun or self._next_level(False) is not None
@@ -267,8 +277,10 @@ class LivePicture:
     def _start(self, settings: DefocusSettings) -> None:
         assert self._request is not None
         shot, slot = replace(self._request.shot, defocus=settings), self._slots[1]
-        steps = self._renderer.steps(shot, self._request.frame, slot)
-        self._work = _Work(steps, self._request, settings, slot, self._views_before(settings))
+        of, is_whole = (shot, self._request.frame, slot), settings == self._request.settings
+        there = self.elsewhere.steps(*of) if is_whole and not self.is_answering else None
+        steps, views = there or self._renderer.steps(*of), self._views_before(settings)
+        self._work = _Work(steps, self._request, settings, slot, views, there is None)
 
     def _views_before(self, settings: DefocusSettings) -> int:
         """Return how many points of the lens the renderer continues from; 0: it starts again."""
@@ -283,14 +295,15 @@ class LivePicture:
         assert self._work is not None and self._request is not None
         work, start = self._work, self._clock()
         try:
-            while self._clock() - start < slice_s:
+            while self._clock() - start < slice_s and not self.elsewhere.is_waiting:
                 next(work.steps)
             work.seconds += self._clock() - start
         except StopIteration as end:
             self._renderer.ctx.finish()
             work.seconds += self._clock() - start
             made = replace(work.settings, views=work.settings.views - work.views_before)
-            if made.method is work.key.settings.method or made.method is not Method.PYRAMID:
+            is_alike = made.method is work.key.settings.method
+            if work.is_here and (is_alike or made.method is not Method.PYRAMID):
                 self.cost.learn(made, self._pixels(made), work.seconds)
             is_latest = _bare(work.key) == _bare(self._request)
             of = self._request if is_latest else work.key

@@ -3,12 +3,13 @@
 from collections.abc import Container, Iterable, Iterator, Sequence
 from itertools import islice
 
-from heatlens.farm.frame_cluster import ON_THIS_MACHINE, FrameCluster, Wish
+from heatlens.farm.frame_cluster import ON_THIS_MACHINE, Answer, FrameCluster, Wish
+from heatlens.model.shot import Shot
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.frame_store import FrameStore
 from heatlens.session.loop.messages import Problem, passing
 from heatlens.session.playing.pull_jobs import PullJobs
-from heatlens.session.settings.export_place import Where
+from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.session.shared import Commands, Shared
 
 _ASKED_MOST = 64  # frames that the workers may render before the window asks again
@@ -24,11 +25,21 @@ class ClusterFrames(Commands):
         self._said = ""
         self._asked: object = None  # the state for which frames were asked
         self._not_there: set[str] = set()  # keys of frames that no worker could render
+        self._count = 0  # of whole pictures
 
     @property
     def is_at_work(self) -> bool:
-        """Return True while workers render, so that this machine need not."""
+        """Return True while workers render the frames ahead, so that this machine need not."""
+        return self._place.ahead and self.has_workers
+
+    @property
+    def has_workers(self) -> bool:
+        """Return True while there are workers that render for the window."""
         return self._cluster is not None and bool(self._cluster.workers)
+
+    @property
+    def _place(self) -> ExportPlace:
+        return self._preferences.now.export_place
 
     @property
     def told(self) -> str:
@@ -45,15 +56,20 @@ class ClusterFrames(Commands):
             return jobs
         return [] if self._jobs.program else [it for it in jobs if it.key in self._not_there]
 
-    def poll(self) -> None:
-        """Connect to the chosen cluster or leave it, and report how it fares; once a frame."""
-        place = self._preferences.now.export_place
-        address = place.scheduler if place.where is Where.CLUSTER and place.ahead else ""
+    def poll(self, has_frames: bool) -> None:
+        """Connect to the chosen cluster or leave it, and report how it fares; once a frame.
+
+        `has_frames` says that there are frames to be rendered ahead.
+        """
+        place = self._place
+        is_of_use = (place.ahead and has_frames) or place.at_rest
+        address = place.scheduler if place.where is Where.CLUSTER and is_of_use else ""
         if self._cluster is not None and self._cluster.address != address:
             self.close()
         if address and self._cluster is None:
             self._cluster = FrameCluster(address, self._jobs.driver, self._wake)
-        self._jobs.program = self._cluster.program if self._cluster is not None else ()
+        is_ahead = self._cluster is not None and place.ahead
+        self._jobs.program = self._cluster.program if self._cluster and is_ahead else ()
         problem = "" if self._cluster is None else self._cluster.problem
         if problem != self._said:
             self._said = problem
@@ -76,18 +92,45 @@ class ClusterFrames(Commands):
         """Ask for these frames and recall all others, once for each `state`."""
         if self._cluster is not None and not self.has_asked(state):
             self._asked = state
-            left = (Wish(job) for job in jobs if job.key not in self._not_there)
+            left = (_wish(job) for job in jobs if job.key not in self._not_there)
             self._cluster.ask(islice(left, _ASKED_MOST))
 
     def has_asked(self, state: object) -> bool:
         """Return True if there is nothing to ask for in this state."""
-        return self._cluster is None or state == self._asked
+        return self._cluster is None or not self._place.ahead or state == self._asked
 
     def keep(self, keys: Container[str]) -> None:
         """Recall all frames but those with these keys."""
         if self._cluster is not None:
             self._asked = None
             self._cluster.keep(keys)
+
+    # The whole picture at rest
+
+    def ask_whole(self, shot: Shot, frame: int) -> bool:
+        """Ask for a picture at full precision; return False if this machine has to render it."""
+        if not (self._place.at_rest and self.has_workers and self._cluster):
+            return False
+        make = self._jobs.whole(shot, frame)
+        if make is not None:
+            self._count += 1
+            self._cluster.ask_first(Wish(f"whole {self._count}", make, is_kept=False))
+        return make is not None
+
+    @property
+    def is_coming(self) -> bool:
+        """Return True while workers render the whole picture."""
+        return self.has_workers and self._cluster is not None and self.whole is None
+
+    @property
+    def whole(self) -> Answer | None:
+        """The whole picture, or why no worker could render it; None before it is there."""
+        return None if self._cluster is None else self._cluster.first_answer
+
+    def recall_whole(self) -> None:
+        """Want the whole picture no more."""
+        if self._cluster is not None:
+            self._cluster.ask_first(None)
 
     def begin(self) -> None:
         """Forget what no worker could render."""
@@ -99,3 +142,7 @@ class ClusterFrames(Commands):
             self._cluster.close()
         self._cluster, self._asked = None, None
         self._not_there.clear()
+
+
+def _wish(job: FrameJob) -> Wish:
+    return Wish(job.key, lambda: job)

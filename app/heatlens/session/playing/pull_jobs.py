@@ -3,9 +3,9 @@
 import math
 import os
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
-from heatlens.base.errors import HeatlensError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.defocus.line_solver import SolverName
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.model.framing import Framing
@@ -18,7 +18,7 @@ from heatlens.sequence.sequence import Sequence
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
-from heatlens.source.origin import StampedFile
+from heatlens.source.origin import StampedFile, stamped
 
 _SIZES = 16  # scales are multiples of 1/16, so that a slightly larger window changes nothing
 _EVERY_S = 2.0  # time between two checks of the files
@@ -154,6 +154,24 @@ class PullJobs(Commands):
         plate = PlateFile(files, opened.settled, opened.read) if files else None
         key, again = frame_key(self._shot_key, source, lens, view), opened.again
         return FrameJob(key, self._shot, frame, plate, again, opened.stamps)
+
+    def whole(self, shot: Shot, frame: int) -> Callable[[], FrameJob] | None:
+        """Return a function that makes the job of a whole picture, and may wait for a disk.
+
+        Return None if the source cannot be rendered again.
+        """
+        opened, missing = self._source.opened, self._timeline.missing
+        if opened is None or opened.again is None:
+            return None
+
+        def make() -> FrameJob:
+            files = stamped(opened.files_at(frame, missing))
+            if not (files or opened.stamps or self._renderer.has_many_views):
+                raise InputError(f"Frame {frame} has no file.")
+            plate = PlateFile(files, opened.settled, opened.read) if files else None
+            return FrameJob("", shot, frame, plate, opened.again, opened.stamps)
+
+        return make
 
     def _files(self, frame: int) -> tuple[StampedFile, ...]:
         """Return the files that belong to this frame alone; those of a scene belong to every frame.

@@ -142,13 +142,13 @@ class RenderedPull(Commands, Worker):
         """Update after changes and read frames that are needed next; call this once a frame."""
         if self._is_turning():
             self.touched()
+        self.cluster.poll(self.is_on)
         if not self.is_on:
             self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
             self._ordered, self.counted, self.is_counting = (), None, False
             self.cluster.keep(())
             return
         self._put_in_order()
-        self.cluster.poll()
         self.jobs.update(self._order)
         self._count()
         self._share()

@@ -23,12 +23,14 @@ class ExportPlace:
     processes  on this machine
     scheduler  address of that of a cluster
     ahead      its workers render the frames ahead of the playhead too
+    at_rest    and the whole picture once the hand rests
     """
 
     where: Where = Where.HERE
     processes: int = 1
     scheduler: str = "tcp://127.0.0.1:8786"
     ahead: bool = True
+    at_rest: bool = False
 
     @property
     def is_job(self) -> bool:

@@ -24,6 +24,10 @@ from heatlens.ui.field_row import field_row
 
 _PROCESSES = (1, 2, 4, 8, 16)
 _AHEAD_TIP = "Workers render the frames of the shot while the window rests, for playback."
+_AT_REST_TIP = (
+    "A worker renders the whole picture once the hand rests, for example one with a GPU; the\n"
+    "small pictures while something moves are rendered here."
+)
 
 
 class Pressed(StrEnum):
@@ -105,10 +109,12 @@ def _cluster(place: ExportPlace, workers: str, say: Callable[[str], None]) -> Ex
     scheduler = widgets.text_field("export scheduler", now, now, checked_address, say)
     widgets.label("renders too", "Pictures that the window shows, as well as exports.")
     ahead = widgets.check("frames ahead (the blue bar)", place.ahead, tip=_AHEAD_TIP)
+    widgets.label("")
+    at_rest = widgets.check("the picture at rest", place.at_rest, tip=_AT_REST_TIP)
     if workers:
         widgets.label("")
         widgets.colored_text(workers, theme.colors.dim)
-    return replace(place, scheduler=scheduler, ahead=ahead)
+    return replace(place, scheduler=scheduler, ahead=ahead, at_rest=at_rest)
 
 
 def _folder(settings: ExportSettings) -> ExportSettings:
