@@ -77,6 +77,8 @@ def export_panel(
     imgui.same_line()
     place, output = settings.place, settings.output
     imgui.text_disabled(printable(place.job_name(output) if place.is_job else Path(output).name))
+    if state is not None and _progress(state):
+        pressed = Pressed.CANCEL
     imgui.separator_text("Lens as a camera")
     settings = replace(
         settings, camera_kind=widgets.choice("for", settings.camera_kind, list(CAMERA_KINDS))
@@ -86,8 +88,6 @@ def export_panel(
             pressed = Pressed.CAMERA
     imgui.same_line()
     imgui.text_disabled(printable(Path(settings.camera_output).name))
-    if state is not None and _progress(state):
-        pressed = Pressed.CANCEL
     return settings, pressed
 
 
