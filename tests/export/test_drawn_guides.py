@@ -6,8 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
+from heatlens.export.job import job_text
+from heatlens.export.options import ExportOptions
 from heatlens.export.rendering import with_guides
-from heatlens.model.guides import NO_GUIDES, Guides, inner_rect, parse_desqueeze
+from heatlens.model.display_options import DisplayOptions
+from heatlens.model.guides import NO_GUIDES, Canvas, FrameLine, Guides, inner_rect, parse_desqueeze
 from support.exports import HEIGHT, WIDTH, exported, refused, write_plates
 from support.written_pictures import pixels
 
@@ -40,6 +43,30 @@ def test_thirds_lie_at_the_thirds_and_the_cross_in_the_middle():
     np.testing.assert_allclose(np.flatnonzero(lines[:, 3, 0]), [30, 60], atol=1)
     rows, columns, _ = np.nonzero(with_guides(grey(), Guides(centre=True), 1.0) != 0.5)
     assert (rows.mean(), columns.mean()) == (pytest.approx(45, abs=1), pytest.approx(80, abs=1))
+
+
+def test_framing_lines_are_drawn_on_pictures_of_their_shape():
+    line = FrameLine("239", (0.25, 0.2, 0.75, 0.8), (0.1, 0.1, 0.9, 0.9))
+    guides = Guides(canvases=(Canvas(3200, 1800, (line,)),))
+    drawn = with_guides(grey(), guides, 1.0)[..., 0] != 0.5
+    np.testing.assert_allclose(np.flatnonzero(drawn[45]), [40, 120], atol=1)
+    np.testing.assert_allclose(np.flatnonzero(drawn[:, 80]), [18, 72], atol=1)
+    assert drawn[9, 16] and not drawn[9, 60:100].any()  # a corner of what is protected
+    with pytest.raises(InputError, match="3200x1800"):
+        with_guides(grey(width=90), guides, 1.0)
+
+
+def test_a_job_of_the_window_has_the_framing_lines(capsys, tmp_path):
+    line = FrameLine("239", (0.25, 0.25, 0.75, 0.75))
+    guides = Guides(canvases=(Canvas(float(WIDTH), float(HEIGHT), (line,)),))
+    job, plates = tmp_path / "job.json", write_plates(tmp_path / "plates")
+    lens = ("--f-stop", "2", "--focus-distance", "2", "--frames", "1001")
+    exported(capsys, plates, tmp_path / "a" / "n.####.png", *lens)
+    job.write_text(job_text(ExportOptions(), DisplayOptions(), guides))
+    exported(capsys, plates, tmp_path / "b" / "n.####.png", *lens, "--job", job)
+    plain, drawn = (pixels(tmp_path / one / "n.1001.png") for one in "ab")
+    changed = (plain != drawn).any(axis=-1)
+    assert changed[HEIGHT // 4, WIDTH // 2] and not changed[HEIGHT // 2, WIDTH // 2]
 
 
 def test_a_desqueeze_makes_the_picture_wider_and_its_pixels_square():

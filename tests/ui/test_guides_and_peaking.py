@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.model.guides import Canvas, FrameLine
 from heatlens.model.peaking import Peaking, PeakingOn
 from heatlens.model.view import Overlay
 from heatlens.ui.status_bar import zoom_words
@@ -159,3 +160,18 @@ def test_the_squeeze_of_the_lens_is_offered_as_desqueeze(gui):
     gui.frame(2)
     gui.click(gui.middle("desqueeze: as the lens: 1.75"))
     assert session.facts.view.guides.desqueeze == 1.75
+
+
+def test_framing_lines_are_drawn_and_put_away(gui):
+    view, line = gui.session.pictures.view, FrameLine("239", (0.25, 0.25, 0.75, 0.75))
+    canvas = Canvas(10.0 * WIDTH, 10.0 * HEIGHT, (line,))
+    view.state = replace(view.state, guides=replace(view.state.guides, canvases=(canvas,)))
+    gui.ui.panels["Guides"] = True
+    gui.frame(3)
+    corners = (
+        *gui.at_picture(WIDTH / 4, HEIGHT / 4),
+        *gui.at_picture(WIDTH * 3 / 4, HEIGHT * 3 / 4),
+    )
+    assert gui.drawn["frame 239"] == pytest.approx(corners, abs=0.01)
+    gui.click(gui.middle("no framing"))
+    assert gui.session.facts.view.guides.canvases == ()

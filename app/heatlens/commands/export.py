@@ -37,6 +37,7 @@ from heatlens.farm.job import typed
 from heatlens.farm.processes import ProcessMaker
 from heatlens.live.ring.address import opentrackio_address
 from heatlens.live.ring.sender import SOURCE, LensOutput, LensSender
+from heatlens.model.guides import Guides
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.render import headless_renderer
 from heatlens.version import __version__
@@ -110,6 +111,8 @@ def run(args: argparse.Namespace) -> int:
     with failure_reported(args.progress):
         for record in () if args.job is None else read_job(args.job):
             fill_fields(args, record)
+            if isinstance(record, Guides):
+                args.canvases = record.canvases
         _export(args)
     return 0
 

@@ -32,6 +32,7 @@ from heatlens.commands.options.scene_options import (
 )
 from heatlens.commands.shots.following import measured_now
 from heatlens.commands.sources.source_commands import commands_for
+from heatlens.documents.frame_line_file import read_canvases
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.burn_in import checked_template
 from heatlens.export.job import DisplayLook, ExportJob
@@ -89,6 +90,13 @@ def _add_display_options(parser: argparse.ArgumentParser) -> None:
     group = add_display_options(parser)
     add_fields(group, ExportOptions, of_group(LOOK))
     add_fields(group, Guides)
+    group.add_argument(
+        "--framing",
+        type=Path,
+        metavar="FILE.fdl",
+        help="draw the frames of a framing decision list (ASC FDL), and corners around what they "
+        "protect",
+    )
 
 
 def job_of(args: argparse.Namespace) -> ExportJob:
@@ -238,5 +246,8 @@ def _look(args: argparse.Namespace, shot: Shot) -> DisplayLook:
     """Return the look of pictures; EXR output needs none, and no config is loaded."""
     if parse_output(args.output).is_exr:
         return DisplayLook()
-    guides = Guides(**typed_fields(args, Guides))
+    canvases = (
+        getattr(args, "canvases", ()) if args.framing is None else read_canvases(args.framing)
+    )
+    guides = replace(Guides(**typed_fields(args, Guides)), canvases=canvases)
     return replace(display_look(args, shot_header(shot), shot.grade), guides=guides)

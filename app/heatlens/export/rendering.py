@@ -13,7 +13,15 @@ from heatlens.export.pinhole_plate import pinhole_plate
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.sequence_check import Remark, SequenceCheck
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.guides import LINE_OPACITY, NO_GUIDES, Guides, Rect, guide_shapes
+from heatlens.model.guides import (
+    LINE_OPACITY,
+    NO_GUIDES,
+    Canvas,
+    Guides,
+    Rect,
+    guide_shapes,
+    lines_of,
+)
 from heatlens.plate.picture.picture_write import in_display_window
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.render import FrameRenderer
@@ -163,21 +171,33 @@ def _origin_before(plan: ExportPlan, first: PlannedFrame) -> Origin | None:
 def with_guides(display: FloatImage, guides: Guides, pixel_aspect: float) -> FloatImage:
     """Return `display`, (H, W, 3) in 0..1, with the guides drawn into it.
 
-    `pixel_aspect` is that of the file. A desqueeze widens the picture by its factor.
+    `pixel_aspect` is that of the file. A desqueeze widens the picture by its factor. Raises
+    InputError for framing lines of which no canvas has the shape of the picture.
     """
     if guides == NO_GUIDES:
         return display
+    lines = lines_of(guides.canvases, display.shape[1], display.shape[0])
+    if guides.canvases and not lines:
+        raise InputError(_no_canvas(guides.canvases, display))
     if guides.desqueeze is not None:
         display, pixel_aspect = _stretched(display, guides.desqueeze), 1.0
     picture = display.copy()
     height, width = picture.shape[:2]
-    shapes = guide_shapes(guides, (0.0, 0.0, width * pixel_aspect, float(height)))
+    shapes = guide_shapes(guides, (0.0, 0.0, width * pixel_aspect, float(height)), lines)
     for rect in shapes.shades:
         x0, y0, x1, y1 = (round(value) for value in _in_pixels(rect, pixel_aspect))
         picture[y0:y1, x0:x1] *= np.float32(1.0 - guides.opacity)
-    lines = [*shapes.lines, *(side for frame in shapes.frames for side in _sides(frame))]
-    _draw_lines(picture, [_in_pixels(line, pixel_aspect) for line in lines], pixel_aspect)
+    drawn = [*shapes.lines, *(side for frame in shapes.frames for side in _sides(frame))]
+    _draw_lines(picture, [_in_pixels(line, pixel_aspect) for line in drawn], pixel_aspect)
     return picture
+
+
+def _no_canvas(canvases: tuple[Canvas, ...], display: FloatImage) -> str:
+    known = ", ".join(f"{it.width:g}x{it.height:g}" for it in canvases)
+    return (
+        f"The framing lines are for canvases of {known}, and none has the shape of a picture of "
+        f"{display.shape[1]}x{display.shape[0]}: leave --framing out, or give another file."
+    )
 
 
 def _stretched(display: FloatImage, across: float) -> FloatImage:

@@ -4,6 +4,7 @@
 their pixels.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heatlens.base.errors import InputError
@@ -45,6 +46,43 @@ def _parsed(text: str, least: float, most: float, what: str) -> float:
     return ratio
 
 
+Part = tuple[float, float, float, float]  # x0, y0, x1, y1 as parts of the canvas
+_SAME_SHAPE = 0.005
+
+
+@dataclass(frozen=True, slots=True)
+class FrameLine:
+    """A frame of a framing decision list (ASC FDL) by its name.
+
+    `protection` is the room around it that is to be kept clean; None for no such room.
+    """
+
+    name: str
+    frame: Part
+    protection: Part | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Canvas:
+    """An area of a camera's or a file's pixels, of this width and height, and its lines."""
+
+    width: float
+    height: float
+    lines: tuple[FrameLine, ...]
+
+
+def lines_of(canvases: Iterable[Canvas], width: float, height: float) -> tuple[FrameLine, ...]:
+    """Return the lines of the canvas of a picture's size, else of the first of its shape."""
+    by_size = (it for it in canvases if (it.width, it.height) == (width, height))
+    by_shape = (it for it in canvases if _has_shape(it, width / height))
+    found = next(by_size, None) or next(by_shape, None)
+    return () if found is None else found.lines
+
+
+def _has_shape(canvas: Canvas, aspect: float) -> bool:
+    return abs(canvas.width / canvas.height / aspect - 1.0) < _SAME_SHAPE
+
+
 @dataclass(frozen=True, slots=True)
 class Guides:
     """The guides over the picture, and the width of its pixels.
@@ -57,6 +95,7 @@ class Guides:
     thirds      lines at the thirds
     centre      a cross in the middle
     desqueeze   width of a pixel over its height; None: that of the file
+    canvases    the lines of a framing decision list, for each shape of a picture
     """
 
     aspect: float | None = option_field(
@@ -86,6 +125,7 @@ class Guides:
         metavar="N",
         parse=parse_desqueeze,
     )
+    canvases: tuple[Canvas, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the ranges of the numbers."""
@@ -111,14 +151,40 @@ class GuideShapes:
     lines: tuple[Rect, ...]
 
 
-def guide_shapes(guides: Guides, picture: Rect) -> GuideShapes:
-    """Return what to draw over a picture at this place, in units of the screen."""
+def guide_shapes(guides: Guides, picture: Rect, lines: Iterable[FrameLine] = ()) -> GuideShapes:
+    """Return what to draw over a picture at this place, in units of the screen.
+
+    `lines` are its framing lines. What they protect is drawn as four corners.
+    """
     inner = inner_rect(picture, guides.aspect)
     frames = [inner] if inner != picture else []
     if guides.safe_areas:
         frames += [scaled_rect(inner, part, part) for part in (ACTION_SAFE, TITLE_SAFE)]
-    lines = [*(_thirds(inner) if guides.thirds else ()), *(_cross(inner) if guides.centre else ())]
-    return GuideShapes(_around(picture, inner), tuple(frames), tuple(lines))
+    drawn = [*(_thirds(inner) if guides.thirds else ()), *(_cross(inner) if guides.centre else ())]
+    for line in lines:
+        frames.append(_placed(line.frame, picture))
+        drawn += [] if line.protection is None else _corners(_placed(line.protection, picture))
+    return GuideShapes(_around(picture, inner), tuple(frames), tuple(drawn))
+
+
+def _placed(part: Part, picture: Rect) -> Rect:
+    x, y, width, height = *picture[:2], picture[2] - picture[0], picture[3] - picture[1]
+    return x + part[0] * width, y + part[1] * height, x + part[2] * width, y + part[3] * height
+
+
+def _corners(rect: Rect) -> list[Rect]:
+    """Return two arms for each corner of a rectangle."""
+    arm, (x0, y0, x1, y1) = _CROSS * (rect[3] - rect[1]), rect
+    ends = [
+        (x, y, x + across, y + down)
+        for x, across in ((x0, arm), (x1, -arm))
+        for y, down in ((y0, arm), (y1, -arm))
+    ]
+    return [
+        arm
+        for x, y, a, b in ends
+        for arm in ((min(x, a), y, max(x, a), y), (x, min(y, b), x, max(y, b)))
+    ]
 
 
 def _around(outer: Rect, inner: Rect) -> tuple[Rect, ...]:

@@ -26,6 +26,7 @@ from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.session.marks.scene_mark_tracks import SceneMarkTracks
 from heatlens.session.pictures.color_choice import ColorChoice
 from heatlens.session.pictures.compare_sides import CompareSides
+from heatlens.session.pictures.framing_import import FramingImport
 from heatlens.session.pictures.live_picture import LivePicture
 from heatlens.session.pictures.look_commands import LookCommands
 from heatlens.session.pictures.picture_commands import PictureCommands
@@ -160,7 +161,7 @@ class FileDesk:
         self.reel = reel = OpenReel(shared, documents, timeline.playback, frames_folder)
         self.commands = FileCommands(
             *(shared, documents, pictures.saving, pictures.references),
-            *(reel, self.exports.write_sheet),
+            *(reel, self.exports.write_sheet, FramingImport(shared, pictures.view)),
         )
         self.recent = RecentFiles(shared)
         self.start_choices = StartChoices(shared, timeline.playback, self.commands, self.recent)

@@ -185,7 +185,7 @@ class Session:
             display=view.display,
             view=self.pictures.color.chosen_view(view),
             unit=view.unit,
-            guides=replace(view.guides, desqueeze=None),  # it belongs to the open source
+            guides=replace(view.guides, desqueeze=None, canvases=()),  # of the open source
             peaking=view.peaking,
             ending=playback.ending,
             every_frame=playback.is_every_frame,

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from heatlens.base.errors import HeatlensError
 from heatlens.files.json_record import plain, record_to_json
 from heatlens.model.coc import hyperfocal_m
-from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes
+from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes, lines_of
 from heatlens.model.look import Look
 from heatlens.model.value_bins import DepthHistogram
 from heatlens.model.view_geometry import PictureShape
@@ -85,7 +85,8 @@ def _of_guides(guides: Guides, shape: PictureShape) -> dict[str, object] | None:
     if guides == NO_GUIDES:
         return None
     picture = (0.0, 0.0, shape.width_px * shape.pixel_aspect, float(shape.height_px))
-    return record_to_json(guide_shapes(guides, picture)) | {"opacity": guides.opacity}
+    lines = lines_of(guides.canvases, shape.width_px, shape.height_px)
+    return record_to_json(guide_shapes(guides, picture, lines)) | {"opacity": guides.opacity}
 
 
 def _of_histogram(histogram: DepthHistogram) -> dict[str, object]:

@@ -22,6 +22,7 @@ _DIALOGS = {
     "Save picture...": "save",
     "Import camera...": "camera",
     "Import grade...": "grade",
+    "Import framing lines...": "framing",
     "Pull sheet...": "sheet",
 }
 # The items that show or hide something, with the flag of `UiState`.

@@ -6,9 +6,10 @@ from dataclasses import replace
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.base.printable import printable
 from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.model.coc import sharp_px
-from heatlens.model.guides import NO_GUIDES, Guides, Rect, guide_shapes, inner_rect
+from heatlens.model.guides import NO_GUIDES, Guides, Rect, guide_shapes, inner_rect, lines_of
 from heatlens.model.view import Compare
 from heatlens.model.view_geometry import PictureShape, Viewport, geometry
 from heatlens.session.desks import LensDesk, PictureDesk
@@ -48,7 +49,8 @@ def draw_guides(
     first = place.geometry.window_at_picture((0.0, 0.0))
     last = place.geometry.window_at_picture((shape.width_px, shape.height_px))
     picture = (*first, *last)
-    shapes = guide_shapes(guides, picture)
+    lines = lines_of(guides.canvases, shape.width_px, shape.height_px)
+    shapes = guide_shapes(guides, picture, lines)
     draw = imgui.get_window_draw_list()
     (x, y), (width, height) = place.viewport.corner, place.viewport.size
     draw.push_clip_rect(ImVec2(x, y), ImVec2(x + width, y + height), True)
@@ -57,10 +59,19 @@ def draw_guides(
         draw.add_rect_filled(ImVec2(*rect[:2]), ImVec2(*rect[2:]), shade)
     for rect in (*shapes.frames, *_cropped(picture, crop)):
         draw.add_rect(ImVec2(*rect[:2]), ImVec2(*rect[2:]), theme.OVER_PICTURE.guide)
+    _names(draw, [line.name for line in lines], shapes.frames)
     for line in shapes.lines:
         draw.add_line(ImVec2(*line[:2]), ImVec2(*line[2:]), theme.OVER_PICTURE.guide)
     draw.pop_clip_rect()
     probe.note_at("matte in the picture", inner_rect(picture, guides.aspect))
+
+
+def _names(draw: imgui.ImDrawList, names: list[str], frames: tuple[Rect, ...]) -> None:
+    """Write the names of the last frames into their lower left corners."""
+    for name, (x0, y0, x1, y1) in zip(names, frames[len(frames) - len(names) :], strict=True):
+        at = ImVec2(x0 + 4.0, y1 - 1.3 * imgui.get_font_size())
+        draw.add_text(at, theme.OVER_PICTURE.guide, printable(name))
+        probe.note_at(f"frame {name}", (x0, y0, x1, y1))
 
 
 def _cropped(picture: Rect, share: float | None) -> Iterator[Rect]:

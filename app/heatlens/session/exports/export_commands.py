@@ -8,6 +8,7 @@ from heatlens.base.errors import HeatlensError
 from heatlens.base.paths import absolute
 from heatlens.documents.shot_file import read_shot
 from heatlens.model.frames import FrameRange
+from heatlens.model.guides import lines_of
 from heatlens.model.option import words_of
 from heatlens.session.exports.export_process import ExportRun, ExportState
 from heatlens.session.exports.export_settings import ExportSettings, proposed_settings
@@ -64,9 +65,10 @@ class ExportCommands(Commands, Worker):
 
     def export(self) -> None:
         """Start to export the frames or the movie that is set in the panel."""
-        job = self.settings.job(
-            self._look.options(), self._look.view.state.guides, self._shot_name()
-        )
+        guides, shape = self._look.view.state.guides, self._source.picture_shape(self._editing.shot)
+        if not lines_of(guides.canvases, shape.width_px, shape.height_px):
+            guides = replace(guides, canvases=())  # of pictures with another shape
+        job = self.settings.job(self._look.options(), guides, self._shot_name())
         shot = self.settings.shot_of(self._timeline.timed_shot)
         place = self.settings.place
         self._preferences.change(export_place=place)

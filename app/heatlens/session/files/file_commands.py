@@ -6,6 +6,7 @@ from pathlib import Path
 
 from heatlens.base.paths import folder_to_write_in, home_dir
 from heatlens.color.grade_file import GRADE_SUFFIXES
+from heatlens.documents.frame_line_file import FDL_SUFFIX
 from heatlens.documents.reel_file import REEL_SUFFIXES
 from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.files.picture_formats import MOVIES_READ, PICTURES_READ
@@ -19,6 +20,7 @@ from heatlens.session.files.plate_reading import PlateReading
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.lens.lens_imports import camera_import, grade_import, opening_import
 from heatlens.session.loop.worker import Worker
+from heatlens.session.pictures.framing_import import FramingImport
 from heatlens.session.pictures.picture_commands import PictureCommands
 from heatlens.session.pictures.reference import ReferenceLoader
 from heatlens.session.shared import Commands, Shared
@@ -65,6 +67,13 @@ PURPOSES = {
             "Applied before the view, in pictures and movies; scene-linear EXR stay without it.",
         ),
         Purpose(
+            "framing",
+            "Import framing lines (ASC FDL)",
+            "Import",
+            (FDL_SUFFIX,),
+            "Drawn with the guides, for pictures with the shape of one of its canvases.",
+        ),
+        Purpose(
             "opening",
             "Take a picture as the opening of the lens",
             "Take",
@@ -103,6 +112,7 @@ class FileCommands(Commands, Worker):
         references: ReferenceLoader,
         reel: OpenReel,
         write_sheet: Callable[[Path, str], None],
+        framing: FramingImport,
     ) -> None:
         super().__init__(shared)
         self._documents, self._pictures = documents, pictures
@@ -111,7 +121,7 @@ class FileCommands(Commands, Worker):
         self.reading = PlateReading(shared)
         self.openings = opening_import(shared)
         self.cameras, self.grades = camera_import(shared), grade_import(shared)
-        self._write_sheet = write_sheet
+        self._write_sheet, self._framing = write_sheet, framing
 
     # Opening
 
@@ -225,6 +235,8 @@ class FileCommands(Commands, Worker):
                 self.cameras.begin(path)
             case "grade":
                 self.grades.begin(path)
+            case "framing":
+                self._framing.begin(path)
             case "opening":
                 self.openings.begin(at_frame)
             case "save shot":
@@ -249,6 +261,7 @@ class FileCommands(Commands, Worker):
         self._follow_stream()
         self.cameras.poll()
         self.grades.poll()
+        self._framing.poll()
         self.openings.poll()
 
     def _follow_stream(self) -> None:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
+from heatlens.model.option import Values
 from heatlens.model.settings import Method
 from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay
 from heatlens.model.view_geometry import zoomed, zoomed_to
@@ -64,7 +65,8 @@ class ViewCommands(Commands):
     def toggle_guide(self, field: str) -> None:
         """Draw or hide one kind of guide lines."""
         guides = self._view.state.guides
-        self.change(guides=replace(guides, **{field: not getattr(guides, field)}))
+        changed: Values = {field: not getattr(guides, field)}
+        self.change(guides=replace(guides, **changed))
 
     def fit(self) -> None:
         """Show the whole picture."""

@@ -5,7 +5,9 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from heatlens.base.printable import printable
 from heatlens.model.guides import MATTES, SQUEEZES, Guides, parse_aspect, parse_desqueeze
+from heatlens.model.option import Values
 from heatlens.model.peaking import BLUR_RANGE, PEAKING_COLORS, STOPS_RANGE, Peaking, PeakingOn
 from heatlens.model.view import ViewState
 from heatlens.ui import widgets
@@ -22,11 +24,26 @@ def guides_panel(view: ViewState, squeeze: float, say: Callable[[str], None]) ->
     imgui.separator_text("Matte and lines")
     guides = _matte(view.guides, say)
     for field, words in _LINES:
-        guides = replace(guides, **{field: widgets.check(words, bool(getattr(guides, field)))})
+        ticked: Values = {field: widgets.check(words, bool(getattr(guides, field)))}
+        guides = replace(guides, **ticked)
+    guides = _framing(guides)
     imgui.separator_text("Anamorphic")
     guides = _desqueeze(guides, squeeze, say)
     imgui.separator_text("Focus peaking")
     return _peaking(replace(view, guides=guides))
+
+
+def _framing(guides: Guides) -> Guides:
+    """Draw the names of the framing lines, with a button to put them away."""
+    names = {line.name: None for canvas in guides.canvases for line in canvas.lines}
+    if not names:
+        return guides
+    widgets.label("framing", "Of a framing decision list: File > Import framing lines...")
+    if widgets.small_button("x##no framing", "no framing", "Put the framing lines away."):
+        return replace(guides, canvases=())
+    imgui.same_line()
+    imgui.text_wrapped(printable(", ".join(names)))
+    return guides
 
 
 def _matte(guides: Guides, say: Callable[[str], None]) -> Guides:
