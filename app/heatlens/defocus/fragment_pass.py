@@ -77,15 +77,7 @@ class FragmentPass:
         uniforms = optics.infinity_uniforms
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
         lists = picture.lists
-        of_lists = {} if lists is None else {"is_measured": lists.is_measured}
-        yield from self._bands.run(
-            self._find.version(lists is not None),
-            picture.color.size,
-            uniforms | list_uniforms(lists) | of_lists,
-            textures={"coc_tx": picture.coc},
-            images={"out_kind_img": picture.kind},
-            buffers=rims | list_buffers(lists),
-        )
+        yield from self._found(picture, uniforms, rims | list_buffers(lists))
         split: _Images = {"far_img": picture.far, "near_img": picture.near}
         own: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
         to_thin = rims | {"thin_list_block": thin}
@@ -108,3 +100,16 @@ class FragmentPass:
                     uniforms=uniforms | part | more,
                 )
                 yield
+
+    def _found(self, picture: Fragments, uniforms: _Uniforms, written: _Buffers) -> Iterator[None]:
+        """Find the kind of each pixel, and list the rims."""
+        lists = picture.lists
+        of_lists = {} if lists is None else {"is_measured": lists.is_measured}
+        return self._bands.run(
+            self._find.version(lists is not None),
+            picture.color.size,
+            uniforms | list_uniforms(lists) | of_lists,
+            textures={"coc_tx": picture.coc},
+            images={"out_kind_img": picture.kind},
+            buffers=written,
+        )

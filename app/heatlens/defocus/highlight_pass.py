@@ -188,11 +188,8 @@ class HighlightListPass:
         `places`, RGBA of the picture's size, has the position of each light in its pixel.
         """
         high, size = split.high, split.high.size
-        planned = {
-            "tally_block": buffers.tally,
-            "plan_block": buffers.plan,
-            "offset_block": buffers.offset,
-        }
+        told = {"tally_block": buffers.tally}
+        planned = told | {"plan_block": buffers.plan, "offset_block": buffers.offset}
         blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
         clear_list(buffers.lit)
         listed = {"pixel_list_block": buffers.lit}
@@ -202,7 +199,7 @@ class HighlightListPass:
             side=HIGHLIGHT_BLOCK,
             group=HIGHLIGHT_GROUP,
             textures={"high_tx": high},
-            buffers=listed | {"tally_block": buffers.tally},
+            buffers=listed | told,
         )
         textures = {"high_tx": high, "places_tx": places or high}
         merged = partial(

@@ -98,6 +98,11 @@ class HiddenScratch:
     cost: moderngl.Texture
     match: moderngl.Texture | None = None
 
+    @property
+    def lists(self) -> dict[str, StorageBuffer]:
+        """The storage blocks that tell what to fill, and from what."""
+        return {"bits_block": self.bits, "two_lists_block": self.blocks}
+
 
 def block_size(size: tuple[int, int]) -> tuple[int, int]:
     """Return how many blocks of 2 x 2 pixels cover a picture, across and down."""
@@ -132,8 +137,7 @@ class HiddenFillPass:
         written = {"out_cost_img": scratch.cost} | out_match
         self._list_blocks(layer, pixels, scratch, written)
         yield
-        guessed = {"bits_block": scratch.bits, "two_lists_block": scratch.blocks}
-        cost = self._cost_programs.with_(MATCHED=bool(match))
+        guessed, cost = scratch.lists, self._cost_programs.with_(MATCHED=bool(match))
         fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=bool(match))
         for part in self._slices.of(layer.color.size):
             cost.dispatch(

@@ -123,6 +123,13 @@ class LiveFocus:
     measured_of: str = ""
 
     def __post_init__(self) -> None:
+        self._check_pursuits()
+        lengths = {len(it.distances_m) for it in self.measured}
+        missing = set(self.marks) - {it.mark for it in self.measured}
+        if self.measured and (missing or len(lengths) > 1):
+            raise InputError("The marks that are followed must all be measured at the same frames.")
+
+    def _check_pursuits(self) -> None:
         if not self.pursuits or self.pursuits[0].start_frame is not None:
             raise InputError("A focus that follows begins with a mark, without a start frame.")
         for before, after in pairwise(self.pursuits):
@@ -134,10 +141,6 @@ class LiveFocus:
                     f"The pull to mark {after.mark} starts at frame {after.start_frame}, before "
                     f"that to mark {before.mark} has ended."
                 )
-        lengths = {len(it.distances_m) for it in self.measured}
-        missing = set(self.marks) - {it.mark for it in self.measured}
-        if self.measured and (missing or len(lengths) > 1):
-            raise InputError("The marks that are followed must all be measured at the same frames.")
 
     @property
     def marks(self) -> tuple[str, ...]:

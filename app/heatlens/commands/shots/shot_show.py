@@ -3,7 +3,7 @@
 import argparse
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -128,17 +128,22 @@ def _about(shot: Shot, unit: str) -> str:
             lines.append((options_of(PlateOptions)[field].words, printable(thing)))
     if shot.in_out is not None:
         lines.insert(2, ("in to out", str(shot.in_out)))
+    lines += _told_if_set(shot, unit)
+    return "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
+
+
+def _told_if_set(shot: Shot, unit: str) -> Iterator[tuple[str, str]]:
+    lens = shot.lens
     if shot.start_timecode is not None:
-        lines.append(("timecode", f"{shot.start_timecode} at the first frame"))
+        yield "timecode", f"{shot.start_timecode} at the first frame"
     if shot.grade is not None:
-        lines.append(("grade", f"{shot.grade} (slope, offset, power, saturation)"))
+        yield "grade", f"{shot.grade} (slope, offset, power, saturation)"
     if lens.measuring_offset_m:
-        lines.append(("distances", f"from the {lens.measured_from.words}"))
+        yield "distances", f"from the {lens.measured_from.words}"
     if lens.close_focus_m is not None:
         close = frames_too_close(shot)
         nearer = f"; nearer at frames {frames_text(close)}" if close else ""
-        lines.append(("close focus", measured_text(lens, lens.close_focus_m, unit) + nearer))
-    return "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
+        yield "close focus", measured_text(lens, lens.close_focus_m, unit) + nearer
 
 
 def _key_rows(shot: Shot, unit: str) -> list[Row]:

@@ -122,6 +122,8 @@ class FileCommands(Commands, Worker):
         self.openings = opening_import(shared)
         self.cameras, self.grades = camera_import(shared), grade_import(shared)
         self._write_sheet, self._framing = write_sheet, framing
+        begins = self.cameras.begin, self.grades.begin, framing.begin
+        self._begin_import = dict(zip(("camera", "grade", "framing"), begins, strict=True))
 
     # Opening
 
@@ -231,12 +233,8 @@ class FileCommands(Commands, Worker):
                 self._references.open(at_frame)
             case "behind":
                 self.reading.add_behind(chosen.entry, path)
-            case "camera":
-                self.cameras.begin(path)
-            case "grade":
-                self.grades.begin(path)
-            case "framing":
-                self._framing.begin(path)
+            case "camera" | "grade" | "framing":
+                self._begin_import[key](path)
             case "opening":
                 self.openings.begin(at_frame)
             case "save shot":

@@ -68,9 +68,11 @@ class ClusterFrames(Commands):
             self.close()
         if address and self._cluster is None:
             self._cluster = FrameCluster(address, self._jobs.driver, self._wake)
-        is_ahead = self._cluster is not None and place.ahead
-        self._jobs.program = self._cluster.program if self._cluster and is_ahead else ()
-        problem = "" if self._cluster is None else self._cluster.problem
+        self._jobs.program = self._cluster.program if self._cluster and place.ahead else ()
+        self._say_once("" if self._cluster is None else self._cluster.problem)
+
+    def _say_once(self, problem: str) -> None:
+        """Report a problem when it begins, for as long as it lasts."""
         if problem != self._said:
             self._said = problem
             if problem:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import Enum
 
 from imgui_bundle import ImVec2, imgui
 
@@ -47,15 +48,33 @@ def quit_question(ui: UiState, run: ExportRun) -> None:
         stays = "" if run.state is None else run.state.when_stopped
         imgui.text_wrapped(f"{words}. {_LEFT if can_be_left else stays}")
         widgets.spacer()
-        entered = imgui.is_key_pressed(imgui.Key.enter, False)
-        is_left = can_be_left and (_answer("Leave it to the cluster and close") or entered)
-        is_stopped = _answer("Stop it and close") or (entered and not can_be_left)
-        is_going_on = widgets.button("Keep exporting", "quit Keep exporting")
-        if is_stopped:
-            run.cancel()
-        if is_left or is_stopped or is_going_on or topmost.is_escaped() or not words:
-            ui.asks_to_quit, ui.is_over = False, is_left or is_stopped or not words
-            imgui.close_current_popup()
+        end = _end_of(run, can_be_left)
+        if end is None and words and not topmost.is_escaped():
+            return
+        ui.asks_to_quit, ui.is_over = (
+            False,
+            (end is not _End.GO_ON and end is not None) or not words,
+        )
+        imgui.close_current_popup()
+
+
+class _End(Enum):
+    """What becomes of a running export when the window closes."""
+
+    LEAVE = "Leave it to the cluster and close"
+    STOP = "Stop it and close"
+    GO_ON = "Keep exporting"
+
+
+def _end_of(run: ExportRun, can_be_left: bool) -> _End | None:
+    """Draw the buttons, and stop the export if that is the answer; None while there is none."""
+    offered = [end for end in _End if can_be_left or end is not _End.LEAVE]
+    pressed = [end for end in offered if _answer(end.value)]
+    if not pressed and imgui.is_key_pressed(imgui.Key.enter, False):
+        pressed = offered[:1]
+    if _End.STOP in pressed:
+        run.cancel()
+    return next(iter(pressed), None)
 
 
 def _answer(words: str) -> bool:
