@@ -41,12 +41,13 @@ from heatlens.commands.shots.following import (
 from heatlens.commands.sources.shot_plate import on_frames_of_plate
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.model import marks
 from heatlens.model.curve import Key
 from heatlens.model.frames import FRAMES_PER_SECOND, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
 from heatlens.model.mark import Mark
-from heatlens.model.marks import KINDS, TYPED_MARK, DistanceMark, mark_of
+from heatlens.model.marks import TYPED_MARK, DistanceMark, mark_of
 from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
 from heatlens.model.other_names import or_meant
 from heatlens.model.pull import frames_too_close
@@ -145,7 +146,7 @@ def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
         action="append",
         default=[],
         metavar="NAME=DISTANCE",
-        help=f"focus mark {', '.join(kind.help for kind in KINDS)}; may be repeated",
+        help=f"focus mark {', '.join(kind.help for kind in marks.KINDS)}; may be repeated",
     )
 
 
@@ -215,12 +216,12 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
             lens=replace(shot.lens, close_focus_m=parse_measured_m(shot.lens, args.close_focus)),
         )
     is_new = args.follow is not None and TYPED_MARK.fullmatch(args.follow)
-    marks = [*args.mark, *([args.follow] if is_new else [])]
+    named = [*args.mark, *([args.follow] if is_new else [])]
     made = replace(
         shot_with_kit(args, shot),
         defocus=settings_of(args),
         plate_options=plate_options(args),
-        marks=(*shot.marks, *(_mark_from_pupil(mark_of(text), shot.lens) for text in marks)),
+        marks=(*shot.marks, *(_mark_from_pupil(mark_of(text), shot.lens) for text in named)),
         in_out=parse_frame_range(args.in_out) if args.in_out else None,
     ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
     return made if args.start_timecode is None else made.started_at(args.start_timecode)
