@@ -2,6 +2,7 @@
 
 import asyncio
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -177,3 +178,25 @@ def test_the_same_picture_is_encoded_once(monkeypatch):
     assert picture.coded(Coding(40, 80)) is one
     assert picture.coded(Coding(20, 80)) is not one
     assert replace(Coding(20, 80), quality=None) != Coding(20, 80)
+
+
+def test_what_the_last_work_made_is_published_before_the_loop_sleeps(session, monkeypatch):
+    """A page that came during that work would otherwise hear nothing until something happens."""
+
+    async def play(loop, server):
+        await until(lambda: not session.time.scheduler.is_working, "the picture", loop.turn)
+        loop.turn()
+        working, drawn, draw = iter([True, True]), [], loop._draw
+        is_working = property(lambda _: next(working, False))
+        monkeypatch.setattr(type(session.time.scheduler), "is_working", is_working)
+        monkeypatch.setattr(session, "work", lambda: None)
+        monkeypatch.setattr(loop, "_draw", lambda: (drawn.append(1), draw()))
+        monkeypatch.setattr(loop, "_news", SimpleNamespace(clear=bool, wait=pytest.fail))
+        loop._drawn_at = float("inf")  # no pulse is due
+        loop.turn()
+        assert not drawn
+        loop._wait()  # would fail if it slept
+        loop.turn()
+        assert drawn
+
+    shared(session, play)

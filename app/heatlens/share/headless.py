@@ -41,6 +41,7 @@ class HeadlessLoop:
         pictures.looks.still_now = self._still
         self._drawn_at = 0.0
         self._seen_key: object = None
+        self._has_worked = False  # since the last news to the pages
 
     def run(self, is_over: Callable[[], bool]) -> None:
         """Run until `is_over` returns True."""
@@ -61,10 +62,12 @@ class HeadlessLoop:
             self._drawn_at, self._seen_key = time.monotonic(), scheduler.seen_key
         if scheduler.is_working and not self._shared.is_asked:
             session.work()
+            self._has_worked = True
 
     def _draw(self) -> None:
         """Do what the window does in a frame."""
         session, started = self._session, time.perf_counter()
+        self._has_worked = False
         picture_s = session.pictures.live.request_s
         session.poll()
         if session.files.documents.offer is not None:
@@ -110,9 +113,9 @@ class HeadlessLoop:
         return still_of(picture.pixels[::step, ::step, :3])
 
     def _wait(self) -> None:
-        """Sleep until there is something to do."""
+        """Sleep until there is something to do; what the last work made is published first."""
         session = self._session
-        if session.time.scheduler.is_working or self._shared.is_asked:
+        if self._has_worked or session.time.scheduler.is_working or self._shared.is_asked:
             return
         waits = [session.seconds_until_needed(), self._tap.seconds_until_needed()]
         known = [wait for wait in waits if wait is not None]
