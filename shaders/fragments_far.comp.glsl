@@ -15,7 +15,7 @@
 #include "lib/fragment_list.lib.glsl"
 #endif
 #include "lib/two_lists.lib.glsl"
-#include "lib/thin_list.lib.glsl"
+#include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"
 #include "lib/tone.lib.glsl"
 
@@ -129,7 +129,7 @@ void split_far(uint word) {
     ivec2 at = pixel_of_word(word);
     stand_at(at);
     float coc = coc_at(at);
-    if (ends_beside(at, coc)) append_thin(at);
+    if (ends_beside(at, coc)) list_append(at);
     vec3 x = color_at(at), far = x;
     FarSide unmixed = far_side(at, coc);
     vec4 near = near_side(at, coc);

@@ -8,7 +8,7 @@
 //   thin list     the rims that may be those of hair
 
 #include "lib/two_lists.lib.glsl"
-#include "lib/thin_list.lib.glsl"
+#include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
@@ -21,7 +21,7 @@ void find_own(uint word) {
     stand_at(at);
     vec3 own;
     bool is_found = unmixed_near(at, own);
-    if (!is_found && abs(coc_at(at)) > SPLIT_FROM_PX) append_thin(at);
+    if (!is_found && abs(coc_at(at)) > SPLIT_FROM_PX) list_append(at);
     own = min(own, HALF_MAX);
     vec3 in_half = vec3(unpackHalf2x16(packHalf2x16(own.rg)), unpackHalf2x16(packHalf2x16(own.bb)).x);
     imageStore(out_far_img, at, vec4(in_half, is_found ? OWN_FOUND : 0.0));

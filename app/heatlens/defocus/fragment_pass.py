@@ -80,19 +80,22 @@ class FragmentPass:
         yield from self._found(picture, uniforms, rims | list_buffers(lists))
         split: _Images = {"far_img": picture.far, "near_img": picture.near}
         own: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
-        to_thin = rims | {"thin_list_block": thin}
+        to_thin = rims | {"pixel_list_block": thin}
         known = to_thin | list_buffers(lists), list_uniforms(lists)
         far = self._far.version(lists is not None)
-        on_rims: tuple[tuple[ComputeProgram, int, _Images, _Buffers, _Uniforms], ...] = (
-            (self._own, OF_BACK, own, to_thin, {}),
-            (far, OF_FRONT, split, *known),
-            (self._thin, OF_FRONT, split, {"pixel_list_block": thin}, {}),
-            (self._near, OF_BACK, split, rims, {}),
+        on_rims: tuple[
+            tuple[ComputeProgram, moderngl.Buffer, int, _Images, _Buffers, _Uniforms], ...
+        ]
+        on_rims = (
+            (self._own, pixels, OF_BACK, own, to_thin, {}),
+            (far, pixels, OF_FRONT, split, *known),
+            (self._thin, thin, OF_FRONT, split, {"pixel_list_block": thin}, {}),
+            (self._near, pixels, OF_BACK, split, rims, {}),
         )
-        for program, offset, images, buffers, more in on_rims:
+        for program, listed, offset, images, buffers, more in on_rims:
             for part in self._slices.of(picture.color.size):
                 program.dispatch(
-                    buffers.get("pixel_list_block", pixels),
+                    listed,
                     offset=offset,
                     textures=textures,
                     images=images,
