@@ -234,9 +234,9 @@ def usd_path(tmp_path: Path) -> Path:
 def small_demo(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace the demo scene by a small one that is seen in few pixels."""
     import heatlens.scene.demo
-    from heatlens.model.framing import Framing
-    from heatlens.model.lens import Lens
-    from heatlens.model.shot import Shot
+    from heatlens.model.lens.lens import Lens
+    from heatlens.model.shot.framing import Framing
+    from heatlens.model.shot.shot import Shot
     from support.scenes import still_life
 
     shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), framing=Framing(80, 48, "camera"))

@@ -12,9 +12,9 @@ TYPE_CHECKING = False  # type checkers know this name; importing `typing` would 
 if TYPE_CHECKING:
     from heatlens.api import Source, open
     from heatlens.base.errors import HeatlensError, HeatlensWarning
-    from heatlens.model.lens import Lens
-    from heatlens.model.settings import DefocusSettings
-    from heatlens.model.shot import Shot
+    from heatlens.model.lens.lens import Lens
+    from heatlens.model.shot.settings import DefocusSettings
+    from heatlens.model.shot.shot import Shot
     from heatlens.version import __version__
 
 __all__ = [
@@ -29,11 +29,11 @@ __all__ = [
 ]
 
 _HOMES = {
-    "DefocusSettings": "heatlens.model.settings",
+    "DefocusSettings": "heatlens.model.shot.settings",
     "HeatlensError": "heatlens.base.errors",
     "HeatlensWarning": "heatlens.base.errors",
-    "Lens": "heatlens.model.lens",
-    "Shot": "heatlens.model.shot",
+    "Lens": "heatlens.model.lens.lens",
+    "Shot": "heatlens.model.shot.shot",
     "Source": "heatlens.api",
     "__version__": "heatlens.version",
     "open": "heatlens.api",

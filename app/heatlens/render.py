@@ -25,10 +25,10 @@ from heatlens.gpu.context import (
 )
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download, uploading
-from heatlens.model.breathing import as_seen, plate_ratio
-from heatlens.model.framing import Pose
-from heatlens.model.settings import Method, Quality
-from heatlens.model.shot import LensCurves, Shot
+from heatlens.model.lens.breathing import as_seen, plate_ratio
+from heatlens.model.shot.framing import Pose
+from heatlens.model.shot.settings import Method, Quality
+from heatlens.model.shot.shot import LensCurves, Shot
 from heatlens.plate.coc_line import lean_in
 from heatlens.plate.overscan_need import frame_centre_px, room_of
 from heatlens.plate.plate import Plate

@@ -13,11 +13,11 @@ from heatlens.camera.blender_write import blender_text
 from heatlens.camera.camera_file import write_camera
 from heatlens.camera.same_discs import with_renderer_f_stop
 from heatlens.camera.samples import INFINITE_M
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
-from heatlens.model.opening_image import OpeningImage
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.opening_image import OpeningImage
+from heatlens.model.shot.shot import Shot
 from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import FRAMES, SHOTS, TARGET, dolly, moving_camera
 

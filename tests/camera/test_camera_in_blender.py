@@ -7,9 +7,9 @@ import pytest
 
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.same_discs import with_renderer_f_stop
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.source.shot_camera import camera_of_shot
 from support.blender import PYTHON
 

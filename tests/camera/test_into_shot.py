@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError, LensError
 from heatlens.camera.into_shot import linear_keys, with_camera
-from heatlens.model.curve import Curve, Key
-from heatlens.model.interpolation import Interpolation, Scale
-from heatlens.model.lens import Lens
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.interpolation import Interpolation, Scale
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import FRAMES, SHOTS, moving_camera
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from heatlens.camera.blender_write import blender_text
-from heatlens.model.coc import coc_line, coc_px
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.shot.shot import Shot
 from heatlens.source.shot_camera import camera_of_shot
 from support.blender import PYTHON
 

@@ -12,10 +12,10 @@ from heatlens.camera.into_shot import with_camera
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.opening_image import OpeningImage
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.opening_image import OpeningImage
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.opening_picture import read_opening_image
 from heatlens.source.shot_camera import camera_of_shot
 from support.opening_images import heart_path

@@ -14,11 +14,11 @@ from heatlens.camera.samples import OPENING_TRACKS, PLAIN_OPENING, CameraSamples
 from heatlens.camera.usd_read import usd_camera
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import options_of, type_of
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.source.shot_camera import camera_of_shot
 from support.opening_images import heart_path
 

@@ -9,10 +9,10 @@ from heatlens.base.errors import InputError
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.float32 import shortest
 from heatlens.camera.plate_camera import read_plate_camera
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.source.shot_camera import camera_of_shot

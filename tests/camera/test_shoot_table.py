@@ -12,9 +12,9 @@ from heatlens.camera.camera_file import read_camera
 from heatlens.camera.into_shot import with_camera
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.lens import Lens
-from heatlens.model.plausibility import DepthSpan, focus_unit_doubts
-from heatlens.model.shot import Shot
+from heatlens.model.focus.plausibility import DepthSpan, focus_unit_doubts
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.header.shoot_names import shoot_lens
 from support.command_line import stderr_of_run
 from support.exr_files import rgb, write_file

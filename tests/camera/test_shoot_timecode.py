@@ -8,7 +8,7 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.model.timecode import Timecode
 from heatlens.plate.header.timecode import exr_timecode
 from support.exr_files import write_file

@@ -14,7 +14,7 @@ from heatlens.color.view_transform import ViewTransform, view_transform
 from heatlens.display.display_pass import DisplayPass
 from heatlens.files.ocio_library import ocio
 from heatlens.gpu.textures import download, new_texture, upload
-from heatlens.model.grade import Grade, parse_grade
+from heatlens.model.shot.grade import Grade, parse_grade
 
 GRADE = Grade((1.1, 1.0, 0.9), (0.01, 0.0, -0.02), (1.0, 1.1, 0.9), 0.8)
 LUMA = np.array([0.2126, 0.7152, 0.0722])

@@ -12,8 +12,8 @@ from heatlens.color.view_transform import srgb_transform, to_rec709
 from heatlens.commands.main import main
 from heatlens.display.display_pass import DisplayPass
 from heatlens.gpu.textures import download, new_texture, upload
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.plate.header.primaries import AP1, KNOWN, REC709, XYZ
 from heatlens.plate.picture.display import srgb_decoded, srgb_encoded
 from heatlens.session.settings.preferences import Preferences

@@ -17,12 +17,12 @@ from heatlens.live.ring.address import parse_ring_address
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.receiver import LensReceiver
 from heatlens.live.ring.sources import RingSources
-from heatlens.model.curve import Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.interpolation import Interpolation, Scale
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.curves.interpolation import Interpolation, Scale
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.timecode import Timecode
 from heatlens.plate.header.camera_header import lens_attributes
 from support.cameras import FRAMES, SHOTS, moving_camera

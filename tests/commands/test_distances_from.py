@@ -7,10 +7,10 @@ from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.export.sheet.rows import sheet_row
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.sources import Heard, RingSources
-from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens, MeasuredFrom
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.model.lens.lens import Lens, MeasuredFrom
+from heatlens.model.shot.shot import Shot
 from heatlens.model.units import format_distance
 from heatlens.session.live.ring_hand import RingHand
 from heatlens.session.shot.editing import Editing

@@ -23,8 +23,8 @@ from heatlens.base.faults import (
 from heatlens.commands import info
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import autosave_path, read_shot, write_shot
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.session.exports.export_process import ExportRun
 from heatlens.ui import screen
 from support.command_line import ENVIRONMENT

@@ -16,13 +16,13 @@ from heatlens.commands.options.field_options import (
     typed_fields,
     unasked,
 )
-from heatlens.model.display_options import DisplayOptions
-from heatlens.model.lens import Lens
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import options_of, type_of, words_of
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import LensParameter
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import LensParameter
+from heatlens.model.view.display_options import DisplayOptions
 from support.other_values import with_all_fields_other, with_other_fields
 
 NAMES_OF_PLATES = {field.name for field in fields(PlateOptions)}

@@ -4,9 +4,9 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.marks import MatteMark, MattePart, ObjectMark
-from heatlens.model.track_mark import Click
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.marks.marks import MatteMark, MattePart, ObjectMark
+from heatlens.model.marks.track_mark import Click
 from support.command_line import stderr_of_run
 from support.mattes import matte_plate
 from support.session_files import write_scene

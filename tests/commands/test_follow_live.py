@@ -9,9 +9,9 @@ import pytest
 import heatlens
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.live_focus import Pursuit
-from heatlens.model.pull import baked
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.focus.live_focus import Pursuit
+from heatlens.model.shot.pull import baked
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.source.live_focus import measured
 from support.command_line import stderr_of_run

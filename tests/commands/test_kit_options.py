@@ -6,7 +6,7 @@ from PIL import Image
 from heatlens.commands.main import main
 from heatlens.documents.lens_kits import kit_text, read_kit
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.lens_kit import KitLens, LensCharacter, LensKit
+from heatlens.model.lens.lens_kit import KitLens, LensCharacter, LensKit
 from heatlens.plate.opening_picture import read_opening_image
 
 SHOT = ("shot", "new", "nothing.####.exr", "--sensor-width", "36", "--focus-distance", "2")

@@ -8,8 +8,8 @@ import pytest
 
 from heatlens.commands.output import picture_progress as progress
 from heatlens.gpu.textures import download
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer, drained
 from support.plates import plate_of, room
 

@@ -9,9 +9,9 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.model.boxes import Box
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.deep.deep_write import check_deep_fits, deep_samples, write_deep
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer

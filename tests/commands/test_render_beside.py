@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from support.plates import lens_blurring, plate_of, room
 from support.scenes import still_life

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.read import read_plate
 from heatlens.scene.scene_read import read_scene

@@ -8,13 +8,13 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.curve import Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.interpolation import Interpolation, Scale
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, PointMark
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.curves.curve import Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.curves.interpolation import Interpolation, Scale
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark, PointMark
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from support.command_line import CAMERA, channels, folder_of
 from support.exr_files import write_file
 

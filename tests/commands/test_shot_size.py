@@ -6,10 +6,10 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, PointMark
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark, PointMark
+from heatlens.model.shot.shot import LensParameter, Shot
 from support.session_files import write_scene
 
 LENS = Lens(35.0, 2.0, 3.0, 36.0)

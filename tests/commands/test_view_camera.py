@@ -8,8 +8,8 @@ import pytest
 from heatlens.camera.camera_file import write_camera
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from support.cameras import FRAMES, moving_camera
 from support.gui import gui_of
 from support.sequences import sequence_files

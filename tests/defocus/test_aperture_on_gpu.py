@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.model import opening
-from heatlens.model.aperture import Aperture
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.picture_field import PictureField
-from heatlens.model.pupil import Pupil
+from heatlens.model.lens import opening
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.picture_field import PictureField
+from heatlens.model.lens.pupil import Pupil
 from support.apertures import apertures
 from support.shader_questions import ShaderQuestions
 

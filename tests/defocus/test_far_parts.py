@@ -9,8 +9,8 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.defocus.far_parts import FAR_FROM_PX, part_centres, with_far_cut
 from heatlens.defocus.quality import unused_behind_notes
-from heatlens.model.settings import LAYERS_MAX, PARTS, DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import LAYERS_MAX, PARTS, DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.behind import with_behind
 from heatlens.plate.plate import Plate
 from support.lamps import HALF_ROUNDING

@@ -22,7 +22,7 @@ from heatlens.defocus.fit_kernels import (
 )
 from heatlens.defocus.kernel_error import DiscError, spectrum
 from heatlens.defocus.kernels import RIMS, named_kernel, rim_kernel
-from heatlens.model.opening import profile
+from heatlens.model.lens.opening import profile
 
 NAMES = list(POWERS)
 PACKAGE = Path(heatlens.__file__).parent

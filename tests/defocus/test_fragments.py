@@ -9,7 +9,7 @@ from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.gpu.textures import FloatArray, new_texture, upload
-from heatlens.model.coc import CocLine
+from heatlens.model.focus.coc import CocLine
 from support.fragment_lists import packed_lists
 
 AT_INFINITY_PX = 30.0

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from heatlens.defocus import gaps
 from heatlens.defocus.gaps import gaps_of
 from heatlens.defocus.layer_cuts import layer_cuts
-from heatlens.model.coc import coc_line
-from heatlens.model.lens import Lens
+from heatlens.model.focus.coc import coc_line
+from heatlens.model.lens.lens import Lens
 from heatlens.model.value_bins import ValueBins, bins_of
 from heatlens.plate.behind import with_behind
 from heatlens.source.pinhole import optics_of

@@ -20,9 +20,9 @@ from heatlens.defocus.highlight_pass import (
 from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
-from heatlens.model.aperture import Aperture
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.picture_field import PictureField
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.picture_field import PictureField
 from support.opening_images import letter
 
 ROUND, SQUEEZED = DiscShape(), DiscShape(Aperture(squeeze=2.0), 1.5)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.aperture import Aperture
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.settings import Method
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.shot.settings import Method
 from support.methods_of_plates import ANY_LENS, DISCS, through
 from support.opening_images import letter
 from support.plates import coc_plate_of

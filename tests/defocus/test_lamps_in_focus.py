@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from support.plates import FAR_M, FOCUS_M, lens_blurring, plate_of
 

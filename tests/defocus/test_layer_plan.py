@@ -9,9 +9,9 @@ from heatlens.defocus import layer_plan
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.layer_plan import LEAST_REDUCED_PX, LEAST_REDUCED_SIDE, LayerPlan, layer_plans
 from heatlens.defocus.optics import Optics
-from heatlens.model.lens import Lens
-from heatlens.model.settings import LAYERS_MAX, DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import LAYERS_MAX, DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from support.layers import ladder_of
 from support.plates import FAR_M, NEAR_M, Image, lens_blurring, moments, plate_of, room

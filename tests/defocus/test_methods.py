@@ -7,8 +7,8 @@ import pytest
 
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 from heatlens.render import drained
 from support.methods_of_plates import OF_PLATES, OTHERS, PIXEL_VARIANCE, through
 from support.plates import (

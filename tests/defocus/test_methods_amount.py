@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.settings import Method
+from heatlens.model.shot.settings import Method
 from support.discs import analytic_disc, radius_at_half_height, size_for
 from support.methods_of_plates import DISCS, OTHERS, PIXEL_VARIANCE, point_blurred, through
 from support.plates import FAR_M, coc_plate_of, lens_blurring, moments, plate_of

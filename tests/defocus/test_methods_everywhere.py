@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, Pose, PoseKey
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Material, SceneCamera
 from support.scenes import NIGHT, lamp, moved, plane, scene_of, still_life

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from heatlens.model.settings import Method
+from heatlens.model.shot.settings import Method
 from support.methods_of_plates import DISCS, through
 from support.plates import Image, coc_plate_of
 

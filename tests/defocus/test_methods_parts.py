@@ -11,8 +11,8 @@ from heatlens.defocus.gather_pass import gather_steps
 from heatlens.defocus.pyramid_pass import level_places, level_variance, pyramid_size
 from heatlens.defocus.scatter_pass import bin_coc_px, bin_places, disc_sums
 from heatlens.gpu.shader_constants import SCATTER_BINS
-from heatlens.model.aperture import Aperture
-from heatlens.model.disc_shape import DiscShape
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.disc_shape import DiscShape
 from support.methods_of_plates import DISCS, through
 from support.plates import coc_plate_of
 

@@ -9,9 +9,9 @@ from heatlens.commands.main import main
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.quality import kernel_for
 from heatlens.documents.shot_file import write_shot
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from support.command_line import CAMERA, channels, picture
 from support.command_line import render as render_file
 from support.exr_files import write_file

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.defocus.optics import Color, Optics
-from heatlens.model.aperture import Aperture
-from heatlens.model.coc import CocLine
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
+from heatlens.model.focus.coc import CocLine
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.value_bins import BINS, ValueBins, bins_of
 from heatlens.source.pinhole import optics_of
 from support.plates import coc_plate_of, plate_of

@@ -17,7 +17,7 @@ from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.proxy_lists import proxy_list_capacity
 from heatlens.defocus.quality import kernel_for
 from heatlens.defocus.scratch import AFTER_THE_PICTURE, Lifetime, Scratch, lifetimes
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 
 
 @pytest.mark.parametrize(

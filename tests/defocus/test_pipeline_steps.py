@@ -11,8 +11,8 @@ from heatlens.defocus.passes import DefocusPasses
 from heatlens.defocus.pipeline import DefocusPipeline
 from heatlens.defocus.reduced_plate import PlateTextures
 from heatlens.gpu.textures import download, new_texture, upload
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.render import drained
 from heatlens.source.pinhole import optics_of
 from support.plates import lens_blurring, plate_of, room

@@ -13,9 +13,9 @@ from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_constants import PIXEL_GROUP
 from heatlens.gpu.textures import download
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer, drained
 from support.plates import plate_of, room
 

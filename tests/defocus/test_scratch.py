@@ -10,9 +10,9 @@ import pytest
 from heatlens.defocus.pass_list import PASSES
 from heatlens.defocus.scratch import POISON_VARIABLE, Scratch, lifetimes
 from heatlens.gpu.textures import download
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from support.plates import plate_of, room
 

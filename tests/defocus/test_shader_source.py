@@ -14,7 +14,7 @@ from heatlens.base.paths import data_dir
 from heatlens.gpu import shader_constants
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_source import assemble
-from heatlens.model.settings import LAYERS_MAX
+from heatlens.model.shot.settings import LAYERS_MAX
 from support.command_line import ENVIRONMENT
 
 _EVERY_TEXT = """

@@ -13,7 +13,7 @@ from heatlens.base.paths import data_dir
 from heatlens.display import overlay_pass
 from heatlens.doctor.gpu_check import overlay_modes, pass_builds, solver_builds
 from heatlens.gpu.shader_source import assemble
-from heatlens.model.view import Overlay
+from heatlens.model.view.view import Overlay
 
 SHADERS = data_dir("shaders")
 

@@ -14,9 +14,9 @@ from heatlens.gpu.buffer_parts import BufferParts
 from heatlens.gpu.program import groups_for
 from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
 from heatlens.gpu.textures import new_texture, upload
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from support.layers import ladder_of
 from support.plates import lens_blurring, plate_of, room
 

@@ -5,7 +5,7 @@ import pytest
 
 from heatlens.display.focus_mean_pass import FocusMeanPass
 from heatlens.gpu.textures import download, new_texture, upload
-from heatlens.model.coc import CocLine
+from heatlens.model.focus.coc import CocLine
 
 SMALL, TIMES = (6, 4), 5
 LINE = CocLine(at_infinity_px=20.0, per_dioptre_px=-40.0)

@@ -12,10 +12,10 @@ from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.shader_constants import OVERLAY_FAR, OVERLAY_FOCUS, OVERLAY_NEAR
 from heatlens.gpu.textures import new_texture, upload
-from heatlens.model.coc import coc_line, coc_px, sharp_px
-from heatlens.model.lens import Lens
-from heatlens.model.peaking import PEAKING_COLORS, USUAL_PEAKING, Peaking, PeakingOn
-from heatlens.model.view import Overlay
+from heatlens.model.focus.coc import coc_line, coc_px, sharp_px
+from heatlens.model.lens.lens import Lens
+from heatlens.model.view.peaking import PEAKING_COLORS, USUAL_PEAKING, Peaking, PeakingOn
+from heatlens.model.view.view import Overlay
 from heatlens.plate.plate import Plate
 from heatlens.source.pinhole import optics_of
 from support.plates import coc_plate_of, plate_of, room

@@ -7,7 +7,7 @@ import pytest
 from heatlens.display.enlarge_pass import EnlargePass
 from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.model.boxes import Box
-from heatlens.model.coc import CocLine
+from heatlens.model.focus.coc import CocLine
 
 SCREEN = 64, 40
 ALL = Box(0, 0, *SCREEN)

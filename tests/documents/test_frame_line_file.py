@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.documents.frame_line_file import read_canvases
 from heatlens.files import limits
-from heatlens.model.guides import Canvas, FrameLine, lines_of
+from heatlens.model.view.guides import Canvas, FrameLine, lines_of
 
 
 @pytest.fixture(autouse=True)

@@ -9,10 +9,10 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.documents.lens_kits import kit_text, read_kit
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.lens import Lens
-from heatlens.model.lens_kit import KitLens, LensCharacter, LensKit
-from heatlens.model.look import Look
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_kit import KitLens, LensCharacter, LensKit
+from heatlens.model.shot.look import Look
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.opening_picture import read_opening_image
 from heatlens.plate.picture.picture_digest import without_advice
 from support.command_line import stderr_of_run

@@ -7,9 +7,9 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.documents.lens_kits import kit_shelf, kit_text, read_kit
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.lens import Lens
-from heatlens.model.lens_kit import LensCharacter
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_kit import LensCharacter
+from heatlens.model.shot.shot import Shot
 
 SHIPPED = ["anamorphic-2x", "macro", "modern-primes", "vintage-primes", "zooms"]
 

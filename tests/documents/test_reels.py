@@ -12,9 +12,9 @@ from heatlens.base.errors import InputError
 from heatlens.documents.edit_read import EditOptions, read_edit
 from heatlens.documents.edit_write import Exported, write_edit
 from heatlens.documents.reel_file import is_reel, read_reel, write_reel
-from heatlens.model.frames import FrameRange
-from heatlens.model.grade import Grade
-from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.reel import Reel, ReelShot, named_apart, shot_name
 from heatlens.sequence.names import NameForm
 from support.exports import shot_of, write_plate
 

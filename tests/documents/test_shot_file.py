@@ -10,16 +10,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.curve import Curve, Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.interpolation import Ease, Interpolation, Scale
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
-from heatlens.model.marks import DistanceMark, MatteMark, MattePart, PointMark, WorldMark
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot import LensCurves, Shot
-from heatlens.model.track_mark import Click, TrackMark, TrackPlace
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark, WorldMark
+from heatlens.model.marks.track_mark import Click, TrackMark, TrackPlace
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import LensCurves, Shot
 from support.shot_files import FIFTY, FULL, written
 
 # Names that a file system takes; the path that a shot brings back is an absolute one.

@@ -7,7 +7,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from support.shot_files import FIFTY, refusal, written
 
 

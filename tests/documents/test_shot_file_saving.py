@@ -11,7 +11,7 @@ from heatlens.documents.shot_file import (
     write_autosave,
     write_shot,
 )
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from support.shot_files import FIFTY, FULL, written
 
 

@@ -16,8 +16,8 @@ from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.export.job import job_text, read_job
 from heatlens.export.options import ExportOptions
-from heatlens.model.display_options import DisplayOptions
-from heatlens.model.guides import Guides
+from heatlens.model.view.display_options import DisplayOptions
+from heatlens.model.view.guides import Guides
 from support.other_values import with_all_fields_other
 
 _BEGIN = """
@@ -83,7 +83,7 @@ def test_the_job_of_the_window_and_its_panel_have_it(tmp_path):
         from heatlens.commands.export_options import add_export_options
         from heatlens.commands.options.field_options import fill_fields
         from heatlens.export.job import read_job
-        from heatlens.model.display_options import DisplayOptions
+        from heatlens.model.view.display_options import DisplayOptions
         from heatlens.session.exports.export_settings import ExportSettings
         from heatlens.ui import widgets
         from heatlens.ui.panels.export_panel import export_panel
@@ -128,8 +128,8 @@ def test_another_choice_is_another_picture(tmp_path):
         from heatlens.export.plan import fingerprint_of
         from heatlens.export.job import ExportJob
         from heatlens.export.output import parse_output
-        from heatlens.model.lens import Lens
-        from heatlens.model.shot import Shot
+        from heatlens.model.lens.lens import Lens
+        from heatlens.model.shot.shot import Shot
         from heatlens.source.named import source_of
         shot = Shot(Lens(50.0, 2.0, 2.0, 36.0), source="demo")
         def mark(name, **chosen):

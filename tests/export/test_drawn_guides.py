@@ -9,8 +9,15 @@ from heatlens.base.errors import InputError
 from heatlens.export.job import job_text
 from heatlens.export.options import ExportOptions
 from heatlens.export.rendering import with_guides
-from heatlens.model.display_options import DisplayOptions
-from heatlens.model.guides import NO_GUIDES, Canvas, FrameLine, Guides, inner_rect, parse_desqueeze
+from heatlens.model.view.display_options import DisplayOptions
+from heatlens.model.view.guides import (
+    NO_GUIDES,
+    Canvas,
+    FrameLine,
+    Guides,
+    inner_rect,
+    parse_desqueeze,
+)
 from support.exports import HEIGHT, WIDTH, exported, refused, write_plates
 from support.written_pictures import pixels
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.coc import coc_line, coc_px
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.read import read_plate
 from support.exports import (

@@ -11,10 +11,10 @@ from heatlens.export.job import DisplayLook, ExportJob
 from heatlens.export.options import ExportOptions
 from heatlens.export.output import parse_output
 from heatlens.export.plan import fingerprint_of
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import Quality
-from heatlens.model.shot import LensParameter
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import Quality
+from heatlens.model.shot.shot import LensParameter
 from heatlens.source.origin import Origin, StampedFile
 from support.exports import FRAMES, QUICK, shot_of
 

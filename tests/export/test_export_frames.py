@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.shot import Shot
 from support.exports import (
     FRAMES,
     HEIGHT,

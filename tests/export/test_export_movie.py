@@ -14,7 +14,7 @@ from av.video.reformatter import ColorRange, Colorspace, Interpolation
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.export import movie as movies
-from heatlens.model.frames import exact_rate
+from heatlens.model.curves.frames import exact_rate
 from heatlens.plate.header.camera_header import lens_attributes
 from support.command_line import started
 from support.exports import (

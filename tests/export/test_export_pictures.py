@@ -8,7 +8,7 @@ from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.documents.shot_file import write_shot
 from heatlens.export.burn_in import USUAL, _font, burn_in_text, burned_in, checked_template
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 from heatlens.model.timecode import parse_timecode
 from heatlens.plate.picture.png_write import quantised
 from support.cube_config import cube_config

@@ -12,9 +12,9 @@ from PIL import Image
 from heatlens.commands.main import main
 from heatlens.documents.reel_file import read_reel, write_reel
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.grade import Grade
-from heatlens.model.reel import Reel, ReelShot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.reel import Reel, ReelShot
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.timecode import timecode_of
 from heatlens.plate.parts.picture_parts import picture_header

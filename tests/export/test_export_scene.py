@@ -15,11 +15,11 @@ from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.export.job import DisplayLook, ExportJob
 from heatlens.export.output import parse_output
 from heatlens.export.plan import fingerprint_of, frames_of, planned
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.header.placement import from_exr
 from heatlens.plate.read import read_plate
 from heatlens.scene.demo import demo_scene, demo_shot

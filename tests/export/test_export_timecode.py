@@ -8,8 +8,8 @@ import pytest
 
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.export.plan import fingerprint_of, planned
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.timecode import rate_at, timecode_of
 from heatlens.source.opened import Opening

@@ -12,7 +12,7 @@ from heatlens.export.job import ExportJob
 from heatlens.export.movie import movie_file
 from heatlens.export.output import parse_output
 from heatlens.export.plan import PlannedFrame, fingerprint_of_movie
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.picture.picture_digest import digest
 from heatlens.source.origin import Origin
 from support.exports import shot_of

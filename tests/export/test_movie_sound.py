@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from heatlens.documents.reel_file import write_reel
-from heatlens.model.frames import FrameRange
-from heatlens.model.reel import Reel, ReelShot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.reel import Reel, ReelShot
 from support.command_line import stderr_of_run
 from support.movies import ramps, write_movie
 

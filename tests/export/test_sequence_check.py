@@ -12,7 +12,7 @@ from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
 from heatlens.export.sequence_check import SequenceCheck, median_dioptres
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.plate import ReadPixels
 from support.exports import CAMERA, FRAMES, shot_of, write_plates
 from support.exr_files import write_file

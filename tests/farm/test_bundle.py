@@ -17,7 +17,7 @@ from farm.test_openjd import openjd
 from heatlens.commands.main import main
 from heatlens.documents.lens_kits import kit_shelf, kit_text
 from heatlens.documents.shot_file import write_shot
-from heatlens.model.look import Look
+from heatlens.model.shot.look import Look
 from heatlens.plate.opening_picture import read_opening_image
 from support.cube_config import cube_config
 from support.exports import FRAMES, exported, files_in, refused, shot_of, write_plate, write_plates

@@ -15,8 +15,8 @@ from farm.test_slurm import REAL, logs, script_of, slurm  # noqa: F401
 from heatlens.commands.main import main
 from heatlens.documents.reel_file import write_reel
 from heatlens.documents.shot_file import write_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.reel import Reel, ReelShot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.reel import Reel, ReelShot
 from support.dask_cluster import dask_cluster
 from support.exports import files_in, refused, shot_of, write_plates
 

@@ -14,7 +14,7 @@ from heatlens.camera.usd_read import read_usd_camera, usd_camera
 from heatlens.camera.usd_write import units_per_mm
 from heatlens.files import apart
 from heatlens.files.usd_library import usd_failures_reported
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.source.opened import Opened
 from heatlens.source.opener import SourceOpener
 from support.command_line import CAMERA, ENVIRONMENT, channels

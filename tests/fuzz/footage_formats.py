@@ -10,8 +10,8 @@ import opentimelineio
 from heatlens.documents.reel_file import read_reel, write_reel
 from heatlens.export.movie_sound import has_whole_sound
 from heatlens.files.movie_read import movie_at
-from heatlens.model.frames import FrameRange
-from heatlens.model.reel import Reel, ReelShot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.reel import Reel, ReelShot
 from heatlens.plate.picture.capture import capture_info
 from support.movies import CODECS, ramps, write_movie
 

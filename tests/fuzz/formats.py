@@ -32,9 +32,9 @@ from heatlens.live.stream.chosen_image import chosen_image
 from heatlens.live.stream.images import TevImages
 from heatlens.live.stream.protocol import PacketStream, TevPacketError, TevStreamError, message_of
 from heatlens.live.stream.received_plate import LENS_IMAGE, lens_header, plate_of_image
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.picture import picture_open
 from heatlens.plate.plate import Plate

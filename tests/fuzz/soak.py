@@ -24,9 +24,9 @@ from pathlib import Path
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
 from heatlens.gpu.context import headless_context
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from support.gui import gui_of
 from support.plates import plate_of, room

@@ -19,8 +19,8 @@ from heatlens.live.ring.hearing import Hearing, OpenTrackIODecoder
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import source_id, text_of
 from heatlens.live.ring.otrk_packet import Encoding, datagrams_of
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
 
 FOLDER = os.environ.get("HEATLENS_CAMDKIT", "")

@@ -8,7 +8,7 @@ from heatlens.live.stream.chosen_image import plate_path
 from heatlens.live.stream.images import TevImages
 from heatlens.live.stream.protocol import CreateImage, TevPacketError
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.plate import Plate
 from support.tev_peers import (
     CHANNELS,

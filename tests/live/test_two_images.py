@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from support.exr_files import write_file
 from support.tev_peers import assert_shows, picture, serving, show
 

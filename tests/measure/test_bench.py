@@ -32,7 +32,7 @@ from heatlens.measure.bench.synthetic_plate import (
     scene_plate,
     uniform_coc_plate,
 )
-from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings
+from heatlens.model.shot.settings import LAYERS_MAX, Bokeh, DefocusSettings
 from support import oracle
 
 SIZE = (64, 48)

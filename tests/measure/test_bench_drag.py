@@ -12,8 +12,8 @@ from heatlens.commands.main import main
 from heatlens.measure.bench.drag import DragView, flip_missing, measure_drag
 from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.preview.levels import cheaper
 from support.command_line import stderr_of_run

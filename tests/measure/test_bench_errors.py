@@ -27,8 +27,8 @@ from heatlens.measure.bench.methods import wall_framing
 from heatlens.measure.bench.report import error_tables
 from heatlens.measure.bench.synthetic_plate import LENS
 from heatlens.measure.compare.metrics import score
-from heatlens.model.coc import coc_line, coc_px
-from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.shot.settings import DefocusSettings, Method
 
 SIZE = (64, 36)
 VIEWS = 128

@@ -13,8 +13,8 @@ from heatlens.measure.bench import issues
 from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.issues import measure_issues
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
-from heatlens.model.aperture import Aperture
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 
 FILM = DefocusSettings(Bokeh.DISC, Quality.FILM)
 # A pass that film gains or saves changes these. A layer smaller than the picture needs one more,

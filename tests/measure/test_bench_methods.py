@@ -24,9 +24,9 @@ from heatlens.measure.bench.methods import (
 )
 from heatlens.measure.bench.report import time_table
 from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
-from heatlens.model.coc import coc_line, coc_px
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.shot.settings import DefocusSettings, Method
 
 SIZE = (64, 48)
 NAMES = [

@@ -17,7 +17,7 @@ from heatlens.commands.output import progress_line
 from heatlens.commands.output.paced_progress import paced_progress
 from heatlens.measure.bench.bounded import LIMIT_S
 from heatlens.measure.bench.schedule import Asked, Pace, Step, planned
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.settings import DefocusSettings
 
 PLAN = st.lists(st.floats(0.01, 100.0), min_size=1, max_size=20)
 

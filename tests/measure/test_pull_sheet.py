@@ -18,12 +18,12 @@ from heatlens.documents.reel_file import write_reel
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.export.sheet.page import Sheet, SheetEntry, data_uri, sheet_html, write_sheet
 from heatlens.export.sheet.rows import mark_rows, sheet_csv, sheet_frames, sheet_row
-from heatlens.model.coc import near_limit_m
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, PointMark
-from heatlens.model.reel import Reel, ReelShot
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.coc import near_limit_m
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark, PointMark
+from heatlens.model.shot.reel import Reel, ReelShot
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.timecode import Timecode
 from heatlens.model.units import parse_distance_m
 from support.sequences import sequence_files

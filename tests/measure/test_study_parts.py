@@ -19,9 +19,9 @@ from heatlens.measure.study.page import duration
 from heatlens.measure.study.pictures import crop_boxes, crop_side
 from heatlens.measure.study.subject import Subject
 from heatlens.model.boxes import Box
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 

@@ -14,7 +14,7 @@ import pytest
 _BEGIN = """
 from dataclasses import dataclass
 from enum import StrEnum
-from heatlens.model import opening_fields
+from heatlens.model.lens import opening_fields
 from heatlens.model.option import option_field
 
 class Coating(StrEnum):
@@ -32,7 +32,7 @@ opening_fields.OpeningFields = MoreFields
 
 import sys
 from pathlib import Path
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 folder = Path(sys.argv[1])
 lens = Lens(50.0, 2.0, 2.0, 36.0, astigmatism=0.25, coating=Coating.GOLD)
 """
@@ -68,7 +68,7 @@ def test_a_kit_keeps_it(tmp_path):
         tmp_path,
         """
         from heatlens.documents.lens_kits import kit_text, read_kit
-        from heatlens.model.lens_kit import KitLens, LensCharacter, LensKit
+        from heatlens.model.lens.lens_kit import KitLens, LensCharacter, LensKit
         character = LensCharacter(astigmatism=0.25, coating=Coating.GOLD)
         kit = LensKit("own", "of the test", (KitLens(50.0, 2.0, 0.5),), character)
         (folder / "own.json").write_text(kit_text(kit))
@@ -83,7 +83,7 @@ def test_a_shot_keeps_it(tmp_path):
         tmp_path,
         """
         from heatlens.documents.shot_file import read_shot, write_shot
-        from heatlens.model.shot import Shot
+        from heatlens.model.shot.shot import Shot
         write_shot(folder / "a.heatlens.json", Shot(lens))
         assert read_shot(folder / "a.heatlens.json").lens == lens
         """,
@@ -95,8 +95,8 @@ _CAMERA = """
         from heatlens.source.shot_camera import camera_of_shot
         from heatlens.camera.into_shot import with_camera
         from heatlens.camera.usd_read import usd_camera
-        from heatlens.model.frames import FrameRange
-        from heatlens.model.shot import Shot
+        from heatlens.model.curves.frames import FrameRange
+        from heatlens.model.shot.shot import Shot
         camera = camera_of_shot(Shot(lens), "cam", FrameRange(1, 3))
         assert camera.opening["astigmatism"] == (0.25,) * 3 and camera.shaped == ("astigmatism",)
         lost = [note for note in camera.notes if "coating" in note]

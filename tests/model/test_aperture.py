@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import LensError
-from heatlens.model.aperture import Aperture
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.pupil import PINHOLE, Pupil
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.pupil import PINHOLE, Pupil
 
 squeezes = st.floats(1.0, 2.0)
 aspects = st.floats(0.25, 4.0)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from heatlens.model.coc import (
+from heatlens.model.focus.coc import (
     CocLine,
     coc_line,
     coc_px,
@@ -18,8 +18,8 @@ from heatlens.model.coc import (
     lens_diameter_m,
     near_limit_m,
 )
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
 
 FIFTY = Lens(focal_length_mm=50.0, f_stop=2.0, focus_distance_m=2.0, sensor_width_mm=36.0)
 

@@ -7,27 +7,29 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model import interpolation, key_reduction, opening, plausibility
 from heatlens.model.boxes import Box
-from heatlens.model.coc import sharp_px
-from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.f_stops import THIRD_STOPS
-from heatlens.model.frames import (
+from heatlens.model.curves import interpolation, key_reduction
+from heatlens.model.curves.frames import (
     FrameRange,
     check_frame,
     check_frames_per_second,
     check_within,
     exact_rate,
 )
-from heatlens.model.framing import Framing, SceneTiming
-from heatlens.model.history import History
-from heatlens.model.interpolation import Ease
-from heatlens.model.lens import Lens, MeasuredFrom
-from heatlens.model.lens_kit import KitLens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.plausibility import DepthSpan, doubts, focus_unit_doubts, span_doubts
-from heatlens.model.settings import DefocusSettings, Method, barred_methods
-from heatlens.model.shot import Shot
+from heatlens.model.curves.interpolation import Ease
+from heatlens.model.depth_words import DepthConvention, DepthKind
+from heatlens.model.focus import plausibility
+from heatlens.model.focus.coc import sharp_px
+from heatlens.model.focus.plausibility import DepthSpan, doubts, focus_unit_doubts, span_doubts
+from heatlens.model.lens import opening
+from heatlens.model.lens.f_stops import THIRD_STOPS
+from heatlens.model.lens.lens import Lens, MeasuredFrom
+from heatlens.model.lens.lens_kit import KitLens
+from heatlens.model.shot.framing import Framing, SceneTiming
+from heatlens.model.shot.history import History
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings, Method, barred_methods
+from heatlens.model.shot.shot import Shot
 from heatlens.model.value_bins import DepthHistogram, dioptres_shown
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)

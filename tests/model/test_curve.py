@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
 from heatlens.base.errors import InputError
-from heatlens.model.curve import Curve, Key
-from heatlens.model.interpolation import Scale
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.interpolation import Scale
 from support.curves import BEZIER, HOLD, LINEAR, PARTS, SMOOTH, UNBENT, curve_of, curves, over
 
 

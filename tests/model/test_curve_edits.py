@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.curve import Curve, Key
-from heatlens.model.interpolation import Ease, Scale
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.interpolation import Ease, Scale
 from support.curves import BEZIER, EASES, HOLD, LINEAR, SMOOTH, VALUES, curve_of, curves
 
 

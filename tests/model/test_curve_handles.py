@@ -8,8 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.curve import Curve, Key
-from heatlens.model.interpolation import Ease, Interpolation, Scale
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
 from support.curves import BEZIER, HOLD, PARTS, SMOOTH, curve_of, curves, over
 
 

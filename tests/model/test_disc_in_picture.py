@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.model import opening
-from heatlens.model.aperture import Aperture, shape_uniforms
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.opening import Barrel
-from heatlens.model.picture_field import PictureField, field_variances
-from heatlens.model.pupil import PINHOLE, Pupil
+from heatlens.model.lens import opening
+from heatlens.model.lens.aperture import Aperture, shape_uniforms
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.opening import Barrel
+from heatlens.model.lens.picture_field import PictureField, field_variances
+from heatlens.model.lens.pupil import PINHOLE, Pupil
 from support.opening_images import letter
 
 SHAPES = [

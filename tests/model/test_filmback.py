@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.filmback import FILMBACKS, Filmback, filmback_named
+from heatlens.model.lens.filmback import FILMBACKS, Filmback, filmback_named
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.lens import Lens
-from heatlens.model.live_focus import Follow, bridged
-from heatlens.model.pull import followed, pull
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.focus.live_focus import Follow, bridged
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.pull import followed, pull
+from heatlens.model.shot.shot import LensParameter, Shot
 
 SHOT = Shot(Lens(focal_length_mm=50, f_stop=1.4, focus_distance_m=3, sensor_width_mm=36))
 WALKS = st.lists(st.floats(0.8, 30), min_size=2, max_size=40)

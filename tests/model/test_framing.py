@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.framing import (
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark, ObjectMark, PointMark
+from heatlens.model.shot.framing import (
     SIZE_MOST_PX,
     CameraTrack,
     Framing,
@@ -19,9 +21,7 @@ from heatlens.model.framing import (
     looking_at,
     pose_of,
 )
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 
 METRES = st.floats(-100, 100)
 PLACES = st.tuples(METRES, METRES, METRES)

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.guides import MATTES, inner_rect, parse_aspect, scaled_rect
+from heatlens.model.view.guides import MATTES, inner_rect, parse_aspect, scaled_rect
 
 SIDES = st.floats(1.0, 4000.0)
 

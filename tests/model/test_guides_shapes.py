@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.guides import (
+from heatlens.model.view.guides import (
     ACTION_SAFE,
     MATTES,
     SQUEEZES,

@@ -3,10 +3,10 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model import history
-from heatlens.model.history import History
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot import history
+from heatlens.model.shot.history import History
+from heatlens.model.shot.shot import Shot
 
 SHOTS = [Shot(Lens(50.0, f_stop, 2.0, 36.0)) for f_stop in (2.0, 2.8, 4.0, 5.6)]
 GESTURES = st.lists(

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.curve import Curve, Key
-from heatlens.model.interpolation import Ease, Interpolation, Scale
-from heatlens.model.key_reduction import reduced_keys
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
+from heatlens.model.curves.key_reduction import reduced_keys
 
 DISTANCES = st.floats(0.2, 500.0)
 TOLERANCES = st.floats(1e-4, 0.5)

@@ -6,7 +6,7 @@ from dataclasses import FrozenInstanceError, replace
 import pytest
 
 from heatlens.base.errors import LensError
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 
 FIFTY = Lens(focal_length_mm=50.0, f_stop=2.0, focus_distance_m=2.24, sensor_width_mm=36.0)
 

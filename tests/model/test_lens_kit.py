@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.lens import Lens
-from heatlens.model.lens_kit import KitLens, LensCharacter, LensKit
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_kit import KitLens, LensCharacter, LensKit
 
 FIFTY, HUNDRED = KitLens(50.0, 2.0, 0.46), KitLens(100.0, 2.5, 0.9, t_stop=2.8)
 ZOOM = KitLens(24.0, 2.7, 0.8, longest_mm=70.0)

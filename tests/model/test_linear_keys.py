@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.curve import Curve
-from heatlens.model.interpolation import Interpolation, Scale
-from heatlens.model.key_reduction import linear_keys
+from heatlens.model.curves.curve import Curve
+from heatlens.model.curves.interpolation import Interpolation, Scale
+from heatlens.model.curves.key_reduction import linear_keys
 
 TRACKS = st.lists(st.sampled_from([1.0, 1.5, 2.0, 3.0, 8.0]), min_size=2, max_size=12)
 

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.lens import Lens
-from heatlens.model.live_focus import Follow, LiveFocus, MeasuredMark, Pursuit
-from heatlens.model.marks import DistanceMark
-from heatlens.model.pull import baked, pull
-from heatlens.model.shot import LensCurves, LensParameter, Shot
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.focus.live_focus import Follow, LiveFocus, MeasuredMark, Pursuit
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark
+from heatlens.model.shot.pull import baked, pull
+from heatlens.model.shot.shot import LensCurves, LensParameter, Shot
 
 LENS = Lens(focal_length_mm=50, f_stop=1.4, focus_distance_m=3, sensor_width_mm=36)
 MARKS = (DistanceMark("A", 2.0), DistanceMark("B", 4.0))

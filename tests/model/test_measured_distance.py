@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.lens import Lens, MeasuredFrom
-from heatlens.model.lens_kit import KitLens, LensKit
-from heatlens.model.measured_distance import (
+from heatlens.model.lens.lens import Lens, MeasuredFrom
+from heatlens.model.lens.lens_kit import KitLens, LensKit
+from heatlens.model.lens.measured_distance import (
     as_measured_m,
     from_pupil_m,
     measured_text,

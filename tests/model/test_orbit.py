@@ -8,10 +8,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.coc import coc_line
-from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.orbit import dollied, orbited, panned, pivot_of
+from heatlens.model.focus.coc import coc_line
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, looking_at
+from heatlens.model.view.orbit import dollied, orbited, panned, pivot_of
 from heatlens.scene.scene import SceneCamera
 from heatlens.scene.scene_bounds import (
     bounds_m,

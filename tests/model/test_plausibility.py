@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.lens import Lens
-from heatlens.model.plausibility import DepthSpan, doubts, span_doubts
+from heatlens.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.model.focus.plausibility import DepthSpan, doubts, span_doubts
+from heatlens.model.lens.lens import Lens
 
 ROOM = DepthSpan(0.76, 11.04)
 

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.pull import PullShape, held_focus, recorded, reversed_focus, shaped_pull
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.pull import PullShape, held_focus, recorded, reversed_focus, shaped_pull
+from heatlens.model.shot.shot import LensParameter, Shot
 
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0))
 FOCUS = LensParameter.FOCUS_DISTANCE

@@ -8,14 +8,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError, LensError
-from heatlens.model.curve import Curve
-from heatlens.model.frames import FrameRange, parse_frame_range
-from heatlens.model.interpolation import Scale
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, MatteMark, PointMark, distance_at_m, next_mark_name
-from heatlens.model.pull import frames_too_close, pull
-from heatlens.model.settings import Bokeh, DefocusSettings
-from heatlens.model.shot import LensCurves, LensParameter, Shot
+from heatlens.model.curves.curve import Curve
+from heatlens.model.curves.frames import FrameRange, parse_frame_range
+from heatlens.model.curves.interpolation import Scale
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import (
+    DistanceMark,
+    MatteMark,
+    PointMark,
+    distance_at_m,
+    next_mark_name,
+)
+from heatlens.model.shot.pull import frames_too_close, pull
+from heatlens.model.shot.settings import Bokeh, DefocusSettings
+from heatlens.model.shot.shot import LensCurves, LensParameter, Shot
 
 FIFTY = Lens(50.0, 2.0, 2.24, 36.0)
 FOCUS, F_STOP, FOCAL_LENGTH, SQUEEZE, TILT, SPLIT = LensParameter

@@ -2,12 +2,12 @@
 
 from dataclasses import fields, replace
 
-from heatlens.model.frames import FrameRange
-from heatlens.model.history import History, change_words
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark
+from heatlens.model.shot.history import History, change_words
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import LensParameter, Shot
 
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0))
 

@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode, parse_timecode, timecode_in
 
 DAY_S = 24 * 60 * 60

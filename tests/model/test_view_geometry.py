@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.view import ViewState
-from heatlens.model.view_geometry import (
+from heatlens.model.view.view import ViewState
+from heatlens.model.view.view_geometry import (
     ZOOM_LEAST,
     ZOOM_MOST,
     PictureShape,

@@ -7,9 +7,9 @@ from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.frame_cache.reader import SequenceReader, settled_options
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.read import read_plate
 from support.exr_files import rgb, window, write_file, write_parts
 

@@ -6,7 +6,7 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.model.plate_options import PictureCurve
+from heatlens.model.shot.plate_options import PictureCurve
 from heatlens.plate.parts.picture_parts import FOR_THE_EYE, color_parts, picture_header
 from heatlens.plate.picture.camera_log import log_light
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from heatlens.model.plate_options import PictureCurve
+from heatlens.model.shot.plate_options import PictureCurve
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.parts.picture_parts import color_parts, picture_header
 from heatlens.plate.picture.capture import capture_info

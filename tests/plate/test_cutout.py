@@ -8,7 +8,7 @@ from hypothesis.extra import numpy as arrays
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.mattes.cutout import cut_out
 from heatlens.plate.plate import ReadPixels
 from heatlens.plate.read import read_plate

@@ -15,9 +15,9 @@ from heatlens.base.errors import InputError
 from heatlens.commands.options.lens_options import add_plate_options, plate_options
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PictureCurve, PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PictureCurve, PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.inspection import inspect
 from heatlens.plate.read import read_plate
 from support.exr_files import rgb, write_file

@@ -6,7 +6,7 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention, DepthSide
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.parts.header_read import read_color_header
 from heatlens.plate.read import read_plate
 from heatlens.plate.windows import box_at_header

@@ -7,10 +7,10 @@ import pytest
 
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.deep.empty_outside import window_of_all
 from heatlens.plate.inspection import inspect
 from heatlens.plate.read import read_plate

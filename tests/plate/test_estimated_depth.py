@@ -17,9 +17,9 @@ from heatlens.model.depth_words import (
     KnownDistance,
     parse_known_distance,
 )
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.estimate.calm import Estimated, Fit, fitted
 from heatlens.plate.estimate.chain import forget
 from heatlens.plate.estimate.edges import with_sharp_edges

@@ -10,7 +10,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.read import read_plate
 from support.exr_files import (

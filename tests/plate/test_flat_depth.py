@@ -5,7 +5,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.read import read_plate
 from support.exr_files import write_file
 from support.mattes import HEIGHT, WIDTH, matte_plate

@@ -8,7 +8,7 @@ import pytest
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.read import read_plate
 from heatlens.sequence.depth_files import PlateFiles
 from heatlens.sequence.sequence import find_sequence

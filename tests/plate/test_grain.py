@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import heatlens
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.model.plate_options import SPIKE_FROM, SPIKE_WHOLE, PlateOptions
+from heatlens.model.shot.plate_options import SPIKE_FROM, SPIKE_WHOLE, PlateOptions
 from heatlens.plate.grain import _percentile, despike, noise_doubt, noise_of
 from heatlens.plate.inspection import inspect
 from heatlens.plate.read import read_plate

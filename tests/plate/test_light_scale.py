@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.behind import with_behind
 from heatlens.source.plate_on_gpu import light_scale
 from support.plates import lens_blurring, plate_of, room

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from heatlens.base.errors import InputError
-from heatlens.model.marks import DistanceMark, MatteMark, MattePart, ObjectMark, PointMark
+from heatlens.model.marks.marks import DistanceMark, MatteMark, MattePart, ObjectMark, PointMark
 from heatlens.plate.mark_distance import mark_on_plate_m, mark_over_plates_m
 from heatlens.plate.mattes.cryptomatte import bits_of, hashed
 from heatlens.plate.mattes.matte_distance import distance_m, thing_m

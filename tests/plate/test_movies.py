@@ -11,7 +11,7 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.files.movie_read import Movie, movie_at
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.header.primaries import REC2020
 from heatlens.plate.header.timecode import rate_at, timecode_of
 from heatlens.plate.parts.picture_parts import color_parts, picture_header

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.model.opening_image import IMAGE_SIDE
+from heatlens.model.lens.opening_image import IMAGE_SIDE
 from heatlens.plate.opening_picture import read_opening_image
 from support.opening_images import HEART_SIDE, heart, heart_path
 

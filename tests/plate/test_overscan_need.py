@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from heatlens.model.boxes import Box
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.overscan_need import overscan_need, overscan_px
 from support.plates import coc_plate_of, plate_of
 

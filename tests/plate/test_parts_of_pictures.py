@@ -5,7 +5,7 @@ import pytest
 from PIL import Image, ImageCms
 
 from heatlens.base.errors import InputError
-from heatlens.model.plate_options import PictureCurve
+from heatlens.model.shot.plate_options import PictureCurve
 from heatlens.plate.parts.picture_parts import (
     FOR_THE_EYE,
     color_parts,

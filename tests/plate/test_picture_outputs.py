@@ -12,7 +12,7 @@ from PIL import Image
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.exr.exr_read import read_parts
 from support.command_line import CAMERA, ENVIRONMENT, stderr_of_run
 from support.exr_files import part_header, rgb, write_file, write_parts

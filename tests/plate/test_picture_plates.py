@@ -12,7 +12,7 @@ from heatlens.base.errors import InputError
 from heatlens.color.input_space import input_space_of
 from heatlens.commands.main import main
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.parts.header_read import read_color_header
 from heatlens.plate.picture.display import srgb_decoded, srgb_encoded

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.picture.picture_write import check_output, write_picture
 from heatlens.plate.read import read_plate

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.model.breathing import breathing_note
+from heatlens.model.curves.frames import FrameRange
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.lens.breathing import breathing_note
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.behind import _convention
 from heatlens.plate.deep.deep_plate import flattened_part, read_deep_plate
 from heatlens.plate.deep.deep_volumes import _SLICE, _SLICES_MOST

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.framing import looking_at
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.framing import looking_at
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.position import _is_seen_evenly, depth_of_positions
 from heatlens.plate.read import read_plate
 from support.exr_files import rgb, write_file

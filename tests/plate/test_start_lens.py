@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import LensError
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
 from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
 from heatlens.plate.header.header_lens import MissingLensError, plate_lens
 from heatlens.plate.header.start_lens import start_lens

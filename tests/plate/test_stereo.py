@@ -6,7 +6,7 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.depth_read import planar_depth_m
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.camera_header import lens_attributes

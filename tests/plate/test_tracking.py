@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.track_mark import Click, TrackMark
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.track_mark import Click, TrackMark
 from heatlens.plate.tracking.tracked_mark import tracked
 from support.walks import WALL_M, Walk
 

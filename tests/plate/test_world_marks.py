@@ -7,9 +7,9 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.model.lens import Lens
-from heatlens.model.marks import PointMark, WorldMark
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import PointMark, WorldMark
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.mark_distance import mark_on_plate_m, world_mark
 from heatlens.plate.read import read_plate
 from support.exr_files import rgb, write_file

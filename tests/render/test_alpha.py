@@ -5,8 +5,8 @@ import pytest
 from PIL import Image as PillowImage
 
 from heatlens.commands.main import main
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.exr.exr_read import read_parts
 from support.alpha_plates import coverage, covered_room, through
 from support.command_line import CAMERA, HEIGHT, WIDTH, channels

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.settings import Bokeh, DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import Bokeh, DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.deep.stacked import Surface, stacked
 from heatlens.plate.plate import Plate
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of

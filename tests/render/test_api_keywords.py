@@ -10,10 +10,10 @@ from heatlens.api.frame import Frame
 from heatlens.api.keywords import FrameOptions, ReadingOptions, RenderOptions
 from heatlens.api.opening import open as open_source
 from heatlens.api.source import Source
-from heatlens.model.opening_fields import OpeningFields
+from heatlens.model.lens.opening_fields import OpeningFields
 from heatlens.model.option import type_of
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
 
 
 def names(*kinds: type) -> list[str]:

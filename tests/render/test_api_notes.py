@@ -15,9 +15,9 @@ from heatlens.api.engine import ENGINE
 from heatlens.api.python_words import in_python
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
-from heatlens.model.curve import Curve, Key
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import LensCurves, Shot
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import LensCurves, Shot
 from support.command_line import CAMERA, channels
 from support.exr_files import rgb, write_file
 

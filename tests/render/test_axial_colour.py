@@ -8,11 +8,11 @@ import pytest
 
 from heatlens.defocus.kernels import rim_kernel
 from heatlens.gpu.textures import FloatArray
-from heatlens.model.coc import axial_dioptres, axial_px
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.focus.coc import axial_dioptres, axial_px
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from support import oracle

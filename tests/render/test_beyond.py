@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from heatlens.model.boxes import Box
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.neighbours.found import with_neighbours
 from support.cards import seen
 from support.plates import lens_blurring, plate_of

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.breathing import view_ratio
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.breathing import view_ratio
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.picture.picture_write import lens_header
 from heatlens.render import FrameRenderer

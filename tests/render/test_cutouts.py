@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.mattes.cutout import cut_out, with_cutout_of
 from support.plates import FAR_M, FOCUS_M, NEAR_M, coc_plate_of, lens_blurring, plate_of
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import convolve
 
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.behind import with_behind
 from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate

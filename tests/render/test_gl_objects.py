@@ -3,9 +3,9 @@
 import pytest
 
 from fuzz.soak import Alive, faults, gl_objects
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from support import contexts
 from support.plates import plate_of, room
 

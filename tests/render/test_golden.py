@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from support.golden import check_is_golden, compare_with_golden, require_llvmpipe, write_golden
 from support.plates import plate_of, room, wires_and_lamps

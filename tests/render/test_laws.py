@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.lens import Lens
-from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from support.lamps import DIM, HALF_ROUNDING, KINDS, LAMP, SIZE, grey_for, point_plate, through
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, moments, plate_of, room
 

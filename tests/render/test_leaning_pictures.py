@@ -7,10 +7,10 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.lean_survey import LeanSurvey
-from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.behind import with_behind
 from heatlens.plate.coc_line import focused_at_pixel, lean_in, line_of
 from heatlens.source.plate_on_gpu import PlateOnGpu

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.coc import coc_line
-from heatlens.model.coc import coc_px as disc_px
-from heatlens.model.lens import Lens
-from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.focus.coc import coc_line
+from heatlens.model.focus.coc import coc_px as disc_px
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from support.alpha_plates import covered_room
 from support.alpha_plates import through as through_alpha
 from support.lamps import DIM, HALF_ROUNDING, KINDS, LAMP, SIZE, grey_for, point_plate, through

@@ -9,8 +9,15 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from heatlens.defocus.quality import layers_for
-from heatlens.model.settings import LAYERS_MAX, PROXY_MIN, Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import (
+    LAYERS_MAX,
+    PROXY_MIN,
+    Bokeh,
+    DefocusSettings,
+    Method,
+    Quality,
+)
+from heatlens.model.shot.shot import Shot
 from heatlens.preview.level_choice import CostModel
 from heatlens.preview.levels import between, cheaper
 from support.plates import FAR_M, NEAR_M, lens_blurring, moments, plate_of

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.preview.levels import cheaper
 from support.plates import FAR_M, NEAR_M, lens_blurring, plate_of
 

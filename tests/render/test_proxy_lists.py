@@ -10,8 +10,8 @@ from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.proxy_lists import FRAGMENT_BYTES, ProxyListRoom, proxy_list_capacity
 from heatlens.gpu.textures import download, new_texture, upload
-from heatlens.model.settings import Bokeh, DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import Bokeh, DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.deep.stacked import Surface, stacked
 from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate

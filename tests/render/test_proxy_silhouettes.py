@@ -6,8 +6,8 @@ import pytest
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.proxy_lists import FRAGMENT_BYTES, ProxyListRoom, proxy_list_capacity
 from heatlens.gpu.textures import download, new_texture, upload
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.fragments import FragmentLists
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of
 

@@ -9,10 +9,10 @@ import pytest
 from heatlens.base.errors import GpuError, InputError
 from heatlens.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.model.boxes import Box
-from heatlens.model.coc import coc_line, coc_px
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from support.plates import Image, coc_plate_of, lens_blurring, plate_of, room

@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Pose
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.pull import pull
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.framing import Pose
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.pull import pull
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.read import read_plate
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob, PlateFile
 from heatlens.rendered_frames.frame_key import (

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import FloatArray
-from heatlens.model.coc import coc_line, coc_px
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from support.plates import FAR_M, NEAR_M, lens_blurring, plate_of
 

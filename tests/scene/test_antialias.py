@@ -9,9 +9,9 @@ import pytest
 
 from heatlens.gpu.textures import download, new_texture
 from heatlens.measure.compare.metrics import score
-from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.scene_bounds import bounds_m, track_of
 from heatlens.scene.scene_view import SceneView, view_of
 from heatlens.scene_gpu import bands

@@ -7,7 +7,7 @@ import pytest
 
 from heatlens.defocus.plate_passes import CropPass
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.pupil import PINHOLE
+from heatlens.model.lens.pupil import PINHOLE
 from heatlens.scene.scene import MapPlace, Material
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.antialias import Antialias

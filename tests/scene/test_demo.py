@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from demo_street.actors import LOOP_FRAMES, joints_at
 from demo_street.make import ACTORS, street_bytes
-from heatlens.model.marks import DistanceMark
+from heatlens.model.marks.marks import DistanceMark
 from heatlens.scene.demo import demo_scene, demo_shot
 from heatlens.scene.gltf.read import read_gltf
 from heatlens.scene.scene_bounds import bounds_m, object_names, track_of

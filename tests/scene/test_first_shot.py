@@ -7,7 +7,7 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.coc import coc_line
+from heatlens.model.focus.coc import coc_line
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_bounds import corners_m, framed, object_depth_m, track_of
 from support.command_line import picture, render

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model.framing import SceneTiming
+from heatlens.model.shot.framing import SceneTiming
 from heatlens.scene.scene_read import read_scene
 from support.compressed_files import RED_KTX2, UP, draco, packed, with_picture
 from support.crashing import crashing

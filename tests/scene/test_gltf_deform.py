@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.framing import SceneTiming
-from heatlens.model.pupil import PINHOLE
+from heatlens.model.lens.pupil import PINHOLE
+from heatlens.model.shot.framing import SceneTiming
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_read import read_scene

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.framing import looking_at
+from heatlens.model.shot.framing import looking_at
 from heatlens.scene.scene import Daylight
 from heatlens.scene.scene_read import read_scene
 from heatlens.scene.scene_view import SceneView

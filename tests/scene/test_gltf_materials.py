@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.framing import looking_at
+from heatlens.model.shot.framing import looking_at
 from heatlens.scene.gltf.material import converted_pictures, metal_and_base
 from heatlens.scene.point_cloud import POINTS_MOST
 from heatlens.scene.scene_read import read_scene

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import qmc
 
-from heatlens.model.aperture import Aperture
-from heatlens.model.pupil import Pupil
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.pupil import Pupil
 from heatlens.scene_gpu.accumulation import _DIRECTIONS, _digits, _sobol, lens_samples
 
 UNIT, TALL = Pupil(Aperture(), 1.0), Pupil(Aperture(squeeze=2.0), 0.02)

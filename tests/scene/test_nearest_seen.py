@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, looking_at
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.demo import demo_scene, demo_shot
 from heatlens.scene.nearest_seen import nearest_seen_m, with_near_plane
 from heatlens.scene.scene import SceneCamera

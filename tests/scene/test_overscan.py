@@ -7,11 +7,11 @@ import pytest
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.textures import download
-from heatlens.model.coc import CocLine, coc_line, coc_px
-from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.focus.coc import CocLine, coc_line, coc_px
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.model.value_bins import bins_of
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene, SceneCamera

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import download
-from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.fragments import FragmentLists
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Array, Mesh, Scene, SceneCamera

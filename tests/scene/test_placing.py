@@ -8,9 +8,9 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.framing import Framing, WorldAxis
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing, WorldAxis
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.placing import Placing, placed
 from heatlens.scene.scene_bounds import bounds_m

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.aperture import Aperture
-from heatlens.model.framing import looking_at
-from heatlens.model.pupil import PINHOLE, Pupil
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.pupil import PINHOLE, Pupil
+from heatlens.model.shot.framing import looking_at
 from heatlens.scene.scene import Material, Scene
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu import ray_tracer

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import FloatArray, download, new_texture
-from heatlens.model.framing import Pose
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Pose
 from heatlens.scene.scene_view import pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.raster import SceneRaster

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.curve import Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, MatteMark, ObjectMark, PointMark
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark, MatteMark, ObjectMark, PointMark
+from heatlens.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, looking_at
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.scene.same_size import KeptSize, crop_words
 from support.scenes import NIGHT, lamp, moved, plane, scene_of, sphere
 

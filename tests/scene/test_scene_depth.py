@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.render import FrameRenderer, drained
 from heatlens.scene.scene import Scene

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.framing import looking_at
+from heatlens.model.shot.framing import looking_at
 from heatlens.scene.scene import Array, Daylight, Material, PointLight, Scene
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.mesh_draw import SIDE_PX, sun_view

@@ -13,8 +13,8 @@ from heatlens.commands.main import main
 from heatlens.export.job import ExportJob
 from heatlens.export.output import parse_output
 from heatlens.export.plan import planned
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.gltf.file import named_files
 from heatlens.scene.scene_read import files_of_scene, read_scene
 from heatlens.session.pictures import picture_saver

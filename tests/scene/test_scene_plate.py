@@ -10,8 +10,8 @@ import pytest
 from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.model.value_bins import bins_of
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate, ReadPixels

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.framing import looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.pupil import PINHOLE
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.pupil import PINHOLE
+from heatlens.model.shot.framing import looking_at
 from heatlens.scene.scene import Array, Material, Scene
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_view import SceneView, view_of

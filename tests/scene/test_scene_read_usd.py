@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from heatlens.base.errors import HeatlensError, InputError
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_read import read_scene
 from heatlens.scene.usd.read import usd_scene

@@ -8,8 +8,8 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import looking_at
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.framing import looking_at
 from heatlens.scene.gltf.animation import ValueTrack
 from heatlens.scene.scene_read import read_scene
 from support.gltf_files import GltfWriter, square_scene

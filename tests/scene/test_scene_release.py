@@ -3,9 +3,9 @@
 import moderngl
 import pytest
 
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_bounds import started_framing
 from support.scenes import still_life

@@ -10,7 +10,7 @@ import moderngl
 import pytest
 
 from heatlens.model.boxes import Box
-from heatlens.model.settings import Method
+from heatlens.model.shot.settings import Method
 from heatlens.scene_gpu import bands
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.session.settings.preferences import Preferences, Remembered

@@ -8,9 +8,9 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.commands.options.scene_options import add_timing_options, timing_of
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import SceneTiming
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.framing import SceneTiming
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.scene.first_shot import first_shot, lens_with
 from heatlens.source.named import source_of
 from heatlens.source.opened import Opening

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from heatlens.model.curve import Key
-from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import Key
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.scene.first_shot import through_camera
 from heatlens.scene.scene import SceneCamera
 

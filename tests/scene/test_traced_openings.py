@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import FloatArray, download, new_texture
-from heatlens.model.coc import coc_line
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.framing import Pose
-from heatlens.model.lens import Lens
+from heatlens.model.focus.coc import coc_line
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Pose
 from heatlens.scene.scene_view import pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.raster import SceneRaster

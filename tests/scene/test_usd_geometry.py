@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.usd import subdivide

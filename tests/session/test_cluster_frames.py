@@ -13,10 +13,10 @@ from heatlens.farm import cluster as farm_cluster
 from heatlens.farm import frame_cluster
 from heatlens.farm.frame_worker import _rendered
 from heatlens.gpu.textures import download
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Framing
-from heatlens.model.shot import Shot
-from heatlens.model.view_geometry import Viewport
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.view_geometry import Viewport
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.frame_filler import FrameFiller
 from heatlens.session.loop.speed import Speed

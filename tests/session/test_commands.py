@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Method
-from heatlens.model.shot import LensParameter
-from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import LensParameter
+from heatlens.model.view.view import DIFFERENCE_GAINS, Against, Compare, Overlay
 from heatlens.plate.coc_line import focused_at
 from heatlens.session.keys.key_rows import CAMERA, RowChoice
 from heatlens.session.loop.messages import SHOWN_S, Messages, Problem

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Method
-from heatlens.model.shot import Shot
-from heatlens.model.view import Against, Compare, ViewState
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.session.pictures.compare_sides import CompareSides
 
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0))

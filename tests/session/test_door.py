@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.settings import Quality
+from heatlens.model.shot.settings import Quality
 from heatlens.session.door.door import REQUESTS, Door
 from heatlens.session.door.requests import Focus, FocusAt, Go, MarkAt, Open, Pull, Save, TakeLook
 from support.evening import begun, settled, turn, write_plates

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model.grade import Grade
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.settings import Bokeh, Method, Quality
-from heatlens.model.view import Against, Compare, Overlay
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.settings import Bokeh, Method, Quality
+from heatlens.model.view.view import Against, Compare, Overlay
 from heatlens.session.door.command import Command
 from heatlens.session.door.door import Door
 from heatlens.session.door.named_commands import named_commands

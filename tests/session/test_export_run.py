@@ -8,8 +8,8 @@ import time
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.session.exports import export_process
 from heatlens.session.exports.export_process import ExportRun, ExportState
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 
 from heatlens.export.options import in_panel
-from heatlens.model.display_options import DisplayOptions
-from heatlens.model.guides import Guides
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Quality
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.display_options import DisplayOptions
+from heatlens.model.view.guides import Guides
 from heatlens.session.exports.export_settings import (
     CAMERA_KINDS,
     FRAME_KINDS,

@@ -8,7 +8,7 @@ import pytest
 
 from heatlens.base.errors import HeatlensError
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.files.file_commands import PURPOSES
 from heatlens.session.files.folder_walk import Chosen, FolderWalk

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.curve import Curve, Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.interpolation import Scale
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
-from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.curves.interpolation import Scale
+from heatlens.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark, ObjectMark, PointMark
+from heatlens.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.session.time.focus_track import FocusTrack, MarkTracks, ThingDistances, mark_m
 from heatlens.session.time.frame_states import Run
 from support.evening import FIRST, LEFT, RIGHT, until

@@ -6,9 +6,9 @@ from threading import current_thread
 import numpy as np
 import pytest
 
-from heatlens.model.frames import FrameRange
-from heatlens.model.pull import pull
-from heatlens.model.view_geometry import Viewport
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.pull import pull
+from heatlens.model.view.view_geometry import Viewport
 from heatlens.rendered_frames.kept_picture import half_of
 from heatlens.session.session import Session
 from heatlens.session.shot.start import Start

@@ -8,10 +8,10 @@ import pytest
 from heatlens.base.errors import HeatlensError
 from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.gpu.textures import download
-from heatlens.model.frames import FrameRange
-from heatlens.model.shot import LensParameter
-from heatlens.model.view import Compare, Overlay
-from heatlens.model.view_geometry import Viewport
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.shot import LensParameter
+from heatlens.model.view.view import Compare, Overlay
+from heatlens.model.view.view_geometry import Viewport
 from heatlens.plate.read import read_plate
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.lens import Lens
-from heatlens.model.pull import PullShape, shaped_pull
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.pull import PullShape, shaped_pull
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.keys.key_choice import KeyId, all_keys
 from heatlens.session.keys.key_stretch import Ends, ends_of, stretched
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 
 from heatlens.base.errors import InputError, LensError
-from heatlens.model.curve import Curve, Key
-from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.lens import Lens
-from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, Pose, PoseKey
+from heatlens.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.session.keys import key_choice
 from heatlens.session.keys.key_choice import KeyId, all_keys, keys_at
 from heatlens.session.keys.key_commands import KeyCommands

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.defocus.plate_passes import proxy_size
-from heatlens.model.settings import DefocusSettings, Quality
+from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.preview.level_choice import level_at_rest, level_while_moving, recognisable
 from heatlens.preview.levels import cheaper
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.live_focus import Follow
-from heatlens.model.marks import DistanceMark, MatteMark
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.focus.live_focus import Follow
+from heatlens.model.marks.marks import DistanceMark, MatteMark
 from heatlens.source.live_focus import measured
 from support.evening import begun, settled, until
 from support.mattes import matte_plate

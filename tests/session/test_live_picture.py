@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.preview.level_choice import soonest
 from heatlens.preview.levels import cheaper
 from heatlens.session.pictures.live_picture import LivePicture, PlateVersion

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import download
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot import Shot
-from heatlens.model.view import Against, Compare, ViewState
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.render import FrameRenderer
 from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.pictures.live_picture import LivePicture

@@ -6,11 +6,11 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
-from heatlens.model.look import Look, next_look_name
-from heatlens.model.shot import LensParameter, Shot
-from heatlens.model.view import Against, Compare
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.look import Look, next_look_name
+from heatlens.model.shot.shot import LensParameter, Shot
+from heatlens.model.view.view import Against, Compare
 from heatlens.preview.levels import quickest
 from heatlens.preview.shown import PictureKey
 from heatlens.session.pictures.look_commands import LookCommands

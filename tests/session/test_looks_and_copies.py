@@ -9,10 +9,10 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download
-from heatlens.model.lens import Lens
-from heatlens.model.look import Look
-from heatlens.model.shot import Shot
-from heatlens.model.view import Against, Compare, ViewState
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.look import Look
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.session.pictures.clipboard import copy_png, tools
 from heatlens.session.pictures.look_commands import LookCommands, pixels_of_still, still_of

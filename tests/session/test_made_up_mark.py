@@ -13,8 +13,8 @@ import pytest
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
 from heatlens.export.sheet.page import distances
-from heatlens.model import marks
-from heatlens.model.mark import Mark
+from heatlens.model.marks import marks
+from heatlens.model.marks.mark import Mark
 from support.command_line import stderr_of_run
 from support.evening import FIRST, LAST, NEAR_M, until, write_plates
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from heatlens.base.errors import HeatlensError
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.marks import DistanceMark, PointMark
-from heatlens.model.pull import EASE_PERCENT, PullShape
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.marks.marks import DistanceMark, PointMark
+from heatlens.model.shot.pull import EASE_PERCENT, PullShape
 from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.session.marks.mark_commands import PULL_FRAMES
 from support.evening import FIRST, LAST, LEFT, RIGHT, begun, settled, until, write_plates

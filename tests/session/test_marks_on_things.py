@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.marks import MatteMark, PointMark, WorldMark
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.marks.marks import MatteMark, PointMark, WorldMark
 from support.evening import begun, settled, until
 from support.mattes import matte_plate
 from support.walks import WALL_M, Walk

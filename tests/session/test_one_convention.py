@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.marks import PointMark
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import PointMark
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.read import read_plate
 from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.source.one_size import sequence_of_one_size

@@ -4,11 +4,11 @@ import pytest
 
 from heatlens.documents.reel_file import write_reel
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.grade import Grade
-from heatlens.model.lens import Lens
-from heatlens.model.reel import Reel, ReelShot
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.reel import Reel, ReelShot
+from heatlens.model.shot.shot import Shot
 from heatlens.session.door.door import Door
 from heatlens.session.door.requests import Focus
 from heatlens.session.time.playback import Ending

@@ -9,10 +9,10 @@ import pytest
 
 from heatlens.base.errors import GpuError, HeatlensError, InputError
 from heatlens.gpu.textures import download
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, Method, Quality
-from heatlens.model.view import Against, Compare, ViewState
-from heatlens.model.view_geometry import PictureShape, Viewport
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, Method, Quality
+from heatlens.model.view.view import Against, Compare, ViewState
+from heatlens.model.view.view_geometry import PictureShape, Viewport
 from heatlens.plate.read import read_plate
 from heatlens.session.loop.speed import Speed
 from heatlens.session.opened.gpu_picture import GpuPicture

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.model.boxes import Box
-from heatlens.model.lean import lean_of
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, PointMark
+from heatlens.model.focus.lean import lean_of
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark, PointMark
 from heatlens.session.marks.plan import PlanDrawer
 
 WIDTH, HEIGHT = 96, 40

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.session.time.playback import Ending, Playback
 
 FRAMES = FrameRange(1001, 1005)

@@ -3,8 +3,8 @@
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.shot import LensParameter
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.time.frame_states import FrameStates, Run, runs_of
 from heatlens.session.time.timeline import Timeline, _range
 from support.evening import FIRST, LAST, begun, settled, until

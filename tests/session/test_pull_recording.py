@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.shot import LensParameter
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.live.pull_recording import RecordingState
 from support.evening import FIRST, LAST
 from support.takes import opened_walls, pulled_m, ready

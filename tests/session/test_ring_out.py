@@ -8,8 +8,8 @@ from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.sources import SILENT_AFTER_S
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
 from heatlens.session.live.ring_out import RingOut
 from heatlens.session.shot.editing import Editing

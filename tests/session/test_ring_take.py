@@ -4,8 +4,8 @@ import pytest
 
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.sources import RingSources
-from heatlens.model.frames import FrameRange
-from heatlens.model.shot import LensParameter
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.shot import LensParameter
 from heatlens.model.timecode import Timecode
 from heatlens.session.live.ring_hand import RingHand
 from heatlens.session.live.ring_take import RingTake, by_timecode

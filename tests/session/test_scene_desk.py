@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Framing, SceneTiming, WorldAxis
-from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
-from heatlens.model.shot import LensParameter
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.marks.marks import DistanceMark, ObjectMark, PointMark
+from heatlens.model.shot.framing import Framing, SceneTiming, WorldAxis
+from heatlens.model.shot.shot import LensParameter
 from heatlens.render import FrameRenderer
 from heatlens.session.scenes import point_following
 from heatlens.session.scenes.clip_choice import ALL_CLIPS

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.framing import Framing, Pose
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing, Pose
+from heatlens.model.shot.shot import Shot
 from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
 from heatlens.session.opened.scene_preview import MOST_S, ScenePreview
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heatlens.live.stream.received_plate import LENS_IMAGE
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.source.stream_source import StreamSource
 from support.evening import session_of, settled, turn, until
 from support.session_files import room_file

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from heatlens.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
-from heatlens.model.marks import DistanceMark
-from heatlens.model.shot import Shot
+from heatlens.model.marks.marks import DistanceMark
+from heatlens.model.shot.shot import Shot
 from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.shot_store import proposed_name, unnamed_path

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.session.files import shot_stills
 from heatlens.session.files.shot_stills import ShotStills
 from support.exr_files import write_file

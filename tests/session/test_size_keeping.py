@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.model.framing import CameraTrack, PoseKey
-from heatlens.model.marks import DistanceMark, PointMark
-from heatlens.model.shot import LensParameter
+from heatlens.model.marks.marks import DistanceMark, PointMark
+from heatlens.model.shot.framing import CameraTrack, PoseKey
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.door.named_commands import named_commands
 from heatlens.session.scenes.scene_commands import CameraDrag
 from heatlens.session.session import Session

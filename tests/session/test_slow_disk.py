@@ -18,9 +18,9 @@ from heatlens.base.background import Threads, is_at_work
 from heatlens.documents.shot_file import autosave_path
 from heatlens.frame_cache import reader
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate import plate as plate_module
 from heatlens.plate.plate import Plate
 from heatlens.session.opened.open_source import OpenSource

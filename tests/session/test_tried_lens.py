@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from heatlens.model.lens import Lens
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.shot.editing import Editing
 
 FOCUS = LensParameter.FOCUS_DISTANCE

@@ -14,14 +14,14 @@ from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.documents.lens_kits import kit_shelf
 from heatlens.documents.shot_file import autosave_path, read_shot
 from heatlens.gpu.textures import download
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.lens import Lens
-from heatlens.model.look import Look
-from heatlens.model.marks import PointMark
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import Method
-from heatlens.model.shot import LensParameter, Shot
-from heatlens.model.view import Against, Compare
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import PointMark
+from heatlens.model.shot.look import Look
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import LensParameter, Shot
+from heatlens.model.view.view import Against, Compare
 from heatlens.preview.levels import quickest
 from heatlens.scene.scene_name import DEMO
 from heatlens.session.keys.key_choice import all_keys

@@ -14,10 +14,10 @@ import heatlens
 from heatlens.base.errors import InputError
 from heatlens.base.on_use import OnUse
 from heatlens.camera.from_shot import camera_before_plates
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.start_lens import start_lens
 from heatlens.plate.of_arrays import plate_of_arrays

@@ -12,7 +12,7 @@ from heatlens.commands.main import main
 from heatlens.frame_cache import neighbour_reader, reader
 from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.plate_shelf import plate_bytes
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.read import read_plate
 from heatlens.sequence.sequence import find_sequence
 from heatlens.source.plate_source import PlateSource

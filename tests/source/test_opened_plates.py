@@ -5,9 +5,9 @@ from fractions import Fraction
 import pytest
 
 from heatlens.base.errors import HeatlensError, InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
 from heatlens.plate.plate import Plate
 from heatlens.scene.placing import Placing
 from heatlens.source.opened import Opening

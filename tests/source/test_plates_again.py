@@ -8,10 +8,10 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.read import read_plate
 from heatlens.source.named import single_source, source_named
 from heatlens.source.one_size import _neighbours, sequence_of_one_size

@@ -7,12 +7,12 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.steps import Steps
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Framing, SceneTiming
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing, SceneTiming
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 from heatlens.render import drained
 from heatlens.scene.scene_read import read_scene
 from heatlens.source.kinds import plates_word

@@ -10,10 +10,10 @@ from heatlens.base.errors import HeatlensError, InputError
 from heatlens.export.job import ExportJob
 from heatlens.export.output import parse_output
 from heatlens.export.plan import planned
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import Method
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.source.kinds import PLATES, SCENES, STREAMS, kind_of

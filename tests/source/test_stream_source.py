@@ -8,8 +8,8 @@ import pytest
 
 from heatlens.base.errors import HeatlensError
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
 from heatlens.source import stream_source
 from heatlens.source.opener import SourceOpener
 from heatlens.source.stream_source import OpenedStream, StreamSource

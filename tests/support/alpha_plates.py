@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from support.plates import Image, lens_blurring, plate_of, room
 

@@ -4,7 +4,7 @@ import moderngl
 import numpy as np
 
 from heatlens.gpu.textures import FloatArray, download, new_texture
-from heatlens.model.pupil import PINHOLE
+from heatlens.model.lens.pupil import PINHOLE
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.raster import SceneRaster

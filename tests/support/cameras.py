@@ -6,11 +6,11 @@ import numpy as np
 from hypothesis import strategies as st
 
 from heatlens.camera.samples import CameraSamples, fields_of
-from heatlens.model.curve import Curve, Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.interpolation import Interpolation, Scale
-from heatlens.model.lens import Lens
-from heatlens.model.shot import LensCurves, Shot
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.curves.interpolation import Interpolation, Scale
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import LensCurves, Shot
 
 FRAMES = FrameRange(1001, 1008)
 EYE = (0.2, 1.3, -0.4)

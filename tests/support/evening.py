@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from heatlens.documents.shot_file import autosave_path, read_shot
-from heatlens.model.marks import PointMark
-from heatlens.model.settings import Quality
-from heatlens.model.shot import LensParameter
+from heatlens.model.marks.marks import PointMark
+from heatlens.model.shot.settings import Quality
+from heatlens.model.shot.shot import LensParameter
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences

@@ -7,12 +7,12 @@ import numpy as np
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
-from heatlens.model.curve import Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.camera_header import lens_attributes
 from support.exr_files import write_file

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from types import SimpleNamespace
 
 from heatlens.defocus.plate_passes import proxy_size
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 
 STEPS = 3  # that a picture takes

@@ -11,7 +11,7 @@ import numpy as np
 from imgui_bundle import imgui
 
 from heatlens.gpu.context import is_software
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.render import FrameRenderer
 from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences

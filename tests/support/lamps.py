@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from support.plates import FAR_M, Image, plate_of

@@ -3,7 +3,7 @@
 import numpy as np
 
 from heatlens.defocus.layer_cuts import LayerCut, layer_cuts
-from heatlens.model.settings import LAYERS_MAX
+from heatlens.model.shot.settings import LAYERS_MAX
 
 _PLACES_PX = np.array([-62.5, -25.0, -10.0, -4.0])
 LADDER_PX = _PLACES_PX[:, None] * (1.1, 0.9)  # the ends of a ladder of gaps

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from support.plates import FOCUS_M, Image, coc_plate_of
 

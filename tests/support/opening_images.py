@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from heatlens.base.paths import data_dir
-from heatlens.model.opening_image import IMAGE_SIDE, OpeningImage
+from heatlens.model.lens.opening_image import IMAGE_SIDE, OpeningImage
 
 HEART_SIDE = 192
 _FINER = 4  # samples of a pixel, each way

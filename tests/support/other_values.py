@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from heatlens.base.errors import HeatlensError
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.plate.opening_picture import read_opening_image
 from support.opening_images import heart_path
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.plate import CameraHeader, DepthReport, Plate, ReadPixels
 
 Image = npt.NDArray[np.float32]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.model.framing import CameraTrack, PoseKey, looking_at
+from heatlens.model.shot.framing import CameraTrack, PoseKey, looking_at
 from heatlens.scene.scene import (
     Array,
     Daylight,

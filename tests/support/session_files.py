@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.plate.header.camera_header import lens_attributes
 from support.exr_files import write_file
 from support.gltf_files import GltfWriter

@@ -8,14 +8,14 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.curve import Curve, Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.interpolation import Ease, Interpolation, Scale
-from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, PointMark
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot import LensCurves, Shot
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import DistanceMark, PointMark
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.shot import LensCurves, Shot
 
 FIFTY = Lens(50.0, 1.3, 0.94, 36.0)
 FULL = Shot(

@@ -8,8 +8,8 @@ from pathlib import Path
 import moderngl
 from imgui_bundle import imgui
 
-from heatlens.model.pull import EASE_PERCENT
-from heatlens.model.shot import LensParameter
+from heatlens.model.shot.pull import EASE_PERCENT
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.keys.key_drag import KeyDrag
 from heatlens.session.keys.key_stretch import KeyStretch
 from heatlens.session.marks.mark_commands import PULL_FRAMES

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from heatlens.camera.camera_file import write_camera
-from heatlens.model.frames import FrameRange
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.source.shot_camera import camera_of_shot
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from support.gui import gui_of
 from support.plates import room
 from support.session_files import HEIGHT, QUICK, WIDTH, write_plate

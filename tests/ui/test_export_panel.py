@@ -21,11 +21,11 @@ from heatlens.export.job import read_job
 from heatlens.export.options import ExportOptions
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
-from heatlens.model.display_options import DisplayOptions
-from heatlens.model.frames import FrameRange
-from heatlens.model.guides import NO_GUIDES, Guides
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import LensParameter
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import LensParameter
+from heatlens.model.view.display_options import DisplayOptions
+from heatlens.model.view.guides import NO_GUIDES, Guides
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import write_exr
 from heatlens.session.exports.export_process import ExportState, _take

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
-from heatlens.model.view import Compare, Overlay
+from heatlens.model.view.view import Compare, Overlay
 from heatlens.ui.actions import pressed
 from heatlens.ui.glfw_input import imgui_key
 from heatlens.ui.input_queue import (

@@ -6,7 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.base.paths import data_dir
-from heatlens.model.shot import LensParameter
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.marks.lessons import Lesson, Lessons
 from support.gui import Gui, gui_of
 from support.session_files import QUICK, room_file

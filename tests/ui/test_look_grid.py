@@ -8,8 +8,8 @@ from imgui_bundle import imgui
 
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.gpu.textures import download
-from heatlens.model.view import Compare
-from heatlens.model.view_geometry import Viewport
+from heatlens.model.view.view import Compare
+from heatlens.model.view.view_geometry import Viewport
 from heatlens.render import FrameRenderer
 from heatlens.session.pictures.look_commands import pixels_of_still
 from heatlens.ui.picture.grid import cell_at, cells

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from imgui_bundle import imgui
 
-from heatlens.model.view import Against, Compare
+from heatlens.model.view.view import Against, Compare
 
 K = imgui.Key
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.marks import DistanceMark, MatteMark, MattePart, PointMark
-from heatlens.model.pull import pull
+from heatlens.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
+from heatlens.model.shot.pull import pull
 from support.gui import Gui
 from support.sequences import FIRST, LAST, nearer
 from support.session_files import BALL, BALL_M, POST, POST_M

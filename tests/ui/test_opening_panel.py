@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
-from heatlens.model.aperture import Aperture
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.picture_field import PictureField
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.picture_field import PictureField
 from heatlens.session.files.file_commands import PURPOSES
 from heatlens.ui.panels.opening_panel import disc_outline, image_cells
 from support.apertures import apertures

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.framing import Framing
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.model.value_bins import bins_of, depth_histogram
-from heatlens.model.view import Against, ViewState
+from heatlens.model.view.view import Against, ViewState
 from heatlens.plate.read import read_plate
 from heatlens.session.exports.export_settings import ExportSettings
 from heatlens.session.pictures.color_choice import ColorChoice

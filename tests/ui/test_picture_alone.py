@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.view import Compare, Overlay
+from heatlens.model.view.view import Compare, Overlay
 from heatlens.ui.picture.picture_alone import PictureAlone
 from support.session_files import HEIGHT, WIDTH
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.preview.shown import Shown
 from heatlens.ui.picture.fade import FADE_S, PictureFade
 from support.gui import Gui, gui_of

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from heatlens.display.probe import probe_text, read_texels
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
-from heatlens.model.coc import coc_line, coc_px, sharp_px
+from heatlens.model.focus.coc import coc_line, coc_px, sharp_px
 from heatlens.model.units import format_distance
-from heatlens.model.view import Against, Compare, Overlay
+from heatlens.model.view.view import Against, Compare, Overlay
 from heatlens.ui.picture.pixel_values import value_words
 from support.session_files import BALL, BALL_M, SKY, WIDTH
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.marks import DistanceMark, PointMark
+from heatlens.model.marks.marks import DistanceMark, PointMark
 from heatlens.model.units import FOOT_M
 from heatlens.ui.panels.plan_panel import round_steps_m
 from support.gui import Gui, gui_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.display.probe import seen_depth_m
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.value_bins import bins_of, depth_histogram
 from heatlens.plate.depth_read import planar_depth_m
 from heatlens.plate.header.camera_header import lens_attributes

@@ -19,9 +19,9 @@ import numpy as np
 import pytest
 
 from heatlens.documents.shot_file import autosave_path, read_shot, write_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.settings import DefocusSettings, Quality
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.shot.shot_store import unnamed_path
 from heatlens.ui.palettes import DARK
 from heatlens.ui.picture.held_alone import HOLD_S

@@ -4,7 +4,7 @@ import numpy as np
 from imgui_bundle import imgui
 
 from heatlens.documents.reel_file import write_reel
-from heatlens.model.reel import Reel, ReelShot
+from heatlens.model.shot.reel import Reel, ReelShot
 from support.session_files import room_file
 
 

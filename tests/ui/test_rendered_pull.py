@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.settings import DefocusSettings, Quality
+from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.session.playing.kept_screen import KeptFrame
 from heatlens.session.settings.preferences import Preferences
 from heatlens.ui.timeline.rendered_panel import rendered_words

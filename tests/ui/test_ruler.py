@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.model.boxes import Box
-from heatlens.model.view_geometry import PictureShape
+from heatlens.model.view.view_geometry import PictureShape
 from heatlens.plate.depth_read import planar_depth_m
 from heatlens.session.pictures.ruler import Intrinsics, distance_m
 from heatlens.ui.picture.ruler import _ends

@@ -13,7 +13,7 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.color.view_transform import srgb_transform
-from heatlens.model.settings import Quality
+from heatlens.model.shot.settings import Quality
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
 from heatlens.plate.picture.png_write import write_png

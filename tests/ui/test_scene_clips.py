@@ -8,8 +8,8 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import SceneTiming
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.framing import SceneTiming
 from heatlens.session.scenes.clip_choice import ALL_CLIPS
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of

@@ -7,8 +7,8 @@ import moderngl
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
-from heatlens.model.shot import LensParameter
+from heatlens.model.marks.marks import DistanceMark, ObjectMark, PointMark
+from heatlens.model.shot.shot import LensParameter
 from heatlens.render import FrameRenderer
 from heatlens.session.marks import scene_mark_tracks
 from support.gui import Gui, gui_of

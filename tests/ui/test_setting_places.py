@@ -7,9 +7,9 @@ import moderngl
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.guides import Guides
-from heatlens.model.settings import Method
-from heatlens.model.view import Compare
+from heatlens.model.shot.settings import Method
+from heatlens.model.view.guides import Guides
+from heatlens.model.view.view import Compare
 from heatlens.ui import widgets
 from heatlens.ui.palette import matches
 from heatlens.ui.setting_places import SETTINGS

@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.settings.preferences import Remembered
 from support.gui import Gui

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from heatlens.documents.shot_file import autosave_path, write_shot
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.shot_store import unnamed_path
 from support.gui import gui_of

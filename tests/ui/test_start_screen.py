@@ -12,7 +12,7 @@ from imgui_bundle import imgui
 from heatlens.base.paths import data_dir
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.scene_name import DEMO
 from heatlens.session.files.start_choices import Card, word_of
 from heatlens.session.settings.preferences import Preferences, Remembered

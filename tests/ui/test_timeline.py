@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.session.playing.kept_screen import KeptFrame
 from support.gui import Gui
 from support.sequences import FIRST, LAST, frame_file, sequence_files

@@ -7,8 +7,8 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.base.errors import InputError
-from heatlens.model.framing import CameraTrack, Pose, PoseKey
-from heatlens.model.shot import LensParameter
+from heatlens.model.shot.framing import CameraTrack, Pose, PoseKey
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.keys.key_choice import KeyId, all_keys, copied, deleted, pasted
 from heatlens.session.keys.key_rows import CAMERA, ROWS
 from support.gltf_files import GltfWriter

@@ -8,10 +8,10 @@ from itertools import pairwise
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.marks import DistanceMark, PointMark
-from heatlens.model.shot import LensParameter
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.model.marks.marks import DistanceMark, PointMark
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.time.focus_track import FocusTrack
 from support.gui import Gui
 from support.sequences import FIRST, LAST, nearer

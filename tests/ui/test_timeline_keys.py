@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.shot import LensParameter
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.keys.key_choice import KeyId
 from support.gui import Gui
 from support.sequences import FIRST, LAST

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.pull import PullShape, shaped_pull
-from heatlens.model.shot import LensParameter
+from heatlens.model.shot.pull import PullShape, shaped_pull
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.keys.key_choice import all_keys
 from heatlens.session.live.pull_recording import RecordingState
 from support.gui import Gui

@@ -7,8 +7,8 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
-from heatlens.model.grade import Grade
-from heatlens.model.view import Overlay
+from heatlens.model.shot.grade import Grade
+from heatlens.model.view.view import Overlay
 from heatlens.session.door.named_commands import named_commands
 from heatlens.ui.actions import CTRL, SHIFT, Action
 from heatlens.ui.menus import MENUS

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.view import Against, Compare
+from heatlens.model.view.view import Against, Compare
 from heatlens.render import FrameRenderer
 from support.exr_files import write_file
 from support.plates import room

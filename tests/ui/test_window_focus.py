@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.marks import PointMark
-from heatlens.model.shot import LensParameter
+from heatlens.model.marks.marks import PointMark
+from heatlens.model.shot.shot import LensParameter
 from support.session_files import BALL, BALL_M, HEIGHT, LENS, POST, POST_M, SKY, WIDTH
 
 K = imgui.Key

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.view import Compare, Overlay
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.view.view import Compare, Overlay
 from support.golden import compare_with_golden
 from support.gui import gui_of
 from support.session_files import room_file

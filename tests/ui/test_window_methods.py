@@ -7,8 +7,8 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
-from heatlens.model.settings import Method
-from heatlens.model.view import Against, Compare
+from heatlens.model.shot.settings import Method
+from heatlens.model.view.view import Against, Compare
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.ui.status_bar import sides_words as words

@@ -10,9 +10,9 @@ from imgui_bundle import imgui
 from heatlens.commands.main import main
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.textures import download
-from heatlens.model.coc import sharp_px
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.view import Overlay
+from heatlens.model.focus.coc import sharp_px
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.view.view import Overlay
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from support.plates import room

@@ -10,9 +10,9 @@ from imgui_bundle import imgui
 
 from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import download
-from heatlens.model.coc import coc_line, coc_px
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.view import Compare, Overlay
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.view.view import Compare, Overlay
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from support.exr_files import window, write_file

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.read import read_plate
 from heatlens.session.settings.preferences import Preferences, Remembered
 from heatlens.session.time.playback import Ending

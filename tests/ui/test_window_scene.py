@@ -11,10 +11,10 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
-from heatlens.model.framing import Pose
-from heatlens.model.orbit import pivot_of
-from heatlens.model.settings import Method
-from heatlens.model.view import Against, Compare
+from heatlens.model.shot.framing import Pose
+from heatlens.model.shot.settings import Method
+from heatlens.model.view.orbit import pivot_of
+from heatlens.model.view.view import Against, Compare
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_read import read_scene
 from heatlens.ui.status_bar import mouse_words

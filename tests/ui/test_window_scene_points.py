@@ -7,8 +7,8 @@ import moderngl
 import pytest
 
 from heatlens.gpu.textures import download
-from heatlens.model.coc import coc_line, coc_px
-from heatlens.model.marks import PointMark
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.marks.marks import PointMark
 from heatlens.scene_gpu import scene_plate
 from support.gui import Gui, gui_of
 from support.scene_window import as_opened, middle, whole

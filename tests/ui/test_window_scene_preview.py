@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.gpu.textures import download
-from heatlens.model.lens import Lens
-from heatlens.model.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Method
-from heatlens.model.shot import Shot
-from heatlens.model.view import Against, Compare
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.view import Against, Compare
 from heatlens.preview.level_choice import CostModel
 from heatlens.preview.levels import cheaper, on_the_way
 from heatlens.render import FrameRenderer

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.view import Compare
+from heatlens.model.view.view import Compare
 from support.gui import gui_of
 from support.session_files import BALL, BALL_M, HEIGHT, POST, POST_M, QUICK, WIDTH, room_file
 from support.window_plates import displayed

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.settings import Quality
+from heatlens.model.shot.settings import Quality
 from heatlens.session.loop.messages import Messages, Problem, passing
 from heatlens.ui.panels.speed_panel import speed_panel
 from support.gui import gui_of

@@ -19,14 +19,14 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.aperture import APERTURE_FIELDS
+from heatlens.model.curves.frames import FRAME_MOST
 from heatlens.model.depth_words import KnownDistance, parse_known_distance
-from heatlens.model.frames import FRAME_MOST
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.aperture import APERTURE_FIELDS
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import Values, options_of
 from heatlens.model.other_names import OTHER_NAMES
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
 from heatlens.plate.opening_picture import read_opening_image
 
 Choice = TypeVar("Choice", bound=StrEnum)

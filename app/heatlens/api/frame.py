@@ -9,7 +9,7 @@ from heatlens.api.keywords import FrameOptions
 from heatlens.api.python_words import python_words
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import FloatArray
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.header.header_lens import NEEDED
 from heatlens.plate.plate import Plate
 from heatlens.sequence.names import frames_text

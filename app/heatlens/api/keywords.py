@@ -13,9 +13,9 @@ from heatlens.model.depth_words import (
     DepthSide,
     KnownDistance,
 )
-from heatlens.model.opening_image import OpeningImage
-from heatlens.model.plate_options import PictureCurve
-from heatlens.model.settings import Bokeh, Method, Quality
+from heatlens.model.lens.opening_image import OpeningImage
+from heatlens.model.shot.plate_options import PictureCurve
+from heatlens.model.shot.settings import Bokeh, Method, Quality
 
 Path = str | os.PathLike[str]
 Convention = (

@@ -13,8 +13,8 @@ from heatlens.api.source import OnePlate, Plates, Scene, Source
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.model.option import Values
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.plate import Plate
 from heatlens.scene.first_shot import first_shot

@@ -10,11 +10,11 @@ from contextlib import contextmanager
 from typing import Any
 
 from heatlens.base.errors import HeatlensError, InputError
-from heatlens.model.aperture import Aperture
-from heatlens.model.lens import Lens
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.lens import Lens
 from heatlens.model.option import Option, options_of
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
 
 _KINDS: tuple[type, ...] = (PlateOptions, DefocusSettings, Aperture, Lens)
 _OPTIONS: dict[str, tuple[str, Option]] = {

@@ -7,11 +7,11 @@ from typing import Any
 
 from heatlens.api.arguments import BLUR, LENS_VALUES, known, pair, shown, values_of, whole
 from heatlens.base.errors import InputError
-from heatlens.model.aperture import APERTURE_FIELDS
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
+from heatlens.model.lens.aperture import APERTURE_FIELDS
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.option import Values
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.settings import DefocusSettings
 from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.header.header_lens import plate_lens

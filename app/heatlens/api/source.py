@@ -17,9 +17,9 @@ from heatlens.base.closing import Closing
 from heatlens.base.errors import InputError
 from heatlens.defocus.quality import unused_behind_notes
 from heatlens.gpu.textures import FloatArray
-from heatlens.model.frames import check_within
-from heatlens.model.lens import Lens
-from heatlens.model.shot import LensCurves, Shot
+from heatlens.model.curves.frames import check_within
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import LensCurves, Shot
 from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.plate.plate import Plate
 from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes

@@ -12,8 +12,8 @@ from heatlens.base.paths import file_bytes, unreadable
 from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
-from heatlens.model.lens_model import LensModel
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import Values
 
 _RATE = "frames_per_second"

@@ -15,13 +15,13 @@ from heatlens.camera.samples import (
     UpAxis,
     fields_of,
 )
-from heatlens.model.breathing import as_seen
-from heatlens.model.filmback import FILMBACKS
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.breathing import as_seen
+from heatlens.model.lens.filmback import FILMBACKS
+from heatlens.model.lens.lens import Lens
 from heatlens.model.option import options_of
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.header.channels import Header
 from heatlens.plate.parts.header_read import read_headers

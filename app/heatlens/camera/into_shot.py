@@ -6,10 +6,10 @@ from dataclasses import fields, replace
 from heatlens.base.errors import InputError
 from heatlens.camera.same_discs import with_nominal_f_stop
 from heatlens.camera.samples import PLAIN_OPENING, CameraSamples, Track, is_constant
-from heatlens.model.key_reduction import linear_keys
-from heatlens.model.lens import Lens
+from heatlens.model.curves.key_reduction import linear_keys
+from heatlens.model.lens.lens import Lens
 from heatlens.model.option import Values, type_of
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot.shot import LensParameter, Shot
 
 
 def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -> Shot:

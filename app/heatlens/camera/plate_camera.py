@@ -10,7 +10,7 @@ from heatlens.base.errors import InputError
 from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, Track, UpAxis
-from heatlens.model.frames import FRAMES_PER_SECOND
+from heatlens.model.curves.frames import FRAMES_PER_SECOND
 from heatlens.model.option import Values
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header.channels import Header

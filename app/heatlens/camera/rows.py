@@ -9,8 +9,8 @@ from heatlens.base.errors import InputError
 from heatlens.camera.placement import matrix_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples, fields_of
 from heatlens.files.json_record import JsonEntry, plain, read_json
-from heatlens.model.lens_model import LensModel
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.opening_image import OpeningImage
 
 FRAME = "frame"
 PLACEMENT = "world_to_camera"

@@ -7,7 +7,7 @@ renderer gets a wider f-stop; the nominal f-stop is kept beside it.
 from dataclasses import replace
 
 from heatlens.camera.samples import CameraSamples, is_constant
-from heatlens.model.lens_model import LensModel
+from heatlens.model.lens.lens_model import LensModel
 
 
 def with_renderer_f_stop(camera: CameraSamples) -> CameraSamples:

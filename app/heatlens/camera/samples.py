@@ -9,16 +9,16 @@ from typing import Literal, get_args
 
 from heatlens.base.errors import InputError
 from heatlens.camera.placement import Matrix, check_rigid
-from heatlens.model.aperture import APERTURE_FIELDS
-from heatlens.model.frames import (
+from heatlens.model.curves.frames import (
     FRAMES_PER_SECOND,
     FrameRange,
     check_frame,
     check_frames_per_second,
 )
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.aperture import APERTURE_FIELDS
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import Values, options_of, type_of
 from heatlens.model.timecode import Timecode
 

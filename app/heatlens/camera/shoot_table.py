@@ -18,7 +18,7 @@ from heatlens.camera.shoot_rows import (
     table_of,
     unreadable_notes,
 )
-from heatlens.model.frames import FRAMES_PER_SECOND
+from heatlens.model.curves.frames import FRAMES_PER_SECOND
 from heatlens.model.option import Values
 from heatlens.model.timecode import Timecode, timecode_in
 from heatlens.plate.header.shoot_names import ShootLens, not_understood, shoot_lens

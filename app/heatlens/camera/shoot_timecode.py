@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from heatlens.camera.samples import CameraSamples, fields_of
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.model.timecode import Timecode
 
 Placed = tuple[int, Timecode]  # a frame of a shot and its timecode

@@ -29,9 +29,9 @@ from heatlens.files.usd_library import (
     usd_failures_reported,
     usd_module,
 )
-from heatlens.model.frames import FrameRange, check_frame
-from heatlens.model.lens_model import LensModel
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.curves.frames import FrameRange, check_frame
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.plate.header.placement import are_rigid
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")

@@ -39,7 +39,7 @@ from heatlens.measure.bench.methods import measure_methods
 from heatlens.measure.bench.plot_panels import check_plot, write_plot
 from heatlens.measure.bench.report import BenchReport, report_text
 from heatlens.measure.bench.schedule import Asked, planned, probe_seconds_per_px
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.settings import DefocusSettings
 
 _SIZE = (1920, 1080)
 _TRUTH_VIEWS = 1024

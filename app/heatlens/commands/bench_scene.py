@@ -26,11 +26,11 @@ from heatlens.measure.bench.method_errors import check_errors
 from heatlens.measure.bench.pull_errors import measure_pull, pull_steps, pull_table
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.measure.study.subject import Subject
-from heatlens.model.frames import check_within
-from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
-from heatlens.model.settings import PROXY_MIN, DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import check_within
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.settings import PROXY_MIN, DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.preview.levels import cheaper

@@ -25,7 +25,7 @@ from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.live.ring.address import RingAddress, opentrackio_address
 from heatlens.live.ring.otrk_packet import Encoding
 from heatlens.live.ring.sender import LensSender, send_in_time
-from heatlens.model.frames import FrameRange, parse_frame_range
+from heatlens.model.curves.frames import FrameRange, parse_frame_range
 from heatlens.model.timecode import Timecode
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.scene.first_shot import FirstShot, first_shot

@@ -37,8 +37,8 @@ from heatlens.farm.job import typed
 from heatlens.farm.processes import ProcessMaker
 from heatlens.live.ring.address import opentrackio_address
 from heatlens.live.ring.sender import SOURCE, LensOutput, LensSender
-from heatlens.model.guides import Guides
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot.shot import LensParameter, Shot
+from heatlens.model.view.guides import Guides
 from heatlens.render import headless_renderer
 from heatlens.version import __version__
 

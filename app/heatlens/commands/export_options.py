@@ -39,10 +39,10 @@ from heatlens.export.job import DisplayLook, ExportJob
 from heatlens.export.options import EXR, FRAMES, LOOK, USUAL_COMPRESSION, ExportOptions, of_group
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
-from heatlens.model.frames import check_within
-from heatlens.model.guides import Guides
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import check_within
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.guides import Guides
 from heatlens.sequence.names import frames_text, parse_frames
 from heatlens.source.named import source_of
 

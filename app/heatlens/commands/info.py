@@ -20,8 +20,8 @@ from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.files.json_record import record_to_json
 from heatlens.frame_cache.sequence_facts import sequence_facts
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.reel import Reel, ReelShot
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.reel import Reel, ReelShot
 from heatlens.model.units import format_distance
 from heatlens.sequence.names import NameForm, form_of, parse_pattern
 from heatlens.sequence.sequence import Sequence, find_sequence

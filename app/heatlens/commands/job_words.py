@@ -13,7 +13,7 @@ from heatlens.documents.shot_file import is_shot_file
 from heatlens.export.plan import ExportPlan
 from heatlens.farm.inputs import images_of, plain_path
 from heatlens.farm.job import Place, Word, located
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.sequence.names import frames_text
 
 # Options that are set for each task, or are useless there.

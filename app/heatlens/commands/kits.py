@@ -6,7 +6,7 @@ from pathlib import Path
 from heatlens.commands.output.say import say, tell
 from heatlens.documents.lens_kits import KitShelf, kit_shelf, kit_text, read_kit
 from heatlens.files.json_record import plain
-from heatlens.model.lens_kit import LensCharacter, LensKit
+from heatlens.model.lens.lens_kit import LensCharacter, LensKit
 
 HELP = "list the lens kits"
 DESCRIPTION = """\

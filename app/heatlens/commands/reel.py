@@ -11,8 +11,8 @@ from heatlens.commands.shots.shot_new import add_shot_options, new_shot
 from heatlens.documents.reel_file import REEL_SUFFIX, is_reel, write_reel
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot, write_shot
 from heatlens.files.output_check import make_folder
-from heatlens.model.frames import FrameRange
-from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.reel import Reel, ReelShot, named_apart, shot_name
 
 HELP = "make a reel of shots, or follow a changed edit"
 DESCRIPTION = """\

@@ -30,8 +30,8 @@ from heatlens.commands.output.say import say, tell
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.files.output_check import check_space, make_folder
 from heatlens.gpu.textures import FloatArray, download
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.deep.deep_write import write_deep
 from heatlens.plate.exr.exr_write import COMPRESSIONS
 from heatlens.plate.kept_channels import kept_channels

@@ -24,8 +24,8 @@ from heatlens.measure.study.reference import Reference
 from heatlens.measure.study.report import Report
 from heatlens.measure.study.subject import Subject
 from heatlens.measure.study.write import PAGE, write_report
-from heatlens.model.lens import Lens
-from heatlens.model.settings import VIEWS_MAX, DefocusSettings, Method
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.units import format_distance
 from heatlens.render import headless_renderer
 from heatlens.source.kinds import SourceKind, kind_of

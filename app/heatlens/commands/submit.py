@@ -31,7 +31,7 @@ from heatlens.farm.job import (
 from heatlens.farm.measure import measured
 from heatlens.farm.openjd import job_template, relative_to, write_bundle
 from heatlens.farm.slurm import slurm_script
-from heatlens.model.reel import SHOT_FIELD
+from heatlens.model.shot.reel import SHOT_FIELD
 from heatlens.sequence.names import frames_text
 
 ENGINES: dict[str, Callable[[FarmJob], str]] = {

@@ -11,7 +11,7 @@ from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
 from heatlens.defocus.tile_mask import TileMask
 from heatlens.gpu.textures import Storage
-from heatlens.model.disc_shape import DiscShape
+from heatlens.model.lens.disc_shape import DiscShape
 
 PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a texel
 

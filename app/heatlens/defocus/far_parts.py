@@ -23,7 +23,7 @@ from heatlens.defocus.steps import Steps
 from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.gpu.shader_constants import FAR_BLOCK
-from heatlens.model.settings import LAYERS_MAX, DefocusSettings
+from heatlens.model.shot.settings import LAYERS_MAX, DefocusSettings
 
 FAR_FROM_PX = 1.5  # coc of the whole picture from which a surface is behind the focus
 _SOFTNESS = 0.2

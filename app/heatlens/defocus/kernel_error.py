@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import jv
 
-from heatlens.model.opening import RIM_MOST, RIM_POWER, Blades, variance
+from heatlens.model.lens.opening import RIM_MOST, RIM_POWER, Blades, variance
 
 Reals = npt.NDArray[np.float64]
 Complexes = npt.NDArray[np.complex128]

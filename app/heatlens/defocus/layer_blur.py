@@ -17,7 +17,7 @@ from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
 from heatlens.defocus.tile_pass import LayerTiles
 from heatlens.gpu.buffer_parts import BufferPart
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.settings import DefocusSettings
 
 
 class LayerBlur:

@@ -31,7 +31,7 @@ from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
-from heatlens.model.settings import DefocusSettings, Quality
+from heatlens.model.shot.settings import DefocusSettings, Quality
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.model.boxes import Box
-from heatlens.model.coc import CocLine
+from heatlens.model.focus.coc import CocLine
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.model.coc import NO_LINE, CocLine
-from heatlens.model.disc_shape import DiscShape
+from heatlens.model.focus.coc import NO_LINE, CocLine
+from heatlens.model.lens.disc_shape import DiscShape
 
 _UNCOVERED_MARGIN_PX = 8  # the tail of a kernel, and the neighbourhood used by the fill
 

@@ -23,7 +23,7 @@ from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.defocus.reduced_plate import PlateTextures, ReducedPlate
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
-from heatlens.model.settings import Bokeh, DefocusSettings, Method
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method
 
 # These methods handle a different focus for each colour themselves.
 SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)

@@ -7,7 +7,7 @@ import moderngl
 from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
-from heatlens.model.coc import CocLine
+from heatlens.model.focus.coc import CocLine
 
 
 def proxy_size(size: tuple[int, int], proxy: float) -> tuple[int, int]:

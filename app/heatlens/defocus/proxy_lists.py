@@ -9,7 +9,7 @@ import numpy as np
 
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.gpu.program import ComputeProgram, pixel_groups
-from heatlens.model.lean import LEVEL
+from heatlens.model.focus.lean import LEVEL
 
 FRAGMENT_BYTES = 12
 _MORE_A_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others

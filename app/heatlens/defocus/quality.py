@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import assert_never
 
 from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel, rim_kernel
-from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
 from heatlens.plate.plate import Plate
 
 

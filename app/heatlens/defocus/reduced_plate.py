@@ -17,7 +17,7 @@ from heatlens.defocus.proxy_lists import (
 from heatlens.defocus.quality import layers_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.settings import DefocusSettings
 
 _NOTHING_HELD = 1.0, False
 

@@ -26,7 +26,7 @@ from heatlens.gpu.shader_constants import (
     SCATTER_MIDDLE,
     SCATTER_STEPS_A_PX,
 )
-from heatlens.model.disc_shape import DiscShape
+from heatlens.model.lens.disc_shape import DiscShape
 
 _FRAGMENTS_PER_STEP = 2**23  # takes some tenths of a second on a processor
 

@@ -15,7 +15,7 @@ from heatlens.defocus.tile_mask import TileList, TileMask, seen_bytes, seen_word
 from heatlens.gpu.buffer_parts import BufferPart, BufferParts
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE, TILE_GROUP, WORD_GROUP
-from heatlens.model.settings import LAYERS_MAX
+from heatlens.model.shot.settings import LAYERS_MAX
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import moderngl
 
 from heatlens.gpu.program import ComputeProgram, pixel_groups
-from heatlens.model.coc import NO_LINE, CocLine
+from heatlens.model.focus.coc import NO_LINE, CocLine
 
 
 class FocusMeanPass:

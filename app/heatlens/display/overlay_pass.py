@@ -4,10 +4,10 @@ import moderngl
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import ComputeProgram, pixel_groups
-from heatlens.model.coc import NO_LINE
-from heatlens.model.peaking import USUAL_PEAKING, Peaking, PeakingOn
-from heatlens.model.settings import LAYERS_MAX
-from heatlens.model.view import Overlay
+from heatlens.model.focus.coc import NO_LINE
+from heatlens.model.shot.settings import LAYERS_MAX
+from heatlens.model.view.peaking import USUAL_PEAKING, Peaking, PeakingOn
+from heatlens.model.view.view import Overlay
 
 _MODES = {
     Overlay.NONE: "no_color",

@@ -11,8 +11,8 @@ import moderngl
 from heatlens.display.focus_mean_pass import focus_uniforms
 from heatlens.gpu.program import DrawProgram, Image
 from heatlens.model.boxes import Box
-from heatlens.model.coc import CocLine
-from heatlens.model.view_geometry import Point
+from heatlens.model.focus.coc import CocLine
+from heatlens.model.view.view_geometry import Point
 
 # Straight alpha over the content below; the screen stays opaque, so the desktop never shows.
 _OVER = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)

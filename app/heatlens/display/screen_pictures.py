@@ -15,9 +15,9 @@ from heatlens.display.focus_mean_pass import FocusMeanPass
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.display.picture_pass import Detail
 from heatlens.gpu.textures import TexturePool
-from heatlens.model.coc import CocLine, sharp_px
-from heatlens.model.shot import Shot
-from heatlens.model.view import Against, Compare, ViewState
+from heatlens.model.focus.coc import CocLine, sharp_px
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown
 from heatlens.source.pinhole import Pinhole, optics_of, pinhole_optics
 

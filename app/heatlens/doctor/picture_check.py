@@ -13,9 +13,9 @@ from heatlens.defocus.solver_choice import settled_solver
 from heatlens.display.display_pass import DisplayPass
 from heatlens.doctor.finding import Finding
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer

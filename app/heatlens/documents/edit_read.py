@@ -18,10 +18,10 @@ from heatlens.base.printable import one_line
 from heatlens.documents.edit_media import MediaFinder
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.grade import Grade
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.option import Values
-from heatlens.model.reel import Reel, ReelShot, named_apart, shot_name
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.reel import Reel, ReelShot, named_apart, shot_name
 from heatlens.model.timecode import timecode_at
 from heatlens.model.units import parse_distance_m
 

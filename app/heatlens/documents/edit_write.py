@@ -9,10 +9,10 @@ from typing import Any
 from heatlens.base.errors import InputError
 from heatlens.documents.edit_read import otio
 from heatlens.files.atomic_file import replacing
-from heatlens.model.frames import FrameRange
-from heatlens.model.pull import baked
-from heatlens.model.reel import Reel
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.pull import baked
+from heatlens.model.shot.reel import Reel
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 from heatlens.sequence.names import NameForm
 

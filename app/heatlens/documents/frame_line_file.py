@@ -10,7 +10,7 @@ from heatlens.base.paths import file_bytes, unreadable
 from heatlens.base.printable import one_line
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
-from heatlens.model.guides import Canvas, FrameLine, Part
+from heatlens.model.view.guides import Canvas, FrameLine, Part
 
 FDL_SUFFIX = ".fdl"
 _BYTES_MOST = 16_000_000

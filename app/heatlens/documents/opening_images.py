@@ -5,10 +5,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from heatlens.model.lens import Lens
-from heatlens.model.lens_kit import LensKit
-from heatlens.model.opening_image import OpeningImage
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_kit import LensKit
+from heatlens.model.lens.opening_image import OpeningImage
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.opening_picture import read_opening_image
 
 

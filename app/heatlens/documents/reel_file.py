@@ -8,9 +8,9 @@ from heatlens.documents.edit_read import EDIT_SUFFIXES, EditOptions, read_edit
 from heatlens.documents.shot_file import absolute_source, relative_source
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
-from heatlens.model.frames import parse_frame_range
-from heatlens.model.grade import Grade
-from heatlens.model.reel import Reel, ReelShot
+from heatlens.model.curves.frames import parse_frame_range
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.reel import Reel, ReelShot
 
 REEL_SUFFIX = ".heatreel.json"
 REEL_SUFFIXES = (REEL_SUFFIX, *EDIT_SUFFIXES)

@@ -21,22 +21,22 @@ from heatlens.documents.opening_images import (
 )
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.json_record import JsonEntry, plain, read_json, record_to_json
-from heatlens.model.curve import Curve, Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Framing
-from heatlens.model.grade import Grade
-from heatlens.model.interpolation import Ease, Scale
-from heatlens.model.lens import Lens
-from heatlens.model.lens_kit import LensKit
-from heatlens.model.live_focus import LiveFocus
-from heatlens.model.look import Look
-from heatlens.model.mark import Mark
-from heatlens.model.marks import kind_of_entries
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.curves.interpolation import Ease, Scale
+from heatlens.model.focus.live_focus import LiveFocus
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_kit import LensKit
+from heatlens.model.lens.opening_image import OpeningImage
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import kind_of_entries
 from heatlens.model.option import Values
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import FOCUS_SCALES, LensCurves, LensParameter, Shot
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.look import Look
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import FOCUS_SCALES, LensCurves, LensParameter, Shot
 
 SHOT_SUFFIX = ".heatlens.json"
 SHOT_VERSION = 1

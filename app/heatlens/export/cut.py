@@ -17,8 +17,8 @@ from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import ExportPlan, fingerprint_of_movie
 from heatlens.export.run import FrameDone
 from heatlens.files.output_check import check_writable, make_folder
-from heatlens.model.frames import FrameRange
-from heatlens.model.reel import Reel
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.reel import Reel
 
 
 @dataclass(frozen=True)

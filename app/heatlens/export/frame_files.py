@@ -15,8 +15,8 @@ from heatlens.export.plan import PlannedFrame
 from heatlens.export.sequence_check import Remark
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.boxes import Box
-from heatlens.model.coc import coc_px, lean_coc_px
-from heatlens.model.frames import exact_rate
+from heatlens.model.curves.frames import exact_rate
+from heatlens.model.focus.coc import coc_px, lean_coc_px
 from heatlens.model.timecode import Timecode
 from heatlens.plate.coc_line import line_of
 from heatlens.plate.deep.deep_write import write_deep

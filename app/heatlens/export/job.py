@@ -10,9 +10,9 @@ from heatlens.export.options import ExportOptions
 from heatlens.export.output import Output
 from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.files.json_record import read_json, record_to_json
-from heatlens.model.display_options import DisplayOptions
-from heatlens.model.guides import NO_GUIDES, Guides
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.display_options import DisplayOptions
+from heatlens.model.view.guides import NO_GUIDES, Guides
 from heatlens.source.named import checked_source
 
 _STOPS_MOST = 30.0  # beyond this, everything is white or black

@@ -23,7 +23,7 @@ from heatlens.export.whole import is_whole
 from heatlens.files.atomic_file import replacing
 from heatlens.files.movie_read import av
 from heatlens.files.output_check import check_space
-from heatlens.model.frames import exact_rate
+from heatlens.model.curves.frames import exact_rate
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.picture.png_write import quantised
 from heatlens.plate.plate import FloatImage

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from heatlens.export.plan import ExportPlan
 from heatlens.files.movie_read import av, movie_at
 from heatlens.files.picture_formats import in_movie
-from heatlens.model.frames import exact_rate
+from heatlens.model.curves.frames import exact_rate
 from heatlens.source.origin import StampedFile
 
 _RATE = 48_000

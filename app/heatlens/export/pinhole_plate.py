@@ -8,7 +8,7 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.deep.deep_write import check_deep_fits
 from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate, ReadPixels

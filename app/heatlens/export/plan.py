@@ -20,11 +20,11 @@ from heatlens.export.output import check_names
 from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.files.json_record import plain
 from heatlens.files.picture_formats import file_on_disk
-from heatlens.model.framing import Framing
-from heatlens.model.guides import NO_GUIDES
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.guides import NO_GUIDES
 from heatlens.plate.exr.exr_whole import cut_short
 from heatlens.plate.picture.picture_digest import digest, without_advice
 from heatlens.sequence.names import parse_frames

@@ -13,7 +13,7 @@ from heatlens.export.pinhole_plate import pinhole_plate
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.sequence_check import Remark, SequenceCheck
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.guides import (
+from heatlens.model.view.guides import (
     LINE_OPACITY,
     NO_GUIDES,
     Canvas,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from heatlens.model.boxes import Box
-from heatlens.model.plausibility import span_doubts
+from heatlens.model.focus.plausibility import span_doubts
 from heatlens.plate.plate import Plate, depth_span
 
 # From one frame to the next, a cut or a person crossing the picture may change the median tenfold.

@@ -10,7 +10,7 @@ from heatlens.base.errors import HeatlensError, InputError
 from heatlens.defocus.line_solver import SOLVERS, SolverName
 from heatlens.farm.cluster import library
 from heatlens.farm.inputs import plain_path
-from heatlens.model.framing import Framing, WorldAxis
+from heatlens.model.shot.framing import Framing, WorldAxis
 from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.rendered_frames.frame_key import program_contents

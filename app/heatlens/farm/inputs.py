@@ -8,8 +8,8 @@ from heatlens.color.color_config import files_of_config
 from heatlens.documents.opening_images import shot_with_images
 from heatlens.export.plan import ExportPlan
 from heatlens.files.picture_formats import file_on_disk
-from heatlens.model.opening_image import OpeningImage
-from heatlens.model.shot import Shot
+from heatlens.model.lens.opening_image import OpeningImage
+from heatlens.model.shot.shot import Shot
 
 
 def files_beside(plan: ExportPlan) -> tuple[Path, ...]:

@@ -16,7 +16,7 @@ from typing import Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_ty
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.paths import file_bytes, unreadable
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.opening_image import OpeningImage
 
 T = TypeVar("T")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 

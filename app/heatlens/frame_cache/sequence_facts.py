@@ -7,8 +7,8 @@ from statistics import fmean
 
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.neighbour_reader import NeighbourReader
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.plausibility import span_doubts
+from heatlens.model.focus.plausibility import span_doubts
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.plate import BehindReport, Plate, depth_span
 from heatlens.sequence.depth_files import PlateFiles
 from heatlens.sequence.names import frames_text

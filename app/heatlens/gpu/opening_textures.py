@@ -4,7 +4,7 @@ import moderngl
 import numpy as np
 
 from heatlens.gpu.textures import new_texture
-from heatlens.model.aperture import Aperture
+from heatlens.model.lens.aperture import Aperture
 
 _KEPT = 4  # enough for four looks side by side
 

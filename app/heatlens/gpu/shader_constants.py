@@ -7,10 +7,10 @@ its text does not repeat the number.
 import re
 from collections.abc import Mapping
 
-from heatlens.model.coc import COC_MOST_PX
-from heatlens.model.opening import FIELD_STEPS, RIM_MOST, RIM_POWER
-from heatlens.model.opening_image import BARREL_STEPS, IMAGE_SIDE
-from heatlens.model.settings import LAYERS_MAX
+from heatlens.model.focus.coc import COC_MOST_PX
+from heatlens.model.lens.opening import FIELD_STEPS, RIM_MOST, RIM_POWER
+from heatlens.model.lens.opening_image import BARREL_STEPS, IMAGE_SIDE
+from heatlens.model.shot.settings import LAYERS_MAX
 from heatlens.model.value_bins import BINS as DEPTH_BINS
 
 Rgb = tuple[float, float, float]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.deep.stacked import Stacked, Surface, farthest_m, lists_over, stacked
 from heatlens.plate.depth.depth import finite_range
 from heatlens.plate.fragments import LEAST_COVERAGE, OPAQUE, SAME_DEPTH, FloatImage

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from heatlens.model.boxes import Box
-from heatlens.model.coc import coc_px
-from heatlens.model.lens import Lens
+from heatlens.model.focus.coc import coc_px
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.coc_line import line_of
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate

@@ -7,7 +7,7 @@ is read, and one note tells the user.
 
 import numpy as np
 
-from heatlens.model.coc import COC_MOST_PX
+from heatlens.model.focus.coc import COC_MOST_PX
 from heatlens.plate.plate import FloatImage
 
 # A thousandth of a millimetre in front of the lens. Anything nearer is treated as a missing depth

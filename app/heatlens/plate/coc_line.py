@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from heatlens.model.coc import CocLine, coc_line
-from heatlens.model.lean import Lean, lean_of
-from heatlens.model.lens import Lens
+from heatlens.model.focus.coc import CocLine, coc_line
+from heatlens.model.focus.lean import Lean, lean_of
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 

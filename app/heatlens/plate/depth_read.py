@@ -11,7 +11,7 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.bounds import DEPTH_LEAST_M
 from heatlens.plate.depth.depth import DepthResult, finite_range, read_depth
 from heatlens.plate.depth.depth_guess import DepthOrigin

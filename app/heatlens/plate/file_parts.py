@@ -5,7 +5,7 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
 from heatlens.model.depth_words import DepthSide
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.deep.deep_plate import flattened_part
 from heatlens.plate.exr.deep_file import is_deep_file
 from heatlens.plate.exr.exr_read import read_parts

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.model.plate_options import SPIKE_FROM, SPIKE_WHOLE
+from heatlens.model.shot.plate_options import SPIKE_FROM, SPIKE_WHOLE
 from heatlens.plate.plate import FloatImage
 
 # Relative noise in the evenest parts of a plate, from which grain shows as discs. Clean plates of

@@ -10,9 +10,9 @@ import numpy as np
 
 from heatlens.base.errors import InputError, LensError
 from heatlens.model.boxes import Box
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.plausibility import DepthSpan, Doubt, doubts, span_doubts
+from heatlens.model.focus.plausibility import DepthSpan, Doubt, doubts, span_doubts
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.behind import behind_layers, is_behind
 from heatlens.plate.exr.deep_file import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_scan import channels_of, scanned_headers

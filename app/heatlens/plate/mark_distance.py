@@ -5,10 +5,10 @@ from collections.abc import Iterable
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.lens import Lens
-from heatlens.model.live_focus import Distances
-from heatlens.model.mark import Mark
-from heatlens.model.marks import DistanceMark, MatteMark, PointMark, WorldMark
+from heatlens.model.focus.live_focus import Distances
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import DistanceMark, MatteMark, PointMark, WorldMark
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.mattes.matte_distance import thing_m
 from heatlens.plate.mattes.mattes import UnknownThingError

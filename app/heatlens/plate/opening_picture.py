@@ -12,8 +12,8 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import unreadable
-from heatlens.model.opening_image import IMAGE_SIDE, OpeningImage, seen_light
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.lens.opening_image import IMAGE_SIDE, OpeningImage, seen_light
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import pixels_of

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from heatlens.model.boxes import Box
-from heatlens.model.breathing import plate_ratio
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.frames import FrameRange
-from heatlens.model.lens import Lens
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.breathing import plate_ratio
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.coc_line import line_of
 from heatlens.plate.plate import Plate
 

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from heatlens.base.errors import InputError
-from heatlens.model.breathing import breathing_note
-from heatlens.model.lens import Lens
-from heatlens.model.plausibility import Doubt, doubts, focus_unit_doubts
-from heatlens.model.shot import Shot
+from heatlens.model.focus.plausibility import Doubt, doubts, focus_unit_doubts
+from heatlens.model.lens.breathing import breathing_note
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.overscan_need import room_of
 from heatlens.plate.plate import Plate, depth_span
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthSide
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.behind import (
     behind_layers,
     behind_paths,

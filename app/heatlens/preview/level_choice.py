@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.preview.levels import cheaper, is_better, on_the_way
 
 Predict = Callable[[DefocusSettings], float]  # seconds that a picture takes

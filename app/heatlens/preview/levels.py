@@ -6,7 +6,7 @@ The window uses lower levels while something moves; `heatlens bench --drag` meas
 from dataclasses import replace
 
 from heatlens.defocus.quality import layers_for
-from heatlens.model.settings import PROXY_MIN, DefocusSettings, Method, Quality
+from heatlens.model.shot.settings import PROXY_MIN, DefocusSettings, Method, Quality
 
 # From slow to fast: the best quality of each level, which sets the number of poles of a disc, and
 # its scale relative to the requested picture. Nothing else differs, so that the lens looks the same

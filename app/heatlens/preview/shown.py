@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import moderngl
 
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 
 
 @dataclass(frozen=True)

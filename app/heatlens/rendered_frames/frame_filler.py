@@ -10,8 +10,8 @@ from heatlens.base.background import Threads
 from heatlens.base.errors import InputError
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.textures import download
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import RenderedPicture

@@ -9,11 +9,11 @@ from pathlib import Path
 import heatlens
 from heatlens.base.paths import data_dir
 from heatlens.files.json_record import plain
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Pose
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Pose
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
 from heatlens.plate.picture.picture_digest import digest, without_advice
 from heatlens.render import FrameRenderer
 from heatlens.sequence.sequence import Stamp

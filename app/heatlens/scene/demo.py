@@ -10,14 +10,14 @@ from functools import cache
 from pathlib import Path
 
 from heatlens.base.paths import data_dir
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
-from heatlens.model.marks import DistanceMark
-from heatlens.model.pull import pull
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.marks.marks import DistanceMark
+from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.model.shot.pull import pull
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.gltf.read import read_gltf
 from heatlens.scene.scene import Array, Daylight, Scene, SceneCamera
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from heatlens.model.framing import Framing, SceneTiming
-from heatlens.model.key_reduction import linear_keys
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
+from heatlens.model.curves.key_reduction import linear_keys
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.option import Values
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot.framing import Framing, SceneTiming
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.scene.placing import Placing, placed_first
 from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, started_framing, subject_m, track_of

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.framing import Framing, WorldAxis
+from heatlens.model.shot.framing import Framing, WorldAxis
 from heatlens.scene.scene import Array, Motion, Scene
 from heatlens.scene.scene_bounds import bounds_m
 

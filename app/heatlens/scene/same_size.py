@@ -13,13 +13,13 @@ from functools import cached_property
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, Vector
-from heatlens.model.mark import Mark
-from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
-from heatlens.model.orbit import pivot_of
-from heatlens.model.pull import followed, recorded
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import DistanceMark, ObjectMark, PointMark
+from heatlens.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, Vector
+from heatlens.model.shot.pull import followed, recorded
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
+from heatlens.model.view.orbit import pivot_of
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import object_depth_m, track_of
 

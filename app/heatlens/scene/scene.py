@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.framing import CameraTrack, WorldAxis
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.other_names import or_meant
+from heatlens.model.shot.framing import CameraTrack, WorldAxis
 
 Array = NDArray[np.float64]
 Color = tuple[float, float, float]

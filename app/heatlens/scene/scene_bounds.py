@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at, pose_of
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, looking_at, pose_of
 from heatlens.scene.scene import Array, Scene
 
 # Picks the least or the greatest corner on each axis.

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.model.framing import SceneTiming
+from heatlens.model.shot.framing import SceneTiming
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import is_scene_file, read_scene
 

@@ -9,7 +9,7 @@ from heatlens.base.on_use import OnUse
 from heatlens.base.paths import unreadable
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import read_usd_apart, usd_failures_reported, usd_module
-from heatlens.model.framing import SceneTiming
+from heatlens.model.shot.framing import SceneTiming
 from heatlens.scene.scene import Scene
 
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from heatlens.model.coc import axial_dioptres, lens_diameter_m
-from heatlens.model.framing import Pose
-from heatlens.model.lean import LEVEL, Lean, lean_of
-from heatlens.model.lens import Lens
-from heatlens.model.pupil import Pupil
+from heatlens.model.focus.coc import axial_dioptres, lens_diameter_m
+from heatlens.model.focus.lean import LEVEL, Lean, lean_of
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.pupil import Pupil
+from heatlens.model.shot.framing import Pose
 from heatlens.scene.scene import Array
 from heatlens.scene.scene_bounds import corners_of
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from heatlens.gpu.program import ComputeProgram, Image, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.textures import TexturePool
-from heatlens.model.pupil import Pupil
+from heatlens.model.lens.pupil import Pupil
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.raster import SceneRaster
 

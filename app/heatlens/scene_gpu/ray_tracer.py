@@ -14,7 +14,7 @@ from heatlens.gpu.opening_textures import OpeningTextures
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 from heatlens.gpu.shader_constants import RAY_GROUP
 from heatlens.gpu.textures import TexturePool
-from heatlens.model.pupil import Pupil
+from heatlens.model.lens.pupil import Pupil
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.accumulation import SIDES_LAYERS
 from heatlens.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees, refitted

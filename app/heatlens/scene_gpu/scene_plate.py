@@ -12,8 +12,8 @@ from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.framing import Pose
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Pose
 from heatlens.plate.plate import CameraHeader, DepthReport, Plate
 from heatlens.scene_gpu.depth_survey import Surveyed
 

@@ -11,9 +11,9 @@ import moderngl
 from heatlens.defocus.plate_passes import CropPass
 from heatlens.gpu.textures import FloatArray, TexturePool, download
 from heatlens.model.boxes import Box
-from heatlens.model.framing import Framing, Pose
-from heatlens.model.settings import Method
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import Framing, Pose
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import Shot
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
 from heatlens.scene.nearest_seen import nearest_seen_m, with_near_plane

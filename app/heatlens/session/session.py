@@ -9,8 +9,8 @@ from pathlib import Path
 
 from heatlens.base.errors import FaultError, HeatlensError
 from heatlens.base.faults import faults_reported
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.header.timecode import timecode_of
 from heatlens.render import FrameRenderer
 from heatlens.session.desks import FileDesk, LensDesk, PictureDesk, TimeDesk

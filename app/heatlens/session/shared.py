@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from heatlens.base.errors import HeatlensError
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.session.loop.messages import reported
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.settings.preferences import Preferences

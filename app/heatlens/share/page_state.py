@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 from heatlens.base.errors import HeatlensError
 from heatlens.files.json_record import plain, record_to_json
-from heatlens.model.coc import hyperfocal_m
-from heatlens.model.guides import NO_GUIDES, Guides, guide_shapes, lines_of
-from heatlens.model.look import Look
+from heatlens.model.focus.coc import hyperfocal_m
+from heatlens.model.shot.look import Look
 from heatlens.model.value_bins import DepthHistogram
-from heatlens.model.view_geometry import PictureShape
+from heatlens.model.view.guides import NO_GUIDES, Guides, guide_shapes, lines_of
+from heatlens.model.view.view_geometry import PictureShape
 from heatlens.session.door.door import Door
 from heatlens.session.door.state import CommandState
 from heatlens.session.session import Session

@@ -17,9 +17,9 @@ from heatlens.scene.scene_name import names_scene
 if TYPE_CHECKING:  # they are imported on use, so that a command loads only what its source needs
     from heatlens.camera.from_shot import CameraWish
     from heatlens.camera.samples import CameraSamples
-    from heatlens.model.framing import SceneTiming
-    from heatlens.model.plate_options import PlateOptions
-    from heatlens.model.shot import Shot
+    from heatlens.model.shot.framing import SceneTiming
+    from heatlens.model.shot.plate_options import PlateOptions
+    from heatlens.model.shot.shot import Shot
     from heatlens.source.opened import Opened, Opening
     from heatlens.source.source import Source
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.model.framing import SceneTiming
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import SceneTiming
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.source.kinds import kind_of
 from heatlens.source.one_size import sequence_of_one_size
 from heatlens.source.plate_source import PlateSource

@@ -5,9 +5,9 @@ from typing import Protocol
 import moderngl
 
 from heatlens.defocus.steps import Steps
-from heatlens.model.framing import Pose
-from heatlens.model.settings import Method
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import Pose
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.scene import Scene
 from heatlens.source.pinhole import Pinhole
 

@@ -9,11 +9,11 @@ from heatlens.base.errors import InputError
 from heatlens.base.faults import faults_reported
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.reader import settled_options
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.header.start_lens import StartLens, start_lens
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.plate import Plate

@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import SceneTiming
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import SceneTiming
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.header.start_lens import StartLens
 from heatlens.scene.first_shot import FirstShot, first_shot, lens_with
 from heatlens.scene.scene import Scene

@@ -8,8 +8,8 @@ from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
 from heatlens.files.apart import Stop
-from heatlens.model.framing import SceneTiming
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.framing import SceneTiming
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.scene.placing import Placing
 from heatlens.source.kinds import kind_of
 from heatlens.source.opened import Opened, Opening

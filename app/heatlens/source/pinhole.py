@@ -10,11 +10,11 @@ from heatlens.defocus.gaps import gaps_of
 from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.optics import Optics
-from heatlens.model.coc import COC_MOST_PX, axial_px
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.lean import LEVEL
-from heatlens.model.lens import Lens
-from heatlens.model.picture_field import PictureField
+from heatlens.model.focus.coc import COC_MOST_PX, axial_px
+from heatlens.model.focus.lean import LEVEL
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.picture_field import PictureField
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.coc_line import lean_in, line_of
 from heatlens.plate.plate import Plate

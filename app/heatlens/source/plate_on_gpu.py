@@ -13,9 +13,9 @@ from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_storage_fits
 from heatlens.gpu.textures import FloatArray, new_texture, upload, uploading
 from heatlens.model.boxes import Box
-from heatlens.model.framing import Pose
-from heatlens.model.settings import Method
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import Pose
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Pixels, Plate
 from heatlens.source.pinhole import Pinhole
 

@@ -13,12 +13,12 @@ from heatlens.base.paths import absolute
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.reader import SequenceReader
-from heatlens.model.frames import FrameRange
-from heatlens.model.live_focus import Distances
-from heatlens.model.mark import Mark
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
-from heatlens.model.track_mark import TrackMark
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.live_focus import Distances
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.track_mark import TrackMark
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.behind import behind_paths
 from heatlens.plate.mark_distance import mark_over_plates_m
 from heatlens.plate.plate import Plate, ReadPixels

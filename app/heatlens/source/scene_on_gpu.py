@@ -5,9 +5,9 @@ import moderngl
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_plate_fits
 from heatlens.model.boxes import Box
-from heatlens.model.framing import Framing, Pose
-from heatlens.model.settings import Method
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import Framing, Pose
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.focus_pick import area_at, middle_m
 from heatlens.scene.scene import Scene
 from heatlens.scene_gpu.scene_renderer import SceneRenderer

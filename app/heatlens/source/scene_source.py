@@ -9,13 +9,13 @@ from typing import ClassVar
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import absolute, unreadable
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Framing, SceneTiming
-from heatlens.model.live_focus import Distances
-from heatlens.model.mark import Mark
-from heatlens.model.marks import DistanceMark, ObjectMark
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.live_focus import Distances
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import DistanceMark, ObjectMark
+from heatlens.model.shot.framing import Framing, SceneTiming
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import object_depth_m, object_names, track_of

@@ -2,8 +2,8 @@
 
 from heatlens.camera.from_shot import CameraWish
 from heatlens.camera.samples import CameraSamples, UpAxis
-from heatlens.model.frames import FrameRange
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.shot import Shot
 from heatlens.source.kinds import kind_of
 
 

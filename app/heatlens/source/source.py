@@ -4,10 +4,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
-from heatlens.model.frames import FrameRange
-from heatlens.model.live_focus import Distances
-from heatlens.model.mark import Mark
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.live_focus import Distances
+from heatlens.model.marks.mark import Mark
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import MissingPolicy

@@ -9,10 +9,10 @@ from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
 from heatlens.live.stream.server import TevServer
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.header.start_lens import StartLens, start_lens
 from heatlens.plate.plate import Plate
 from heatlens.source.kinds import STREAM_PREFIX

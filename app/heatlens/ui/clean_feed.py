@@ -13,7 +13,7 @@ from heatlens.ui.devices import GlfwHandle, monitor_of
 
 import glfw  # isort: skip
 
-from heatlens.model.view import ViewState
+from heatlens.model.view.view import ViewState
 from heatlens.ui.picture.picture_alone import PictureAlone
 from heatlens.ui.picture.pictures import Pictures
 

@@ -7,7 +7,7 @@ from functools import partial
 from imgui_bundle import imgui
 
 from heatlens.display.probe import seen_depth_m
-from heatlens.model.plausibility import Doubt, doubts
+from heatlens.model.focus.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
 from heatlens.session.loop.messages import window_words
 from heatlens.session.marks.plan import PlanDrawer

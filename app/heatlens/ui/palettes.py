@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 
 from imgui_bundle import ImVec4, imgui
 
-from heatlens.model.guides import LINE_OPACITY
+from heatlens.model.view.guides import LINE_OPACITY
 
 _Col = imgui.Col_
 _BRIGHT_KNOB, _DARK_KNOB, _LINE = (0.74, 0.74, 0.74), (0.36, 0.36, 0.36), (0.70, 0.70, 0.70)

@@ -8,10 +8,10 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
 from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
-from heatlens.model.coc import sharp_px
-from heatlens.model.guides import NO_GUIDES, Guides, Rect, guide_shapes, inner_rect, lines_of
-from heatlens.model.view import Compare
-from heatlens.model.view_geometry import PictureShape, Viewport, geometry
+from heatlens.model.focus.coc import sharp_px
+from heatlens.model.view.guides import NO_GUIDES, Guides, Rect, guide_shapes, inner_rect, lines_of
+from heatlens.model.view.view import Compare
+from heatlens.model.view.view_geometry import PictureShape, Viewport, geometry
 from heatlens.session.desks import LensDesk, PictureDesk
 from heatlens.session.door.door import Door
 from heatlens.session.door.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook

@@ -10,14 +10,14 @@ from functools import partial
 from typing import Any
 
 from heatlens.export.options import ExportOptions
-from heatlens.model.aperture import Aperture
-from heatlens.model.filmback import FILMBACKS
-from heatlens.model.guides import SQUEEZES
-from heatlens.model.live_focus import Follow
+from heatlens.model.focus.live_focus import Follow
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.filmback import FILMBACKS
 from heatlens.model.option import options_of
-from heatlens.model.peaking import PEAKING_COLORS, PeakingOn
-from heatlens.model.settings import Bokeh, Method, Quality, barred_methods
-from heatlens.model.view import Overlay
+from heatlens.model.shot.settings import Bokeh, Method, Quality, barred_methods
+from heatlens.model.view.guides import SQUEEZES
+from heatlens.model.view.peaking import PEAKING_COLORS, PeakingOn
+from heatlens.model.view.view import Overlay
 from heatlens.session.door.door import Changeable, Door
 from heatlens.session.facts import Facts
 from heatlens.session.settings.preferences import Theme

@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
 from heatlens.display.probe import PictureReader, probe_at, probe_text
-from heatlens.model.view import Against, Compare, ViewState
+from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown
 from heatlens.session.desks import PictureDesk
 from heatlens.session.facts import Facts

@@ -14,10 +14,10 @@ from heatlens.color.view_transform import ViewTransform, srgb_transform, view_tr
 from heatlens.commands.options.field_options import add_fields, typed_fields
 from heatlens.commands.output.say import say
 from heatlens.export.job import DisplayLook
-from heatlens.model.display_options import NO_GRADE, PLAIN_VIEW, DisplayOptions
-from heatlens.model.grade import Grade
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.display_options import NO_GRADE, PLAIN_VIEW, DisplayOptions
 from heatlens.plate.header.channels import Header
 from heatlens.plate.parts.header_read import read_color_header
 from heatlens.source.named import source_of

@@ -20,9 +20,9 @@ from heatlens.commands.options.value_types import (
     whole,
     with_point,
 )
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import Option, Values, options_of, type_of
-from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.plate.opening_picture import read_opening_image
 
 _NUMBERS: dict[str, Callable[[str], float]] = {

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import attributes_of, unasked
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.source.kinds import kind_of
 
 Given = dict[str, object]

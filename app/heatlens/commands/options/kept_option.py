@@ -5,7 +5,7 @@ import argparse
 from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import add_fields
 from heatlens.export.options import ExportOptions
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.kept_channels import check_kept
 from heatlens.source.source import Source
 

@@ -7,9 +7,9 @@ from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import flag_of
 from heatlens.commands.output.say import say
 from heatlens.documents.lens_kits import kit_shelf
-from heatlens.model.lens import Lens
-from heatlens.model.lens_kit import LensKit
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_kit import LensKit
+from heatlens.model.shot.shot import Shot
 
 # The fields of Lens that a kit limits, and the options that set them.
 _BOUNDED = {

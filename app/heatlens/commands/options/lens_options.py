@@ -11,12 +11,12 @@ from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import add_fields, attributes_of, flag_of, typed_fields
 from heatlens.commands.options.kit_options import add_kit_option, kit_values, lens_of_kit
 from heatlens.commands.output.say import say
-from heatlens.model.aperture import APERTURE_FIELDS
-from heatlens.model.filmback import filmback_named
-from heatlens.model.lens import Lens, MeasuredFrom
-from heatlens.model.measured_distance import measured_text
+from heatlens.model.lens.aperture import APERTURE_FIELDS
+from heatlens.model.lens.filmback import filmback_named
+from heatlens.model.lens.lens import Lens, MeasuredFrom
+from heatlens.model.lens.measured_distance import measured_text
 from heatlens.model.option import Values
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.plate.focus_pick import depth_at_m, no_distances
 from heatlens.plate.header.header_lens import MissingLensError, plate_lens

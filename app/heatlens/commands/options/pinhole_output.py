@@ -5,7 +5,7 @@ import argparse
 from heatlens.base.errors import InputError
 from heatlens.commands.output.say import say
 from heatlens.export.pinhole_plate import AUTO, PinholeOptions, pinhole_plate
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene_gpu.overscan import fineness

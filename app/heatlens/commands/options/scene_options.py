@@ -13,10 +13,10 @@ from heatlens.base.errors import InputError
 from heatlens.commands.options.kit_options import shot_with_kit
 from heatlens.commands.options.lens_options import given_lens, lens_words, pixel_of, sources_of
 from heatlens.commands.options.value_types import number, whole
-from heatlens.model.frames import FRAMES_PER_SECOND, check_within
-from heatlens.model.framing import Framing, SceneTiming, WorldAxis
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, check_within
+from heatlens.model.shot.framing import Framing, SceneTiming, WorldAxis
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.plate.coc_line import focused_at_pixel
 from heatlens.scene.first_shot import FirstShot, first_shot

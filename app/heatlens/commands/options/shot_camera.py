@@ -9,8 +9,8 @@ from heatlens.camera.into_shot import first_values, lens_tracks
 from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples
 from heatlens.commands.options.field_options import attributes_of
 from heatlens.commands.output.say import say
-from heatlens.model.lens import Lens
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.units import format_distance, parse_scene_unit_m
 
 # Field of Lens -> the options that set it. The camera's value is used for the first one.

@@ -9,8 +9,8 @@ from typing import TextIO
 
 from heatlens.commands.output.progress_line import progress_line, time_text
 from heatlens.commands.output.say import shows_progress
-from heatlens.model.framing import Framing
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 
 _SILENT_S = 1.0  # no progress is shown for faster pictures

@@ -5,9 +5,9 @@ from collections.abc import Iterable
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
 from heatlens.commands.output.say import say
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.overscan_need import OverscanNeed, overscan_need
 from heatlens.plate.plate import Plate
 from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes

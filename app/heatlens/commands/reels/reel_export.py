@@ -20,8 +20,8 @@ from heatlens.export.output import parse_output
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone
 from heatlens.files.output_check import check_folder, make_folder
-from heatlens.model.frames import FrameRange
-from heatlens.model.reel import SHOT_FIELD, Reel, ReelShot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.reel import SHOT_FIELD, Reel, ReelShot
 
 _NOT_OF_A_CUT = ("send", "after_export", "edit_out", "handles")
 

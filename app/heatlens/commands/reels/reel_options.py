@@ -13,8 +13,8 @@ from heatlens.documents.edit_read import EditOptions
 from heatlens.documents.reel_file import is_reel, read_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.output import parse_output
-from heatlens.model.frames import FrameRange
-from heatlens.model.reel import SHOT_FIELD, Reel, ReelShot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.reel import SHOT_FIELD, Reel, ReelShot
 from heatlens.sequence.sequence import find_sequence
 
 _ONE_SHOT = ("frames", "part", "plate", "start_timecode")

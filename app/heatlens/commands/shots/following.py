@@ -9,10 +9,10 @@ from heatlens.commands.options.field_options import add_fields, typed_fields
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.source_commands import commands_for
-from heatlens.model.live_focus import Follow, LiveFocus, Pursuit
-from heatlens.model.pull import baked
-from heatlens.model.shot import Shot
-from heatlens.model.track_mark import TrackMark
+from heatlens.model.focus.live_focus import Follow, LiveFocus, Pursuit
+from heatlens.model.marks.track_mark import TrackMark
+from heatlens.model.shot.pull import baked
+from heatlens.model.shot.shot import Shot
 from heatlens.sequence.names import frames_text
 from heatlens.source.live_focus import measured
 

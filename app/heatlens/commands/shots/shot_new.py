@@ -41,17 +41,17 @@ from heatlens.commands.shots.following import (
 from heatlens.commands.sources.shot_plate import on_frames_of_plate
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
-from heatlens.model import marks
-from heatlens.model.curve import Key
-from heatlens.model.frames import FRAMES_PER_SECOND, parse_frame_range
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.lens import Lens
-from heatlens.model.mark import Mark
-from heatlens.model.marks import TYPED_MARK, DistanceMark, mark_of
-from heatlens.model.measured_distance import from_pupil_m, parse_measured_m
+from heatlens.model.curves.curve import Key
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, parse_frame_range
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.measured_distance import from_pupil_m, parse_measured_m
+from heatlens.model.marks import marks
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import TYPED_MARK, DistanceMark, mark_of
 from heatlens.model.other_names import or_meant
-from heatlens.model.pull import frames_too_close
-from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
+from heatlens.model.shot.pull import frames_too_close
+from heatlens.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.sequence.names import frames_text
 

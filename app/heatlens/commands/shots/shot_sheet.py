@@ -23,8 +23,8 @@ from heatlens.export.sheet.page import PURPOSE, Sheet, sheet_entries, write_shee
 from heatlens.export.sheet.rows import sheet_frames
 from heatlens.files.html_page import check_pages
 from heatlens.files.output_check import check_writable
-from heatlens.model.frames import FrameRange, parse_frame_range
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange, parse_frame_range
+from heatlens.model.shot.shot import Shot
 from heatlens.render import headless_renderer
 from heatlens.source.named import source_of
 

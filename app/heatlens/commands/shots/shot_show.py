@@ -11,15 +11,15 @@ from heatlens.base.printable import printable
 from heatlens.commands.output.say import tell
 from heatlens.documents.shot_file import read_shot, shot_to_json
 from heatlens.files.json_record import plain
-from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
-from heatlens.model.measured_distance import as_measured_m, measured_text
+from heatlens.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.measured_distance import as_measured_m, measured_text
 from heatlens.model.option import options_of
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.pull import frames_too_close
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.pull import frames_too_close
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 from heatlens.sequence.names import frames_text
 

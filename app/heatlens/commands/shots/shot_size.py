@@ -8,8 +8,8 @@ from heatlens.base.errors import InputError
 from heatlens.commands.options.value_types import number
 from heatlens.commands.output.say import say, tell
 from heatlens.documents.shot_file import SHOT_SUFFIX, read_shot, write_shot
-from heatlens.model.framing import Framing
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.shot import Shot
 from heatlens.model.units import format_distance
 from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.scene.placing import placed

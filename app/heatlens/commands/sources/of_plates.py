@@ -19,12 +19,12 @@ from heatlens.commands.sources.source_commands import Facts, Line, SourceCommand
 from heatlens.defocus.quality import unused_behind_notes
 from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.reader import SequenceReader, settled_options
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.lens_model import LensModel
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
-from heatlens.model.track_mark import TrackMark
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.marks.track_mark import TrackMark
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.exr.exr_write import behind_path, write_behind
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.inspection import inspect

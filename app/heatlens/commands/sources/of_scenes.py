@@ -17,11 +17,11 @@ from heatlens.commands.output.plate_words import say_breathing
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.shot_plate import rate_of
 from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
-from heatlens.model.frames import parse_frame_range
-from heatlens.model.mark import Mark
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
-from heatlens.model.track_mark import TrackMark
+from heatlens.model.curves.frames import parse_frame_range
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.track_mark import TrackMark
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, object_names

@@ -11,9 +11,9 @@ from heatlens.commands.options.lens_options import given_lens, lens_of, plate_op
 from heatlens.commands.output.plate_words import say_reading
 from heatlens.commands.output.say import say
 from heatlens.files.picture_formats import in_movie, is_picture
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
-from heatlens.model.lens import Lens
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode, parse_timecode
 from heatlens.plate.first_timecode import first_timecode, headers_of
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of

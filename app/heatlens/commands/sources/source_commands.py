@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
-from heatlens.model.track_mark import TrackMark
+from heatlens.model.marks.track_mark import TrackMark
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.source.kinds import kind_of
 
 if TYPE_CHECKING:

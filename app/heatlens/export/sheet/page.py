@@ -34,11 +34,11 @@ from heatlens.export.sheet.rows import (
 )
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.html_page import page_of, pdf_of
-from heatlens.model.frames import FrameRange
-from heatlens.model.mark import Mark
-from heatlens.model.marks import ObjectMark, PointMark
-from heatlens.model.settings import Method
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import ObjectMark, PointMark
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.render import FrameRenderer

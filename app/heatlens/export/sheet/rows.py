@@ -5,11 +5,11 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.frames import FrameRange
-from heatlens.model.measured_distance import measured_text
-from heatlens.model.pull import baked
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.shot.pull import baked
+from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
 
 _BETWEEN = (0.0, 0.25, 0.5, 0.75, 1.0)  # points between two rows at which a held focus is checked

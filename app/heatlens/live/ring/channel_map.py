@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from heatlens.base.errors import InputError
 from heatlens.live.ring.lens_sample import LensSample
-from heatlens.model.interpolation import Scale
+from heatlens.model.curves.interpolation import Scale
 
 _BENDS = (0.2, 5.0)
 _LEARNT_LEAST = 1e-6

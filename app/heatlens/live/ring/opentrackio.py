@@ -15,7 +15,7 @@ from typing import Any
 
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.otrk_packet import Encoding, RingPacketError
-from heatlens.model.frames import exact_rate
+from heatlens.model.curves.frames import exact_rate
 from heatlens.model.option import Values
 from heatlens.model.timecode import Timecode
 

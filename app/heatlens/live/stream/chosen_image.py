@@ -13,7 +13,7 @@ from types import SimpleNamespace
 from heatlens.base.errors import InputError
 from heatlens.live.stream.images import TevImage
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.header.channel_choice import DEPTH_WORDS, choose_color, choose_depth
 from heatlens.plate.header.channels import ChannelRef, Header
 from heatlens.plate.windows import header_at_box

@@ -32,8 +32,8 @@ from heatlens.base.errors import InputError
 from heatlens.live.stream.chosen_image import ChosenImage, header_of, plate_path
 from heatlens.live.stream.images import TevImage, not_sent
 from heatlens.model.boxes import Box
-from heatlens.model.lens_model import LensModel
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.depth.depth import finite_range
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.header.channel_choice import ColorChoice, choose_color, choose_depth

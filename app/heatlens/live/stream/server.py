@@ -36,7 +36,7 @@ from heatlens.live.stream.received_plate import (
     with_sent_lens,
 )
 from heatlens.live.stream.requested_file import is_of_this_machine, requested_file
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 

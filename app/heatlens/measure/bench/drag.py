@@ -24,9 +24,9 @@ from heatlens.measure.bench.bounded import Say
 from heatlens.measure.bench.frames import BenchFrames, Frame
 from heatlens.measure.compare.metrics import flip_evaluation
 from heatlens.model.boxes import Box
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.preview.levels import cheaper
 from heatlens.render import FrameRenderer

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.shot.settings import DefocusSettings, Method
 
 # Numbers of views in the literature, from Haeberli and Akeley 1990 on.
 KNOWN_VIEWS = (23, 66)

@@ -15,10 +15,10 @@ from heatlens.defocus.quality import layers_for
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_plate_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
-from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene

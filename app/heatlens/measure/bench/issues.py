@@ -22,7 +22,7 @@ from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for
 from heatlens.measure.bench.frames import BenchFrames, Frame
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.settings import DefocusSettings
 
 ISSUE_WORDS = "counting what the frame asks of a GPU"
 # Microseconds of a dispatch or draw with its barrier, and of a group of the partition solver, which

@@ -29,7 +29,7 @@ from heatlens.measure.bench.synthetic_plate import (
     scene_plate,
     uniform_coc_plate,
 )
-from heatlens.model.settings import Bokeh, DefocusSettings
+from heatlens.model.shot.settings import Bokeh, DefocusSettings
 
 Size = tuple[int, int]
 Say = Callable[[str], None]

@@ -23,9 +23,9 @@ from heatlens.measure.bench.frames import BenchFrames, Frame, SceneFrame
 from heatlens.measure.bench.methods import wall_framing
 from heatlens.measure.bench.synthetic_plate import LENS
 from heatlens.measure.compare.metrics import score
-from heatlens.model.coc import coc_line, coc_px
-from heatlens.model.lens import Lens
-from heatlens.model.settings import VIEWS_MAX, DefocusSettings, Method
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.plate.plate import FloatImage
 from heatlens.render import drained
 from heatlens.scene.scene import Color, Daylight, Instance, Material, Mesh, Scene

@@ -15,10 +15,10 @@ from heatlens.measure.bench.bounded import Patience, Say
 from heatlens.measure.bench.entrants import entrants
 from heatlens.measure.bench.frames import BenchFrames, Frame
 from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
-from heatlens.model.coc import coc_line
-from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.focus.coc import coc_line
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.model.shot.settings import DefocusSettings
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.scene.scene import Daylight, Instance, Material, Mesh, Scene
 

@@ -11,7 +11,7 @@ from heatlens.measure.compare.metrics import score
 from heatlens.measure.study.measured import cut
 from heatlens.measure.study.reference import from_views
 from heatlens.measure.study.subject import Subject
-from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.shot.settings import DefocusSettings, Method
 
 _TRUTH = "truth"
 _VIEWS_OF_OTHERS = 8  # for the estimate: another method takes about as long as so many views

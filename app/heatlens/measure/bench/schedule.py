@@ -19,7 +19,7 @@ from heatlens.measure.bench.measure import (
 from heatlens.measure.bench.method_errors import truth_where, truth_words
 from heatlens.measure.bench.methods import METHOD_COC_PX, method_where
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.settings import DefocusSettings
 
 _PROBE = (320, 180)
 _PRIOR = 0.15  # weight of the first estimate against measurements, as a part of the whole plan

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
-from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.lens import Lens
+from heatlens.model.focus.coc import coc_line, coc_px
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, ReadPixels
 
 # Wide open and focused between the objects: blur on both sides, in several layers in front.

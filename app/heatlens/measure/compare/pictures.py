@@ -11,7 +11,7 @@ from heatlens.base.errors import InputError
 from heatlens.files.atomic_file import write_whole
 from heatlens.measure.compare.metrics import flip_evaluation
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import pixels_of

@@ -14,7 +14,7 @@ from heatlens.measure.compare.metrics import Scores, score
 from heatlens.measure.study.reference import Reference
 from heatlens.measure.study.subject import Subject
 from heatlens.model.boxes import Box
-from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.plate.plate import FloatImage
 
 LIMIT_S = 60.0  # the runs of one method stop here; its warm-up is always done to the end

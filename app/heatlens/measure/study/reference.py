@@ -8,7 +8,7 @@ import numpy as np
 from heatlens.measure.compare.pictures import Picture, shared_region
 from heatlens.measure.study.subject import Subject
 from heatlens.model.boxes import Box
-from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.plate.plate import FloatImage
 
 _SHARED = "Accumulation shares its first views with the truth, which favours it a little."

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.bounds import DEPTH_LEAST_M, LIGHT_MOST
 from heatlens.plate.deep.deep_chunks import DeepPart
 from heatlens.plate.deep.deep_volumes import DeepSamples, without_volumes

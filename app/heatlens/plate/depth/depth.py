@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.bounds import DEPTH_LEAST_M, bound_coc
 from heatlens.plate.depth.depth_guess import (
     NORMALIZED_UP_TO,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.depth.depth_shape import FlatVotes, flat_votes
 from heatlens.plate.parts.picture_parts import PictureFacts
 from heatlens.plate.plate import FloatImage

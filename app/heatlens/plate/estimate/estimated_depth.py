@@ -6,7 +6,7 @@ import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention, DepthKind, DepthModelOutput
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.bounds import DEPTH_LEAST_M
 from heatlens.plate.depth.depth import DepthResult, checked_ends, with_ends
 from heatlens.plate.depth.depth_guess import DepthOrigin, Guess, looked_at

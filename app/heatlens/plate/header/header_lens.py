@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from heatlens.base.errors import InputError
-from heatlens.model.aperture import APERTURE_FIELDS
-from heatlens.model.lens import Lens
+from heatlens.model.lens.aperture import APERTURE_FIELDS
+from heatlens.model.lens.lens import Lens
 from heatlens.model.option import Values
 from heatlens.plate.header.camera_header import lens_model_of
 from heatlens.plate.header.start_lens import StartLens

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from heatlens.base.errors import LensError
-from heatlens.model.aperture import APERTURE_FIELDS
-from heatlens.model.lens import Lens
-from heatlens.model.lens_model import LensModel
+from heatlens.model.lens.aperture import APERTURE_FIELDS
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.option import Values
 from heatlens.plate.header.camera_header import lens_model_of
 from heatlens.plate.plate import Plate

@@ -8,7 +8,7 @@ import OpenEXR
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
 from heatlens.files.quiet import quiet_library
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.exr.deep_file import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_limits import check_exr, for_library
 from heatlens.plate.header.channel_choice import choose_color

@@ -17,7 +17,7 @@ from PIL import Image, ImageCms
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention, DepthSide
-from heatlens.model.plate_options import PictureCurve
+from heatlens.model.shot.plate_options import PictureCurve
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.header.channels import Header, Part
 from heatlens.plate.header.primaries import P3_D65

@@ -5,7 +5,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import replace
 
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 
 _DIGEST_BYTES = 16
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from heatlens.base.errors import InputError
 from heatlens.files.output_check import check_folder, check_writable, make_folder
 from heatlens.model.boxes import Box
-from heatlens.model.breathing import as_seen
-from heatlens.model.lens import Lens
+from heatlens.model.lens.breathing import as_seen
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.exr.exr_write import write_exr
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.picture.display import srgb_encoded

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import SceneTiming
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.framing import SceneTiming
 from heatlens.scene.gltf.accessor import read_floats
 from heatlens.scene.gltf.channel_target import ANGLE, WEIGHTS, target_of
 from heatlens.scene.gltf.file import GltfFile

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from heatlens.model.framing import CameraTrack, Pose, PoseKey, pose_of
+from heatlens.model.shot.framing import CameraTrack, Pose, PoseKey, pose_of
 from heatlens.scene.gltf.animation import Animation
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record

@@ -11,7 +11,7 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for
-from heatlens.model.framing import SceneTiming
+from heatlens.model.shot.framing import SceneTiming
 from heatlens.scene.gltf.accessor import read_floats
 from heatlens.scene.gltf.animation import Animation, read_animation
 from heatlens.scene.gltf.cameras import GltfCameras

@@ -7,8 +7,8 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.files import usd_values
 from heatlens.files.usd_library import UsdObject, usd_module
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import CameraTrack, Pose, PoseKey, pose_of
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.framing import CameraTrack, Pose, PoseKey, pose_of
 from heatlens.scene.scene import SceneCamera
 from heatlens.scene.usd.stage import STILL_FRAME, UsdStage
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from heatlens.files.usd_library import UsdObject, usd_module
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.scene.scene import Array, check_instances
 from heatlens.scene.usd.geometry import UsdGeometry, has_surface
 from heatlens.scene.usd.stage import UsdStage

@@ -10,7 +10,7 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import UsdObject, read_usd_apart, usd_failures_reported
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.scene.scene import Array, Instance, Scene, check_instances
 from heatlens.scene.usd.cameras import changing_lens, is_camera, read_cameras
 from heatlens.scene.usd.geometry import (

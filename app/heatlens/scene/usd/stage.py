@@ -9,7 +9,7 @@ import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.files.usd_library import UsdObject, open_usd, usd_module
-from heatlens.model.frames import FrameRange, check_frame, check_frames_per_second
+from heatlens.model.curves.frames import FrameRange, check_frame, check_frames_per_second
 from heatlens.scene.scene import Array
 
 STILL_FRAME = 1

@@ -17,9 +17,9 @@ from typing import get_type_hints
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.files.json_record import JsonEntry, record_to_json
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.view import ViewState
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.view.view import ViewState
 from heatlens.session.door.command import Command
 from heatlens.session.door.named_commands import named_commands
 from heatlens.session.door.requests import Request

@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Literal
 
-from heatlens.model.guides import MATTES
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.settings import Method, barred_methods
-from heatlens.model.view import Against, Compare, Overlay, ViewState
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.shot.settings import Method, barred_methods
+from heatlens.model.view.guides import MATTES
+from heatlens.model.view.view import Against, Compare, Overlay, ViewState
 from heatlens.scene.scene_name import DEMO
 from heatlens.session.door.command import Command
 from heatlens.session.session import Session

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from heatlens.base.errors import InputError
-from heatlens.model.view import Compare
+from heatlens.model.view.view import Compare
 from heatlens.session.files.file_commands import PURPOSES
 from heatlens.session.files.folder_walk import Chosen
 from heatlens.session.scenes.scene_commands import CameraDrag

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from heatlens.base.errors import HeatlensError
-from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.view import ViewState
+from heatlens.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.view.view import ViewState
 from heatlens.session.door.command import Command
 from heatlens.session.session import Session
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from heatlens.base.errors import HeatlensError
 from heatlens.base.paths import absolute
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.frames import FrameRange
-from heatlens.model.guides import lines_of
+from heatlens.model.curves.frames import FrameRange
 from heatlens.model.option import words_of
+from heatlens.model.view.guides import lines_of
 from heatlens.session.exports.export_process import ExportRun, ExportState
 from heatlens.session.exports.export_settings import ExportSettings, proposed_settings
 from heatlens.session.loop.messages import Problem, reported

@@ -21,7 +21,7 @@ from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.farm.children import PATIENCE_S, started, stop
 from heatlens.farm.cluster import LEAVE
 from heatlens.files.atomic_file import write_whole
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.session.settings.export_place import (
     HERE,
     ExportPlace,

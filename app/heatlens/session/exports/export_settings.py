@@ -6,10 +6,10 @@ from pathlib import Path
 from heatlens.base.paths import folder_to_write_in
 from heatlens.export.job import job_text
 from heatlens.export.options import ExportOptions, in_panel
-from heatlens.model.display_options import DisplayOptions
-from heatlens.model.guides import NO_GUIDES, Guides
-from heatlens.model.settings import Quality
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import Quality
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.display_options import DisplayOptions
+from heatlens.model.view.guides import NO_GUIDES, Guides
 from heatlens.session.settings.export_place import HERE, ExportPlace
 
 FRAME_KINDS = {

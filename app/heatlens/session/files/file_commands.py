@@ -10,7 +10,7 @@ from heatlens.documents.frame_line_file import FDL_SUFFIX
 from heatlens.documents.reel_file import REEL_SUFFIXES
 from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.files.picture_formats import MOVIES_READ, PICTURES_READ
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.picture.picture_write import PICTURE_SUFFIXES
 from heatlens.scene.scene_read import SCENE_SUFFIXES
 from heatlens.sequence.depth_files import picture_and_depth

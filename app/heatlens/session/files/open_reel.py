@@ -10,10 +10,10 @@ from heatlens.base.errors import HeatlensError, InputError
 from heatlens.documents.edit_read import EditOptions
 from heatlens.documents.reel_file import is_reel, read_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
-from heatlens.model.grade import Grade
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.reel import Reel, ReelShot
-from heatlens.model.shot import Shot
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.reel import Reel, ReelShot
+from heatlens.model.shot.shot import Shot
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.files.shot_stills import FirstPicture, ShotStills, Still
 from heatlens.session.loop.worker import Worker

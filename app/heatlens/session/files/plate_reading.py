@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.model.option import Values
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.shared import Commands, Shared
 from heatlens.source.opened import Opened

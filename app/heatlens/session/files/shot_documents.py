@@ -8,8 +8,8 @@ from heatlens.base.errors import HeatlensError
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.documents.shot_file import is_shot_file
-from heatlens.model.reel import ReelShot
-from heatlens.model.shot import Shot
+from heatlens.model.shot.reel import ReelShot
+from heatlens.model.shot.shot import Shot
 from heatlens.sequence.sequence import Sequence
 from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker

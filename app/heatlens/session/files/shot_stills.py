@@ -13,7 +13,7 @@ from heatlens.base.background import Threads
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.read import read_light

@@ -8,10 +8,10 @@ from dataclasses import replace
 from math import ceil, floor
 from typing import NamedTuple
 
-from heatlens.model.curve import SAME_FRAME, Curve, Key
-from heatlens.model.framing import PoseKey
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import SAME_FRAME, Curve, Key
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.shot.framing import PoseKey
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.keys import key_rows
 from heatlens.session.keys.key_rows import CAMERA, ROWS, Keyed, Row, key_frames
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.keys import key_choice
 from heatlens.session.keys.key_choice import Chosen, Copied, all_keys
 from heatlens.session.keys.key_rows import CAMERA, Row, RowChoice, key_count

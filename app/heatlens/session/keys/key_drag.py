@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.session.keys.key_choice import Chosen, KeyId, all_keys, rippled
 from heatlens.session.keys.key_commands import KeyCommands
 from heatlens.session.loop.messages import reported

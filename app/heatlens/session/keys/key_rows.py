@@ -6,9 +6,9 @@ from enum import StrEnum
 from typing import Final
 
 from heatlens.base.errors import InputError
-from heatlens.model.curve import Curve, Key
-from heatlens.model.framing import CameraTrack, Framing, PoseKey
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey
+from heatlens.model.shot.shot import LensParameter, Shot
 
 
 class CameraRow(StrEnum):

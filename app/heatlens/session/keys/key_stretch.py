@@ -6,10 +6,10 @@ over are restored.
 
 from dataclasses import dataclass, replace
 
-from heatlens.model.curve import Key
-from heatlens.model.framing import PoseKey
-from heatlens.model.interpolation import Ease
-from heatlens.model.shot import Shot
+from heatlens.model.curves.curve import Key
+from heatlens.model.curves.interpolation import Ease
+from heatlens.model.shot.framing import PoseKey
+from heatlens.model.shot.shot import Shot
 from heatlens.session.keys.key_choice import Chosen, KeyId, checked, frames_of
 from heatlens.session.keys.key_drag import HeldKeys, KeysInHand
 from heatlens.session.keys.key_rows import ROWS, keyed_of, keys_of, with_keyed, with_pasted

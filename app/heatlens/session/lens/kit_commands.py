@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from heatlens.documents.lens_kits import KitShelf, kit_shelf
-from heatlens.model.lens_kit import KitLens, LensKit
+from heatlens.model.lens.lens_kit import KitLens, LensKit
 from heatlens.session.loop.messages import Problem, reported
 from heatlens.session.shared import Commands, Shared
 

@@ -6,9 +6,9 @@ from enum import StrEnum
 from typing import TypeVar
 
 from heatlens.base.background import Background
-from heatlens.model.f_stops import stepped
-from heatlens.model.lens import Lens
-from heatlens.model.settings import Bokeh, Quality
+from heatlens.model.lens.f_stops import stepped
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Bokeh, Quality
 from heatlens.model.units import format_distance
 from heatlens.model.value_bins import DepthHistogram
 from heatlens.plate.blurred_pick import Surface, surfaces_at

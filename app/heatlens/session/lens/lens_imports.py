@@ -12,9 +12,9 @@ from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.color.grade_file import read_grade
-from heatlens.model.grade import Grade
-from heatlens.model.opening_image import OpeningImage
-from heatlens.model.shot import Shot
+from heatlens.model.lens.opening_image import OpeningImage
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.opening_picture import read_opening_image
 from heatlens.session.loop.messages import reported
 from heatlens.session.shared import Commands, Shared

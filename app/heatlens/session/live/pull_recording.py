@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.history import History
-from heatlens.model.key_reduction import Samples
-from heatlens.model.pull import performed, recorded
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.key_reduction import Samples
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.shot.history import History
+from heatlens.model.shot.pull import performed, recorded
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.keys.key_rows import RowChoice
 from heatlens.session.live.ring_take import RingTake, Track
 from heatlens.session.loop.messages import Problem, reported

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.sender import SOURCE, LensOutput, Sender
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
 from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from heatlens.live.ring.lens_sample import LensSample
-from heatlens.model.frames import FrameRange
-from heatlens.model.shot import LensParameter
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.shot import LensParameter
 from heatlens.model.timecode import Timecode
 from heatlens.session.live.ring_hand import RingHand
 from heatlens.session.opened.open_source import OpenSource

@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError
-from heatlens.model.live_focus import Follow, LiveFocus, Pursuit
-from heatlens.model.mark import Mark
-from heatlens.model.pull import baked
-from heatlens.model.shot import Shot
+from heatlens.model.focus.live_focus import Follow, LiveFocus, Pursuit
+from heatlens.model.marks.mark import Mark
+from heatlens.model.shot.pull import baked
+from heatlens.model.shot.shot import Shot
 from heatlens.session.loop.messages import Problem, reported
 from heatlens.session.loop.worker import Worker
 from heatlens.session.shared import Commands, Shared

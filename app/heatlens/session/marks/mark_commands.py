@@ -8,14 +8,21 @@ from math import inf
 from heatlens.base.background import Background
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import FrameCache
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.frames import FrameRange
-from heatlens.model.lean import lean_of
-from heatlens.model.lens import Lens
-from heatlens.model.live_focus import Distances
-from heatlens.model.mark import Mark
-from heatlens.model.marks import DistanceMark, MatteMark, ObjectMark, PointMark, next_mark_name
-from heatlens.model.pull import (
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.focus.lean import lean_of
+from heatlens.model.focus.live_focus import Distances
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import (
+    DistanceMark,
+    MatteMark,
+    ObjectMark,
+    PointMark,
+    next_mark_name,
+)
+from heatlens.model.marks.track_mark import Click, TrackMark, TrackPlace
+from heatlens.model.shot.pull import (
     EASE_PERCENT,
     PullShape,
     followed,
@@ -23,7 +30,6 @@ from heatlens.model.pull import (
     reversed_focus,
     shaped_pull,
 )
-from heatlens.model.track_mark import Click, TrackMark, TrackPlace
 from heatlens.plate.blurred_pick import surfaces_at
 from heatlens.plate.coc_line import sharp_at
 from heatlens.plate.mark_distance import mark_over_plates_m, world_mark

@@ -5,11 +5,11 @@ from math import inf
 
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
-from heatlens.model.frames import FrameRange
-from heatlens.model.live_focus import Distances
-from heatlens.model.mark import Mark
-from heatlens.model.marks import MatteMark, PointMark, distance_at_m
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.live_focus import Distances
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import MatteMark, PointMark, distance_at_m
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.mattes.mattes import thing_at
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate

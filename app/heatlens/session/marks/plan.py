@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
-from heatlens.model.lean import Lean, lean_of
-from heatlens.model.lens import Lens
-from heatlens.model.mark import Mark
-from heatlens.model.marks import DistanceMark, PointMark
+from heatlens.model.focus.lean import Lean, lean_of
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import DistanceMark, PointMark
 from heatlens.plate.plate import Plate
 
 _COLUMNS, _ROWS = 64, 36  # largest number of plotted pixels

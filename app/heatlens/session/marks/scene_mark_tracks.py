@@ -4,9 +4,9 @@ import time
 from collections.abc import Callable
 
 from heatlens.base.errors import HeatlensError
-from heatlens.model.frames import FrameRange
-from heatlens.model.marks import ObjectMark, PointMark
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.marks.marks import ObjectMark, PointMark
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.loop.worker import Worker
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shared import Commands, Shared

@@ -5,9 +5,9 @@ from functools import partial
 
 from heatlens.base.background import Background
 from heatlens.frame_cache.cache import FrameCache
-from heatlens.model.frames import FrameRange
-from heatlens.model.mark import Mark
-from heatlens.model.track_mark import TrackMark
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.track_mark import TrackMark
 from heatlens.plate.tracking.tracked_mark import tracked
 from heatlens.session.loop.worker import Worker
 from heatlens.session.marks.mark_measuring import plate_at, reading_options

@@ -5,12 +5,12 @@ from contextlib import suppress
 from threading import Event, Thread
 
 from heatlens.frame_cache.cache import FrameCache
-from heatlens.model.framing import SceneTiming
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.shot import Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import SceneTiming
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
-from heatlens.model.view_geometry import PictureShape
+from heatlens.model.view.view_geometry import PictureShape
 from heatlens.plate.header.timecode import timecode_of
 from heatlens.plate.overscan_need import picture_point, plate_pixel
 from heatlens.plate.plate import Plate

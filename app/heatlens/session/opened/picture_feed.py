@@ -6,9 +6,9 @@ from heatlens.base.background import Background
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import Damaged, Direction
 from heatlens.model.boxes import Box
-from heatlens.model.framing import Framing
-from heatlens.model.settings import PROXY_MIN
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.settings import PROXY_MIN
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.rendered_frames.kept_picture import KeptPicture
 from heatlens.scene.placing import placed

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from heatlens.defocus.steps import Steps
-from heatlens.model.framing import Framing
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
 from heatlens.source.pinhole import Pinhole

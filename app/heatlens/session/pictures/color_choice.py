@@ -8,8 +8,8 @@ from heatlens.color.color_config import ColorConfig, default_view, load_color_co
 from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.display.screen_pictures import ScreenPictures
-from heatlens.model.grade import Grade
-from heatlens.model.view import ViewState
+from heatlens.model.shot.grade import Grade
+from heatlens.model.view.view import ViewState
 from heatlens.session.loop.messages import reported
 
 _NOT_YET = ("", "", None, None)  # no view has such an input space

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil, log2
 
-from heatlens.model.look import Look
-from heatlens.model.settings import Method
-from heatlens.model.shot import Shot
-from heatlens.model.view import GRID_MOST, Against, Compare, ViewState
+from heatlens.model.shot.look import Look
+from heatlens.model.shot.settings import Method
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.view import GRID_MOST, Against, Compare, ViewState
 from heatlens.preview.shown import Shown, without_notes
 from heatlens.render import FrameRenderer
 from heatlens.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion

@@ -3,7 +3,7 @@
 import moderngl
 
 from heatlens.defocus.steps import Steps
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 
 
 class Elsewhere:

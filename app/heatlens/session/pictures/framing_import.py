@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.base.background import Background
 from heatlens.documents.frame_line_file import read_canvases
-from heatlens.model.guides import Canvas, lines_of
+from heatlens.model.view.guides import Canvas, lines_of
 from heatlens.session.loop.messages import reported
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.shared import Commands, Shared

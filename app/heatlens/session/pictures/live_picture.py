@@ -19,8 +19,8 @@ import moderngl
 from heatlens.base.errors import HeatlensError
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.steps import Steps
-from heatlens.model.settings import DefocusSettings, Method
-from heatlens.model.shot import Shot
+from heatlens.model.shot.settings import DefocusSettings, Method
+from heatlens.model.shot.shot import Shot
 from heatlens.preview.level_choice import (
     CostModel,
     level_at_rest,

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from heatlens.model.lens import Lens
-from heatlens.model.look import Look, next_look_name
-from heatlens.model.view import GRID_MOST, Against, Compare, ViewState
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.look import Look, next_look_name
+from heatlens.model.view.view import GRID_MOST, Against, Compare, ViewState
 from heatlens.session.loop.messages import Problem, reported
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.shared import Commands, Shared

@@ -14,8 +14,8 @@ import moderngl
 from heatlens.base.errors import HeatlensError
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.textures import new_texture
-from heatlens.model.framing import Framing
-from heatlens.model.shot import Shot
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.shot import Shot
 from heatlens.preview.levels import quickest
 from heatlens.preview.shown import PictureKey, Shown, whole_picture
 from heatlens.render import FrameRenderer

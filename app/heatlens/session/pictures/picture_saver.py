@@ -9,7 +9,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 from heatlens.plate.picture.picture_write import Encode, check_output, write_picture
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.preview.shown import Shown

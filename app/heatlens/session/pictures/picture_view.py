@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.model.display_options import NO_GRADE, DisplayOptions
-from heatlens.model.view import Compare, ViewState
-from heatlens.model.view_geometry import ViewGeometry, Viewport
+from heatlens.model.view.display_options import NO_GRADE, DisplayOptions
+from heatlens.model.view.view import Compare, ViewState
+from heatlens.model.view.view_geometry import ViewGeometry, Viewport
 from heatlens.session.pictures.color_choice import ColorChoice
 from heatlens.session.shot.editing import Editing
 

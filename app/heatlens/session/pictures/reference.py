@@ -11,7 +11,7 @@ from heatlens.base.background import Background
 from heatlens.base.faults import faults_reported
 from heatlens.gpu.context import check_plate_fits
 from heatlens.gpu.textures import new_texture, upload
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.plate import FloatImage

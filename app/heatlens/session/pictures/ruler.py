@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from heatlens.model.view_geometry import PictureShape, shown_shape
+from heatlens.model.view.view_geometry import PictureShape, shown_shape
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.session.loop.messages import reported

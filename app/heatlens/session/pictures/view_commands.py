@@ -4,9 +4,9 @@ from dataclasses import replace
 from typing import Any
 
 from heatlens.model.option import Values
-from heatlens.model.settings import Method
-from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay
-from heatlens.model.view_geometry import zoomed, zoomed_to
+from heatlens.model.shot.settings import Method
+from heatlens.model.view.view import DIFFERENCE_GAINS, Against, Compare, Overlay
+from heatlens.model.view.view_geometry import zoomed, zoomed_to
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.pictures.reference import ReferenceLoader
 from heatlens.session.pictures.ruler import Ruler

@@ -4,7 +4,7 @@ from collections.abc import Container, Iterable, Iterator, Sequence
 from itertools import islice
 
 from heatlens.farm.frame_cluster import ON_THIS_MACHINE, Answer, FrameCluster, Wish
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.frame_store import FrameStore
 from heatlens.session.loop.messages import Problem, passing

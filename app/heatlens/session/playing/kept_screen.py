@@ -10,7 +10,7 @@ from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures
 from heatlens.gpu.context import is_software
 from heatlens.gpu.textures import new_texture
 from heatlens.model.boxes import Box
-from heatlens.model.view import ViewState
+from heatlens.model.view.view import ViewState
 from heatlens.preview.shown import Shown
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.kept_picture import KeptPicture

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.defocus.line_solver import SolverName
 from heatlens.defocus.plate_passes import proxy_size
-from heatlens.model.framing import Framing
-from heatlens.model.shot import Shot
-from heatlens.model.view_geometry import fit_zoom
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.shot import Shot
+from heatlens.model.view.view_geometry import fit_zoom
 from heatlens.rendered_frames.frame_filler import FrameJob, PlateFile
 from heatlens.rendered_frames.frame_key import KeySource, SceneSight, frame_key, maker_of, shot_key
 from heatlens.rendered_frames.stamp_book import StampBook

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.preview.shown import Shown
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob

@@ -3,7 +3,7 @@
 import moderngl
 
 from heatlens.defocus.steps import Steps
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import RenderedPicture
 from heatlens.session.pictures.elsewhere import Elsewhere

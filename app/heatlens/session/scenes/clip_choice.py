@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from heatlens.model.framing import Framing, SceneTiming
+from heatlens.model.shot.framing import Framing, SceneTiming
 from heatlens.session.loop.worker import Worker
 from heatlens.session.shared import Commands, Shared
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.marks import PointMark
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.marks.marks import PointMark
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.scene import Scene
 
 if TYPE_CHECKING:

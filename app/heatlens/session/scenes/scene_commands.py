@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Framing, Pose, Vector, WorldAxis
-from heatlens.model.lens import Lens
-from heatlens.model.marks import ObjectMark, PointMark, next_mark_name
-from heatlens.model.orbit import dollied, orbited, panned, pivot_of
-from heatlens.model.pull import followed
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import ObjectMark, PointMark, next_mark_name
+from heatlens.model.shot.framing import Framing, Pose, Vector, WorldAxis
+from heatlens.model.shot.pull import followed
 from heatlens.model.units import format_distance
+from heatlens.model.view.orbit import dollied, orbited, panned, pivot_of
 from heatlens.scene.first_shot import lens_values, through_camera
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import bounds_m, corners_m, framed, object_depth_m, object_names

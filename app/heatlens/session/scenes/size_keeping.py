@@ -4,9 +4,9 @@ import math
 from typing import Literal
 
 from heatlens.base.errors import InputError
-from heatlens.model.mark import Mark
-from heatlens.model.marks import DistanceMark
-from heatlens.model.shot import Shot
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import DistanceMark
+from heatlens.model.shot.shot import Shot
 from heatlens.scene.same_size import KeptSize, crop_words
 from heatlens.session.loop.messages import reported
 from heatlens.session.shared import Commands, Shared

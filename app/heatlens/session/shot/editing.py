@@ -5,9 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from heatlens.base.errors import InputError, LensError
-from heatlens.model.history import History
-from heatlens.model.lens import Lens
-from heatlens.model.shot import LensCurves, LensParameter, Shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.history import History
+from heatlens.model.shot.shot import LensCurves, LensParameter, Shot
 from heatlens.session.loop.messages import Problem, passing, reported
 
 _ONLY_TRIED = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."

@@ -18,7 +18,7 @@ from heatlens.documents.shot_file import (
     write_autosave,
     write_shot,
 )
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 
 Result = TypeVar("Result")
 

@@ -8,11 +8,11 @@ from heatlens.camera.into_shot import first_values
 from heatlens.camera.samples import CameraSamples
 from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sender import LensSender
-from heatlens.model.framing import SceneTiming
-from heatlens.model.lens_kit import LensKit
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.view import ViewState
+from heatlens.model.lens.lens_kit import LensKit
+from heatlens.model.shot.framing import SceneTiming
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.view.view import ViewState
 from heatlens.scene.placing import Placing
 from heatlens.source.stream_source import StreamSource
 

@@ -7,7 +7,7 @@ from heatlens.base.errors import HeatlensError, LensError
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
-from heatlens.model.shot import Shot
+from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
 from heatlens.plate.header.start_lens import StartLens
 from heatlens.session.shot.start import GivenOptions

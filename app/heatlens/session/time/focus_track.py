@@ -8,13 +8,13 @@ from weakref import WeakKeyDictionary
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError
 from heatlens.frame_cache.cache import FrameCache
-from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.frames import FrameRange
-from heatlens.model.mark import Mark
-from heatlens.model.marks import DistanceMark, MatteMark, MattePart, ObjectMark
-from heatlens.model.pull import frames_too_close
-from heatlens.model.shot import Shot
-from heatlens.model.track_mark import TrackMark
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import DistanceMark, MatteMark, MattePart, ObjectMark
+from heatlens.model.marks.track_mark import TrackMark
+from heatlens.model.shot.pull import frames_too_close
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
 from heatlens.plate.mattes.matte_distance import thing_m
 from heatlens.plate.plate import Plate

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from enum import StrEnum
 
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 
 _LEAST_WAIT_S = 0.001  # with 0, the loop would neither sleep nor draw
 _ROUNDING = 1e-6  # tolerance in frames

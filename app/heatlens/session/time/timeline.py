@@ -6,9 +6,9 @@ from typing import Literal
 
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import FrameCache
-from heatlens.model.curve import SAME_FRAME
-from heatlens.model.frames import FrameRange
-from heatlens.model.shot import Shot
+from heatlens.model.curves.curve import SAME_FRAME
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import parse_timecode
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.loop.messages import Problem

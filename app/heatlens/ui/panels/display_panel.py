@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from heatlens.model.grade import Grade
-from heatlens.model.settings import Method, barred_methods
-from heatlens.model.view import Against, Compare, Overlay, ViewState
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.settings import Method, barred_methods
+from heatlens.model.view.view import Against, Compare, Overlay, ViewState
 from heatlens.session.pictures.color_choice import ColorChoice
 from heatlens.ui import probe, widgets
 

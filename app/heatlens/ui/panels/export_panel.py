@@ -11,9 +11,9 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.printable import printable
 from heatlens.export.options import ExportOptions, in_panel
 from heatlens.farm.cluster import checked_address
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.model.option import options_of
-from heatlens.model.settings import Quality
+from heatlens.model.shot.settings import Quality
 from heatlens.session.exports.export_commands import ExportCommands
 from heatlens.session.exports.export_process import ExportState
 from heatlens.session.exports.export_settings import CAMERA_KINDS, FRAME_KINDS, ExportSettings

@@ -6,10 +6,10 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from heatlens.base.printable import printable
-from heatlens.model.guides import MATTES, SQUEEZES, Guides, parse_aspect, parse_desqueeze
 from heatlens.model.option import Values
-from heatlens.model.peaking import BLUR_RANGE, PEAKING_COLORS, STOPS_RANGE, Peaking, PeakingOn
-from heatlens.model.view import ViewState
+from heatlens.model.view.guides import MATTES, SQUEEZES, Guides, parse_aspect, parse_desqueeze
+from heatlens.model.view.peaking import BLUR_RANGE, PEAKING_COLORS, STOPS_RANGE, Peaking, PeakingOn
+from heatlens.model.view.view import ViewState
 from heatlens.ui import widgets
 
 _OWN = "own"

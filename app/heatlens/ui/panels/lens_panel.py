@@ -9,17 +9,17 @@ from functools import partial
 from imgui_bundle import imgui
 
 from heatlens.base.printable import printable
-from heatlens.model.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
-from heatlens.model.f_stops import THIRD_STOPS, nearest_index
-from heatlens.model.filmback import FILMBACKS, Filmback
-from heatlens.model.lens import Lens, MeasuredFrom
-from heatlens.model.lens_kit import KitLens, LensKit
-from heatlens.model.lens_model import LensModel
-from heatlens.model.measured_distance import measured_text, parse_measured_m
+from heatlens.model.focus.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
+from heatlens.model.focus.plausibility import About, Doubt
+from heatlens.model.lens.f_stops import THIRD_STOPS, nearest_index
+from heatlens.model.lens.filmback import FILMBACKS, Filmback
+from heatlens.model.lens.lens import Lens, MeasuredFrom
+from heatlens.model.lens.lens_kit import KitLens, LensKit
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.measured_distance import measured_text, parse_measured_m
 from heatlens.model.option import options_of
-from heatlens.model.plausibility import About, Doubt
-from heatlens.model.settings import PARTS, DefocusSettings, barred_methods
-from heatlens.model.shot import LensParameter
+from heatlens.model.shot.settings import PARTS, DefocusSettings, barred_methods
+from heatlens.model.shot.shot import LensParameter
 from heatlens.model.units import format_distance
 from heatlens.model.value_bins import DepthHistogram
 from heatlens.session.lens.kit_commands import KitCommands

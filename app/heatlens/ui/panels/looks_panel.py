@@ -8,9 +8,9 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.base.printable import printable
-from heatlens.model.look import Look
-from heatlens.model.measured_distance import measured_text
-from heatlens.model.view import GRID_MOST, Compare
+from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.shot.look import Look
+from heatlens.model.view.view import GRID_MOST, Compare
 from heatlens.session.desks import PictureDesk
 from heatlens.session.facts import Facts
 from heatlens.session.pictures.compare_sides import grid_names, is_look_b

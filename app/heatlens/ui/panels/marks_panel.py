@@ -6,14 +6,14 @@ from functools import partial
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
-from heatlens.model.live_focus import Follow
-from heatlens.model.mark import Mark
-from heatlens.model.marks import DistanceMark, MatteMark, MattePart, PointMark
-from heatlens.model.measured_distance import measured_text, parse_measured_m
+from heatlens.model.focus.live_focus import Follow
+from heatlens.model.lens.measured_distance import measured_text, parse_measured_m
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
+from heatlens.model.marks.track_mark import TrackMark, TrackPlace
 from heatlens.model.option import Values, options_of
-from heatlens.model.pull import PullShape
-from heatlens.model.shot import LensParameter
-from heatlens.model.track_mark import TrackMark, TrackPlace
+from heatlens.model.shot.pull import PullShape
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.desks import TimeDesk
 from heatlens.session.facts import Facts
 from heatlens.session.loop.messages import reported

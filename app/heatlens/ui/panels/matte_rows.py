@@ -6,7 +6,7 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from heatlens.model.option import Values, options_of
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.ui import widgets
 
 _PICK_TIP = "Ctrl+Shift+click then tells the thing, if the plate has Cryptomatte or ids."

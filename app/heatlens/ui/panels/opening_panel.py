@@ -13,13 +13,13 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.base.printable import printable
-from heatlens.model import opening
-from heatlens.model.aperture import APERTURE_FIELDS, LEAN_FIELDS, Aperture
-from heatlens.model.disc_shape import DiscShape
-from heatlens.model.lens import Lens
-from heatlens.model.opening_fields import BLADES_LEAST, BLADES_MOST
+from heatlens.model.lens import opening
+from heatlens.model.lens.aperture import APERTURE_FIELDS, LEAN_FIELDS, Aperture
+from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.opening_fields import BLADES_LEAST, BLADES_MOST
+from heatlens.model.lens.picture_field import PictureField
 from heatlens.model.option import options_of
-from heatlens.model.picture_field import PictureField
 from heatlens.session.loop.messages import reported
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.field_row import field_row

@@ -9,9 +9,9 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.plausibility import Doubt
+from heatlens.model.focus.plausibility import Doubt
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
 from heatlens.model.value_bins import DepthHistogram
 from heatlens.plate.header.channel_choice import color_layers_among, depth_channels_first

@@ -5,7 +5,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
-from heatlens.model.reel import Reel, ReelShot
+from heatlens.model.shot.reel import Reel, ReelShot
 from heatlens.model.units import format_distance
 from heatlens.session.files.open_reel import CutFocus, OpenReel
 from heatlens.ui import probe, widgets

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
-from heatlens.model.settings import Quality
+from heatlens.model.shot.settings import Quality
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
 from heatlens.session.loop.speed import Speed

@@ -7,7 +7,7 @@ from dataclasses import replace
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.model.view_geometry import ViewGeometry, Viewport
+from heatlens.model.view.view_geometry import ViewGeometry, Viewport
 from heatlens.preview.shown import Shown
 from heatlens.ui import theme
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.model.view_geometry import Point, Viewport
+from heatlens.model.view.view_geometry import Point, Viewport
 from heatlens.ui import probe, theme
 
 _GAP_EM, _FRAME_EM = 0.15, 0.13

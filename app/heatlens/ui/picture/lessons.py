@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.model.view_geometry import Viewport
+from heatlens.model.view.view_geometry import Viewport
 from heatlens.session.marks.lessons import Lesson, Lessons
 from heatlens.ui import probe, widgets
 

@@ -2,7 +2,7 @@
 
 import moderngl
 
-from heatlens.model.view import ViewState
+from heatlens.model.view.view import ViewState
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import theme
 from heatlens.ui.picture.pictures import Pictures

@@ -6,7 +6,7 @@ import moderngl
 
 from heatlens.display.picture_pass import Detail
 from heatlens.model.boxes import Box
-from heatlens.model.view_geometry import PictureShape
+from heatlens.model.view.view_geometry import PictureShape
 from heatlens.ui.picture.grid import Tile
 
 

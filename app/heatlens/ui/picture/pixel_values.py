@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from heatlens.display.probe import read_texels
 from heatlens.model.boxes import Box
-from heatlens.model.view import Compare
-from heatlens.model.view_geometry import PictureShape, Viewport
+from heatlens.model.view.view import Compare
+from heatlens.model.view.view_geometry import PictureShape, Viewport
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import theme
 from heatlens.ui.picture.pictures import Pictures

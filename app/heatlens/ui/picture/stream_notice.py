@@ -2,7 +2,7 @@
 
 from imgui_bundle import ImVec2, ImVec4, imgui
 
-from heatlens.model.view_geometry import Viewport
+from heatlens.model.view.view_geometry import Viewport
 from heatlens.session.loop.messages import window_words
 from heatlens.source.stream_source import StreamSource
 from heatlens.ui import theme, widgets

@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from heatlens.display.picture_pass import PlacedPicture
 from heatlens.model.boxes import Box
-from heatlens.model.view_geometry import Viewport
+from heatlens.model.view.view_geometry import Viewport
 from heatlens.ui import theme
 from heatlens.ui.picture.grid import Tile
 

@@ -11,8 +11,8 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.display.screen_pictures import MIPMAPS_UNDER
 from heatlens.model.boxes import Box
-from heatlens.model.view import Compare, ViewState
-from heatlens.model.view_geometry import (
+from heatlens.model.view.view import Compare, ViewState
+from heatlens.model.view.view_geometry import (
     PictureShape,
     Point,
     ViewGeometry,

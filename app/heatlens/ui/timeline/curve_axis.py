@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from heatlens.base.errors import LensError
-from heatlens.model.curve import Curve
-from heatlens.model.f_stops import THIRD_STOPS
-from heatlens.model.interpolation import Scale
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import Curve
+from heatlens.model.curves.interpolation import Scale
+from heatlens.model.lens.f_stops import THIRD_STOPS
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 from heatlens.session.keys.key_choice import Chosen, checked, frames_of
 

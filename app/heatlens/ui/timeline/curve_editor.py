@@ -12,9 +12,9 @@ from typing import Any
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
-from heatlens.model.curve import Key
-from heatlens.model.marks import DistanceMark
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import Key
+from heatlens.model.marks.marks import DistanceMark
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.session.keys.key_drag import Places, nearest

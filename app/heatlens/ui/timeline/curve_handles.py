@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.model.curve import Curve, Key
-from heatlens.model.interpolation import Ease, Interpolation, Scale
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import checked, frames_of
 from heatlens.session.loop.messages import reported

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.model.curve import SAME_FRAME
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.curves.curve import SAME_FRAME
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.session.keys.key_drag import KeyDrag, Move, Places

@@ -5,9 +5,9 @@ from functools import partial
 
 from imgui_bundle import imgui
 
-from heatlens.model.curve import Key
-from heatlens.model.interpolation import Interpolation
-from heatlens.model.shot import LensParameter
+from heatlens.model.curves.curve import Key
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.shot.shot import LensParameter
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import key_of
 from heatlens.session.keys.key_rows import CAMERA

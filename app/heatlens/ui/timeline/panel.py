@@ -4,7 +4,7 @@ import math
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.model.frames import FrameRange
+from heatlens.model.curves.frames import FrameRange
 from heatlens.session.desks import TimeDesk
 from heatlens.session.live.pull_recording import RecordingState
 from heatlens.session.time.frame_states import Run

@@ -8,7 +8,7 @@ from typing import TypeVar
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import check_frame, check_frames_per_second
+from heatlens.model.curves.frames import check_frame, check_frames_per_second
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.desks import TimeDesk
 from heatlens.session.time.playback import Ending

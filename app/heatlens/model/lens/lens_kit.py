@@ -8,10 +8,10 @@ import math
 from dataclasses import dataclass, field, replace
 
 from heatlens.base.errors import InputError, LensError
-from heatlens.model.aperture import Aperture
-from heatlens.model.lens import Lens
-from heatlens.model.measured_distance import as_measured_m, from_pupil_m
-from heatlens.model.opening_fields import OpeningFields
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.measured_distance import as_measured_m, from_pupil_m
+from heatlens.model.lens.opening_fields import OpeningFields
 from heatlens.model.option import Values
 
 _LENGTHS_MM = (1.0, 5000.0)

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.model.boxes import Box
-from heatlens.model.lean import LEVEL, Lean
-from heatlens.model.lens import Lens
+from heatlens.model.focus.lean import LEVEL, Lean
+from heatlens.model.lens.lens import Lens
 
 # Sixty times the width of the largest plate; sums over wider discs would overflow on a GPU.
 COC_MOST_PX = 1e6

@@ -1,11 +1,11 @@
 """The shape of the lens opening: the only CPU code that knows it.
 
 Coordinates are in radii of the round lens of the same f-stop: u to the right and v up, seen from
-behind the lens. `model/pupil.py` gives an opening a size, so that a scene is seen through it, and
-`model/disc_shape.py` is its image in a picture. Circles and ellipses are simple enough for these
-files and shaders/lib/aperture.lib.glsl; all other shapes are in `model/opening.py` and
+behind the lens. `model/lens/pupil.py` gives an opening a size, so that a scene is seen through it,
+and `model/lens/disc_shape.py` is its image in a picture. Circles and ellipses are simple enough for
+these files and shaders/lib/aperture.lib.glsl; all other shapes are in `model/lens/opening.py` and
 shaders/lib/shaped_aperture.lib.glsl. tests/defocus/test_aperture_on_gpu.py keeps both in agreement.
-A picture in place of the diaphragm is in `model/opening_image.py`.
+A picture in place of the diaphragm is in `model/lens/opening_image.py`.
 
 A new property of the opening is a field of `OpeningFields`, from which lenses, kits, camera files,
 the panel, the command line and Python derive it; a uniform in `shape_uniforms`; and its geometry in
@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.base.errors import LensError
-from heatlens.model import opening
-from heatlens.model.opening import Blades
-from heatlens.model.opening_fields import BLADES_LEAST, BLADES_MOST, OpeningFields
-from heatlens.model.opening_image import ImageGrid, OpeningImage
+from heatlens.model.lens import opening
+from heatlens.model.lens.opening import Blades
+from heatlens.model.lens.opening_fields import BLADES_LEAST, BLADES_MOST, OpeningFields
+from heatlens.model.lens.opening_image import ImageGrid, OpeningImage
 from heatlens.model.option import options_of
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ class Aperture(OpeningFields):
 
     @property
     def diaphragm(self) -> Blades:
-        """The blades, for the functions of `model/opening.py`; none with an image."""
+        """The blades, for the functions of `model/lens/opening.py`; none with an image."""
         turn = math.radians(90.0 + self.blade_rotation_deg)
         blades = self.blades if self.aperture_image is None else 0
         return Blades(blades, turn, self.blade_curvature)

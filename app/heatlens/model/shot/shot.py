@@ -9,21 +9,21 @@ from math import ceil, floor
 import numpy as np
 
 from heatlens.base.errors import InputError, LensError
-from heatlens.model.coc import sharp_dioptres
-from heatlens.model.curve import Curve
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
-from heatlens.model.framing import Framing
-from heatlens.model.grade import Grade
-from heatlens.model.interpolation import Scale
-from heatlens.model.lens import Lens
-from heatlens.model.lens_kit import LensKit
-from heatlens.model.live_focus import LiveFocus
-from heatlens.model.look import Look, check_looks
-from heatlens.model.mark import Mark
-from heatlens.model.marks import check_marks
+from heatlens.model.curves.curve import Curve
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
+from heatlens.model.curves.interpolation import Scale
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.focus.live_focus import LiveFocus
+from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens_kit import LensKit
+from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.marks import check_marks
 from heatlens.model.option import Values, options_of
-from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot.framing import Framing
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.look import Look, check_looks
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.timecode import Timecode, parse_timecode
 
 

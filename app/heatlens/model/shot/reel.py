@@ -4,9 +4,9 @@ import re
 from dataclasses import dataclass, replace
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
-from heatlens.model.grade import Grade
-from heatlens.model.shot import Shot
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
+from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.shot import Shot
 
 SHOT_FIELD = "{shot}"  # stands for the name of the shot in the name of a file
 _IN_FILE_NAMES = re.compile(r"[^\w.+-]+")

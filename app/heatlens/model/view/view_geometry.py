@@ -8,7 +8,7 @@ screen     physical pixels: `framebuffer_scale` of them are one window unit
 import math
 from dataclasses import dataclass, replace
 
-from heatlens.model.view import ViewState
+from heatlens.model.view.view import ViewState
 
 Point = tuple[float, float]
 

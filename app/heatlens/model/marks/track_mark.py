@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from heatlens.base.errors import InputError
-from heatlens.model.mark import Mark, check_pixel
+from heatlens.model.marks.mark import Mark, check_pixel
 
 _DOUBTED = 0.5  # likeness below which a tracked surface should be looked at
 _CLICK = re.compile(r"(-?\d{1,6}(?:\.\d+)?),(-?\d{1,6}(?:\.\d+)?)@(-?\d{1,9})")

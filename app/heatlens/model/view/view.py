@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from heatlens.model.guides import NO_GUIDES, Guides
-from heatlens.model.lens import Lens
-from heatlens.model.peaking import USUAL_PEAKING, Peaking
-from heatlens.model.settings import Method
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import Method
+from heatlens.model.view.guides import NO_GUIDES, Guides
+from heatlens.model.view.peaking import USUAL_PEAKING, Peaking
 
 
 class Overlay(StrEnum):

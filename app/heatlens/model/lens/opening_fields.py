@@ -6,7 +6,7 @@ panel, the command line and the arguments of Python derive from them by their me
 
 from dataclasses import dataclass
 
-from heatlens.model.opening_image import OpeningImage
+from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import Values, option_field, options_of
 
 BLADES_LEAST, BLADES_MOST = 3, 16
@@ -19,7 +19,7 @@ class OpeningFields:
 
     `cat_eye` is the distance of the two circles of the barrel, as the corner of the picture sees
     them, in radii of the widest opening. An image replaces the blades, and their rotation turns it.
-    Tilt and split do not change the opening, but where its discs are small; see `model/lean.py`.
+    Tilt and split do not change the opening, but where its discs are small: `model/focus/lean.py`.
     """
 
     squeeze: float = option_field(

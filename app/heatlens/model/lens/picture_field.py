@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from heatlens.model.aperture import Aperture
-from heatlens.model.opening import FIELD_STEPS, Barrel, variances
-from heatlens.model.opening_image import BARREL_STEPS
+from heatlens.model.lens.aperture import Aperture
+from heatlens.model.lens.opening import FIELD_STEPS, Barrel, variances
+from heatlens.model.lens.opening_image import BARREL_STEPS
 
 Pair = tuple[float, float]
 

@@ -4,7 +4,7 @@ A shot keeps every distance from the entrance pupil. Every distance that is show
 lens is converted here, so that a focus, its limits and a mark on the same thing agree.
 """
 
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 from heatlens.model.units import format_distance, parse_distance_m
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.model.curve import SAME_FRAME
-from heatlens.model.frames import FRAMES_PER_SECOND, check_frame, check_frames_per_second
+from heatlens.model.curves.curve import SAME_FRAME
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, check_frame, check_frames_per_second
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from heatlens.base.errors import InputError
-from heatlens.model.frames import check_frame
-from heatlens.model.interpolation import (
+from heatlens.model.curves.frames import check_frame
+from heatlens.model.curves.interpolation import (
     Ease,
     Interpolation,
     Scale,

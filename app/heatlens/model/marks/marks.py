@@ -13,9 +13,9 @@ from typing import Self
 
 from heatlens.base.errors import InputError
 from heatlens.base.on_use import OnUse
-from heatlens.model.frames import FrameRange
-from heatlens.model.mark import Mark, check_pixel
-from heatlens.model.track_mark import TrackMark
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.marks.mark import Mark, check_pixel
+from heatlens.model.marks.track_mark import TrackMark
 from heatlens.model.units import parse_distance_m
 
 # (frame, x, y) -> metres at that pixel, counted from the display window's corner

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 from heatlens.model.option import Option, options_of
-from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.shot import LensParameter, Shot
 
 _STEPS_MAX = 1000
 _FIELDS = {

@@ -6,12 +6,12 @@ from enum import StrEnum
 from math import inf
 
 from heatlens.base.errors import InputError
-from heatlens.model.curve import Curve, Key
-from heatlens.model.frames import FrameRange
-from heatlens.model.interpolation import Ease, Interpolation, Scale
-from heatlens.model.key_reduction import Samples, moving_part, reduced_keys
-from heatlens.model.live_focus import Distances, Follow, LiveFocus, MeasuredMark, Pursuit
-from heatlens.model.shot import LensParameter, Shot, live_sharp_dioptres
+from heatlens.model.curves.curve import Curve, Key
+from heatlens.model.curves.frames import FrameRange
+from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
+from heatlens.model.curves.key_reduction import Samples, moving_part, reduced_keys
+from heatlens.model.focus.live_focus import Distances, Follow, LiveFocus, MeasuredMark, Pursuit
+from heatlens.model.shot.shot import LensParameter, Shot, live_sharp_dioptres
 
 _SNAP_AFTER = 0.7  # share of the frames for which a late snap waits
 _OVERSHOOT, _OVERSHOT_AFTER = 0.08, 0.75  # shares of the way in dioptres, and of the frames

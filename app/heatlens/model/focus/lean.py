@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.model.boxes import Box
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 
 Triple = tuple[float, float, float]  # for each pixel to the right, for each one down, and at (0, 0)
 _EDGE_LEAST_PX = 1.0  # narrowest transition of a split

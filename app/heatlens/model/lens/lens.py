@@ -6,9 +6,9 @@ from enum import StrEnum
 from typing import Any
 
 from heatlens.base.errors import LensError
-from heatlens.model.aperture import APERTURE_FIELDS, Aperture
-from heatlens.model.lens_model import LensModel
-from heatlens.model.opening_fields import OpeningFields
+from heatlens.model.lens.aperture import APERTURE_FIELDS, Aperture
+from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.opening_fields import OpeningFields
 from heatlens.model.option import Option, option, option_field, options_of
 from heatlens.model.units import parse_distance_m
 

@@ -6,7 +6,7 @@ from itertools import count
 from string import ascii_uppercase
 
 from heatlens.base.errors import InputError
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 
 _STILL_MOST = 100_000  # letters; a still has some 10,000
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from heatlens.model.coc import far_limit_m, near_limit_m
-from heatlens.model.lens import Lens
+from heatlens.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.model.lens.lens import Lens
 from heatlens.model.units import FOOT_M, INCH_M, format_distance
 
 # Units in which programs measure scenes, the likeliest first, as --scene-unit takes them.

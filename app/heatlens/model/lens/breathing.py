@@ -7,7 +7,7 @@ is that of a lens of another focal length with an opening of the same diameter.
 
 from dataclasses import replace
 
-from heatlens.model.lens import Lens
+from heatlens.model.lens.lens import Lens
 
 USUAL_CLOSE_M = 0.5  # if the close focus of a lens is unknown
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heatlens.model import opening
-from heatlens.model.aperture import Aperture, shape_uniforms
-from heatlens.model.opening import Barrel
-from heatlens.model.picture_field import PictureField
+from heatlens.model.lens import opening
+from heatlens.model.lens.aperture import Aperture, shape_uniforms
+from heatlens.model.lens.opening import Barrel
+from heatlens.model.lens.picture_field import PictureField
 
 # Points nearer to the centre than this, in pixels, have no direction to the rim.
 _CENTRE_PX = 1e-6

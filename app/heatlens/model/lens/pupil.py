@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.model.aperture import Aperture, shape_uniforms
-from heatlens.model.picture_field import PictureField
+from heatlens.model.lens.aperture import Aperture, shape_uniforms
+from heatlens.model.lens.picture_field import PictureField
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from heatlens.base.errors import InputError
-from heatlens.model.curve import Key
-from heatlens.model.interpolation import Ease, Interpolation, Scale, hermite
+from heatlens.model.curves.curve import Key
+from heatlens.model.curves.interpolation import Ease, Interpolation, Scale, hermite
 
 Samples = Sequence[tuple[float, float]]  # (frame, focus distance in metres), by frame
 

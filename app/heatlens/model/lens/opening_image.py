@@ -1,9 +1,9 @@
 """A picture used as the lens opening: its light on a grid, in NumPy.
 
 The square picture is the box around the round opening of the same f-stop. A lamp behind the focus
-shows it upright. Cells outside the circle are dark, because there is no
-glass. Points are those of `model/opening.py`. The light is relative to its mean over the circle, so
-that neither a dark picture nor a small shape changes the exposure.
+shows it upright. Cells outside the circle are dark, because there is no glass. Points are those of
+`model/lens/opening.py`. The light is relative to its mean over the circle, so that neither a
+dark picture nor a small shape changes the exposure.
 
 shaders/lib/opening_image.lib.glsl has the same functions; tests/defocus/test_opening_image.py
 compares the two. Both read one table: the sums of the light over the cells above and to the left of
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.base.errors import LensError
-from heatlens.model.opening import Barrel, past_barrel, profile
+from heatlens.model.lens.opening import Barrel, past_barrel, profile
 
 IMAGE_SIDE = 256  # cells of the grid, each way
 # How finely the shift of the barrel is tabulated: steps from 0 to the most on one side.
