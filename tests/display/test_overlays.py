@@ -14,7 +14,7 @@ from heatlens.gpu.shader_constants import OVERLAY_FAR, OVERLAY_FOCUS, OVERLAY_NE
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.focus.coc import coc_line, coc_px, sharp_px
 from heatlens.model.lens.lens import Lens
-from heatlens.model.view.peaking import PEAKING_COLORS, USUAL_PEAKING, Peaking, PeakingOn
+from heatlens.model.view.guides import PEAKING_COLORS, USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.model.view.view import Overlay
 from heatlens.plate.plate import Plate
 from heatlens.source.pinhole import optics_of

@@ -22,8 +22,7 @@ from heatlens.model.focus import plausibility
 from heatlens.model.focus.coc import sharp_px
 from heatlens.model.focus.plausibility import DepthSpan, doubts, focus_unit_doubts, span_doubts
 from heatlens.model.lens import opening
-from heatlens.model.lens.f_stops import THIRD_STOPS
-from heatlens.model.lens.lens import Lens, MeasuredFrom
+from heatlens.model.lens.lens import THIRD_STOPS, Lens, MeasuredFrom
 from heatlens.model.lens.lens_kit import KitLens
 from heatlens.model.shot.framing import Framing, SceneTiming
 from heatlens.model.shot.history import History

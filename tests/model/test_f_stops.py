@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.lens.f_stops import THIRD_STOPS, nearest_index, stepped
+from heatlens.model.lens.lens import THIRD_STOPS, nearest_index, stepped
 
 ON_THE_RING = st.sampled_from(THIRD_STOPS)
 F_STOPS = st.floats(0.05, 200)

@@ -9,8 +9,14 @@ from heatlens.base.errors import InputError
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.look import Look, check_looks, next_look_name
 from heatlens.model.shot.shot import Shot
-from heatlens.model.view.guides import Guides
-from heatlens.model.view.peaking import BLUR_RANGE, PEAKING_COLORS, STOPS_RANGE, Peaking, PeakingOn
+from heatlens.model.view.guides import (
+    BLUR_RANGE,
+    PEAKING_COLORS,
+    STOPS_RANGE,
+    Guides,
+    Peaking,
+    PeakingOn,
+)
 from heatlens.model.view.view import Against, Compare, Overlay, ViewState
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)

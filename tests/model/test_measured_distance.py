@@ -6,14 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.lens.lens import Lens, MeasuredFrom
-from heatlens.model.lens.lens_kit import KitLens, LensKit
-from heatlens.model.lens.measured_distance import (
+from heatlens.model.lens.lens import (
+    Lens,
+    MeasuredFrom,
     as_measured_m,
     from_pupil_m,
     measured_text,
     parse_measured_m,
 )
+from heatlens.model.lens.lens_kit import KitLens, LensKit
 from heatlens.model.units import format_distance
 
 FILM = Lens(50.0, 2.8, 2.0, 36.0, measured_from=MeasuredFrom.FILM, pupil_offset_mm=120.0)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.model.lens.lens import Lens
-from heatlens.plate.blurred_pick import surfaces_at
+from heatlens.plate.coc_line import surfaces_at
 from support.plates import plate_of
 
 WALL_M, TWIGS_M = 3.0, 0.9

@@ -8,7 +8,7 @@ from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.model.shot.plate_options import PictureCurve
 from heatlens.plate.parts.picture_parts import FOR_THE_EYE, color_parts, picture_header
-from heatlens.plate.picture.camera_log import log_light
+from heatlens.plate.picture.display import log_light
 
 # Signals of middle grey, from the makers' papers.
 GREY = {

@@ -7,7 +7,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.plate.header.channel_choice import choose_color, choose_depth
-from heatlens.plate.header.views import views_of
+from heatlens.plate.header.channels import views_of
 
 FILE = Path("shot.exr")
 

@@ -11,7 +11,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot
-from heatlens.plate.deep.empty_outside import window_of_all
+from heatlens.plate.deep.stacked import window_of_all
 from heatlens.plate.inspection import inspect
 from heatlens.plate.read import read_plate
 from support.deep_files import write_deep

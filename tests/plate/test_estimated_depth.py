@@ -20,10 +20,10 @@ from heatlens.model.depth_words import (
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
-from heatlens.plate.estimate.calm import Estimated, Fit, fitted
 from heatlens.plate.estimate.chain import forget
-from heatlens.plate.estimate.edges import with_sharp_edges
+from heatlens.plate.estimate.estimated_depth import with_sharp_edges
 from heatlens.plate.estimate.network import network_at
+from heatlens.plate.estimate.scale import Estimated, Fit, fitted
 from heatlens.plate.read import read_plate
 from heatlens.source.named import source_of
 from support.networks import write_network

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.model.boxes import Box
-from heatlens.plate.neighbours.agreed import middle_half
-from heatlens.plate.neighbours.found import with_neighbours
+from heatlens.plate.neighbours.found import middle_half, with_neighbours
 from heatlens.plate.neighbours.view import View
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.plate import ReadPixels

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.plate.neighbours.choice import chosen_frames, standing, step_of
+from heatlens.plate.neighbours.trust import chosen_frames, standing, step_of
 from heatlens.plate.plate import ReadPixels
 from support.cards import POST, Card, seen
 

@@ -17,10 +17,10 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.behind import _convention
+from heatlens.plate.coc_line import area_at, depth_at_m, middle_m
 from heatlens.plate.deep.deep_plate import flattened_part, read_deep_plate
-from heatlens.plate.deep.deep_volumes import _SLICE, _SLICES_MOST
 from heatlens.plate.deep.deep_write import check_deep_fits, deep_samples, write_deep
-from heatlens.plate.focus_pick import area_at, depth_at_m, middle_m
+from heatlens.plate.deep.fragment_merge import _SLICE, _SLICES_MOST
 from heatlens.plate.grain import noise_of
 from heatlens.plate.header.camera_header import _short
 from heatlens.plate.header.shoot_names import ShootLens

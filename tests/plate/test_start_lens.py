@@ -12,8 +12,7 @@ from heatlens.base.errors import LensError
 from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.lens_model import LensModel
 from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
-from heatlens.plate.header.header_lens import MissingLensError, plate_lens
-from heatlens.plate.header.start_lens import start_lens
+from heatlens.plate.header.header_lens import MissingLensError, plate_lens, start_lens
 from heatlens.plate.plate import CameraHeader
 from support.plates import coc_plate_of, plate_of
 

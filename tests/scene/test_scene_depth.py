@@ -12,7 +12,7 @@ from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.coc_line import depth_at_m
 from heatlens.render import FrameRenderer, drained
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import started_framing

@@ -13,7 +13,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.shot import Shot
 from heatlens.model.value_bins import bins_of
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.coc_line import depth_at_m
 from heatlens.plate.plate import Plate, ReadPixels
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_bounds import started_framing

@@ -15,8 +15,7 @@ from heatlens.base.errors import InputError
 from heatlens.files import file_lock
 from heatlens.live.ring.channel_map import ChannelMap, Ring
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.model.view.guides import Guides
-from heatlens.model.view.peaking import PEAKING_COLORS, Peaking, PeakingOn
+from heatlens.model.view.guides import PEAKING_COLORS, Guides, Peaking, PeakingOn
 from heatlens.session.settings.preferences import FILE_NAME, Preferences, Remembered, Theme, merged
 from heatlens.session.time.playback import Ending
 from support.command_line import ENVIRONMENT

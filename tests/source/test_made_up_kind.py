@@ -19,7 +19,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.exr.exr_read import read_parts
-from heatlens.plate.header.start_lens import start_lens
+from heatlens.plate.header.header_lens import start_lens
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.session.files.start_choices import word_of
 from heatlens.session.opened.picture_feed import PictureFeed

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.view.guides import Canvas, FrameLine
-from heatlens.model.view.peaking import Peaking, PeakingOn
+from heatlens.model.view.guides import Canvas, FrameLine, Peaking, PeakingOn
 from heatlens.model.view.view import Overlay
 from heatlens.ui.status_bar import zoom_words
 from support.session_files import BALL_M, HEIGHT, WIDTH

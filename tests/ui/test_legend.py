@@ -7,7 +7,7 @@ from heatlens.defocus.optics import Optics
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.view.peaking import USUAL_PEAKING
+from heatlens.model.view.guides import USUAL_PEAKING
 from heatlens.model.view.view import Overlay
 from heatlens.plate.plate import DepthReport
 from heatlens.ui.picture.legend import LegendFacts, entries

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.model.curves.interpolation import Scale
-from heatlens.model.lens.f_stops import THIRD_STOPS
+from heatlens.model.lens.lens import THIRD_STOPS
 from heatlens.model.shot.shot import LensParameter
 from heatlens.ui.timeline.curve_axis import AXES, CurveLine
 from support.gui import Gui

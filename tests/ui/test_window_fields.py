@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.lens.f_stops import THIRD_STOPS
+from heatlens.model.lens.lens import THIRD_STOPS
 from heatlens.model.units import FOOT_M
 from support.session_files import LENS
 

@@ -23,8 +23,7 @@ from heatlens.model.curves.frames import FRAME_MOST
 from heatlens.model.depth_words import KnownDistance, parse_known_distance
 from heatlens.model.lens.aperture import APERTURE_FIELDS
 from heatlens.model.lens.opening_image import OpeningImage
-from heatlens.model.option import Values, options_of
-from heatlens.model.other_names import OTHER_NAMES
+from heatlens.model.option import OTHER_NAMES, Values, options_of
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.plate.opening_picture import read_opening_image

@@ -12,8 +12,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.option import Values
 from heatlens.model.shot.settings import DefocusSettings
-from heatlens.plate.coc_line import focused_at_pixel
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.coc_line import depth_at_m, focused_at_pixel
 from heatlens.plate.header.header_lens import plate_lens
 from heatlens.plate.opening_picture import opening_notes
 from heatlens.plate.plate import Plate

@@ -26,7 +26,7 @@ from heatlens.base.stopping import stop_was_said
 from heatlens.commands.options.command_parser import add_command
 from heatlens.commands.options.movie_options import count_movie_frames
 from heatlens.commands.output.say import say_nothing
-from heatlens.model.other_names import OTHER_NAMES, or_meant
+from heatlens.model.option import OTHER_NAMES, or_meant
 from heatlens.version import __version__
 
 _EPILOG = """\

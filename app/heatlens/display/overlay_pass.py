@@ -6,7 +6,7 @@ from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.model.focus.coc import NO_LINE
 from heatlens.model.shot.settings import LAYERS_MAX
-from heatlens.model.view.peaking import USUAL_PEAKING, Peaking, PeakingOn
+from heatlens.model.view.guides import USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.model.view.view import Overlay
 
 _MODES = {

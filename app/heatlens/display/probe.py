@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
 from heatlens.model.focus.coc import coc_px, far_limit_m, lean_coc_px, near_limit_m
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.lens.lens import Lens, measured_text
 from heatlens.plate.coc_line import line_of
 from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown

@@ -12,7 +12,7 @@ from urllib.parse import unquote, urlsplit
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import PICTURES_READ, movie_named
 from heatlens.model.timecode import timecode_at
-from heatlens.plate.first_timecode import first_timecode
+from heatlens.plate.parts.header_read import first_timecode
 from heatlens.sequence.names import NameForm, form_of, sequences_among
 from heatlens.sequence.sequence import Sequence, find_sequence
 

@@ -8,8 +8,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import data_dir
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.lens.lens import Lens, measured_text
 from heatlens.model.timecode import Timecode
 from heatlens.plate.plate import FloatImage, Plate
 

@@ -25,7 +25,7 @@ from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.guides import NO_GUIDES
-from heatlens.plate.exr.exr_whole import cut_short
+from heatlens.plate.exr.exr_scan import cut_short
 from heatlens.plate.picture.picture_digest import digest, without_advice
 from heatlens.sequence.names import parse_frames
 from heatlens.source.named import source_of

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
-from heatlens.plate.exr.exr_whole import end_of_chunks
+from heatlens.plate.exr.exr_scan import end_of_chunks
 
 _JPEG_END = b"\xff\xd9"
 _BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # bytes of a value, by type number

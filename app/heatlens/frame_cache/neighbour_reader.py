@@ -15,8 +15,8 @@ from heatlens.frame_cache.plate_shelf import plate_bytes
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.header.placement import from_exr, is_rigid, placement_at
-from heatlens.plate.neighbours.choice import border_px, chosen_frames, standing, step_of
 from heatlens.plate.neighbours.found import Found, with_neighbours
+from heatlens.plate.neighbours.trust import border_px, chosen_frames, standing, step_of
 from heatlens.plate.neighbours.view import FloatMatrix, View
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import Plate

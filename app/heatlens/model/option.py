@@ -1,11 +1,13 @@
 """Describe how a person sets a dataclass field: its name, help, unit and range.
 
 The description is metadata of the field, from which the command line makes its options and panels
-take names and ranges: `width_mm: float = option_field(36.0, "width", least=1)`.
+take names and ranges: `width_mm: float = option_field(36.0, "width", least=1)`. For names used in
+other programs, and for other unknown names, an option is suggested.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields
+from difflib import get_close_matches
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
@@ -16,6 +18,22 @@ from heatlens.base.errors import InputError
 Values = dict[str, Any]
 
 _KEY = "option"
+OTHER_NAMES = {
+    "aperture": "f-stop",
+    "blende": "f-stop",
+    "brennweite": "focal-length",
+    "fnumber": "f-stop",
+    "fstop": "f-stop",
+    "iris": "f-stop",
+    "camera": "scene-camera",
+    "focus": "focus-distance",
+    "fokus": "focus-distance",
+    "lens": "focal-length",
+    "out": "output",
+    "resolution": "size",
+    "samples": "views",
+    "sensor": "sensor-width",
+}
 
 
 @dataclass(frozen=True)
@@ -108,3 +126,10 @@ def words_of(record: Any) -> list[str]:
             flag = f"--{options[one.name].flag}"
             words.append(flag if value is True else f"{flag}={value}")
     return words
+
+
+def or_meant(name: str, known: Iterable[str]) -> str:
+    """Return " Did you mean X?" for a similar known name, ignoring case; "" if there is none."""
+    by_small = {one.lower(): one for one in known}
+    near = get_close_matches(name.lower(), by_small, 1)
+    return f" Did you mean {by_small[near[0]]}?" if near else ""

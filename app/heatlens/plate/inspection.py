@@ -20,9 +20,15 @@ from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.grain import DESPIKE_HELPS, despike_note, noise_doubt, noise_of
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header.channel_choice import ColorChoice, choose_color
-from heatlens.plate.header.channels import Header, Part, compression_name, pixels_of, type_name
+from heatlens.plate.header.channels import (
+    Header,
+    Part,
+    compression_name,
+    pixels_of,
+    type_name,
+    views_of,
+)
 from heatlens.plate.header.primaries import HeaderPrimaries, header_primaries
-from heatlens.plate.header.views import views_of
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.parts.picture_parts import FOR_THE_EYE
 from heatlens.plate.plate import CameraHeader, Plate, depth_span

@@ -22,7 +22,7 @@ from heatlens.plate.behind import (
 )
 from heatlens.plate.bounds import bound_color
 from heatlens.plate.deep.deep_plate import read_deep_plate
-from heatlens.plate.deep.empty_outside import with_empty_outside
+from heatlens.plate.deep.stacked import with_empty_outside
 from heatlens.plate.depth.depth import DepthResult
 from heatlens.plate.depth.repair import repair_color
 from heatlens.plate.depth_read import read_depth_of
@@ -33,9 +33,15 @@ from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.grain import despike_note
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.header.channel_choice import ColorChoice, NoDepthError, choose_color
-from heatlens.plate.header.channels import Header, Part, compression_name, list_channels, pixels_of
+from heatlens.plate.header.channels import (
+    Header,
+    Part,
+    compression_name,
+    list_channels,
+    pixels_of,
+    views_of,
+)
 from heatlens.plate.header.placement import rigid_at
-from heatlens.plate.header.views import views_of
 from heatlens.plate.mattes.cutout import with_cutout
 from heatlens.plate.mattes.flat_depth import with_flat_depth
 from heatlens.plate.parts.carried import carried

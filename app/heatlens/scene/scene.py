@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.other_names import or_meant
+from heatlens.model.option import or_meant
 from heatlens.model.shot.framing import CameraTrack, WorldAxis
 
 Array = NDArray[np.float64]

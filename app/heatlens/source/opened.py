@@ -15,7 +15,7 @@ from heatlens.model.shot.framing import SceneTiming
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot
-from heatlens.plate.header.start_lens import StartLens
+from heatlens.plate.header.header_lens import StartLens
 from heatlens.plate.plate import Plate
 from heatlens.scene.placing import Placing
 from heatlens.scene.scene import Scene

@@ -14,7 +14,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot
-from heatlens.plate.header.start_lens import StartLens, start_lens
+from heatlens.plate.header.header_lens import StartLens, start_lens
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.plate import Plate
 from heatlens.sequence.sequence import MissingPolicy, Sequence

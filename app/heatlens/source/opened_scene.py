@@ -9,7 +9,7 @@ from heatlens.model.shot.framing import SceneTiming
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import LensParameter, Shot
-from heatlens.plate.header.start_lens import StartLens
+from heatlens.plate.header.header_lens import StartLens
 from heatlens.scene.first_shot import FirstShot, first_shot, lens_with
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import Stamp

@@ -8,7 +8,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.shot.framing import Framing, Pose
 from heatlens.model.shot.settings import Method
 from heatlens.model.shot.shot import Shot
-from heatlens.plate.focus_pick import area_at, middle_m
+from heatlens.plate.coc_line import area_at, middle_m
 from heatlens.scene.scene import Scene
 from heatlens.scene_gpu.scene_renderer import SceneRenderer
 from heatlens.source.pinhole import Pinhole

@@ -15,8 +15,7 @@ from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.filmback import FILMBACKS
 from heatlens.model.option import options_of
 from heatlens.model.shot.settings import Bokeh, Method, Quality, barred_methods
-from heatlens.model.view.guides import SQUEEZES
-from heatlens.model.view.peaking import PEAKING_COLORS, PeakingOn
+from heatlens.model.view.guides import PEAKING_COLORS, SQUEEZES, PeakingOn
 from heatlens.model.view.view import Overlay
 from heatlens.session.door.door import Changeable, Door
 from heatlens.session.facts import Facts

@@ -13,12 +13,10 @@ from heatlens.commands.options.kit_options import add_kit_option, kit_values, le
 from heatlens.commands.output.say import say
 from heatlens.model.lens.aperture import APERTURE_FIELDS
 from heatlens.model.lens.filmback import filmback_named
-from heatlens.model.lens.lens import Lens, MeasuredFrom
-from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.lens.lens import Lens, MeasuredFrom, measured_text
 from heatlens.model.option import Values
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.coc_line import focused_at_pixel
-from heatlens.plate.focus_pick import depth_at_m, no_distances
+from heatlens.plate.coc_line import depth_at_m, focused_at_pixel, no_distances
 from heatlens.plate.header.header_lens import MissingLensError, plate_lens
 from heatlens.plate.opening_picture import opening_notes, read_opening_image
 from heatlens.plate.plate import Plate

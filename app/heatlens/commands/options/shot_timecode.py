@@ -5,7 +5,7 @@ from collections.abc import Callable
 from heatlens.base.errors import InputError
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
-from heatlens.plate.first_timecode import first_timecode
+from heatlens.plate.parts.header_read import first_timecode
 from heatlens.sequence.sequence import find_sequence
 
 

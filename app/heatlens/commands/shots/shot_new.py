@@ -44,12 +44,11 @@ from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.model.curves.curve import Key
 from heatlens.model.curves.frames import FRAMES_PER_SECOND, parse_frame_range
 from heatlens.model.curves.interpolation import Interpolation
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.measured_distance import from_pupil_m, parse_measured_m
+from heatlens.model.lens.lens import Lens, from_pupil_m, parse_measured_m
 from heatlens.model.marks import marks
 from heatlens.model.marks.mark import Mark
 from heatlens.model.marks.marks import TYPED_MARK, DistanceMark, mark_of
-from heatlens.model.other_names import or_meant
+from heatlens.model.option import or_meant
 from heatlens.model.shot.pull import frames_too_close
 from heatlens.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.units import format_distance, parse_distance_m

@@ -12,8 +12,7 @@ from heatlens.commands.output.say import tell
 from heatlens.documents.shot_file import read_shot, shot_to_json
 from heatlens.files.json_record import plain
 from heatlens.model.focus.coc import far_limit_m, near_limit_m
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.measured_distance import as_measured_m, measured_text
+from heatlens.model.lens.lens import Lens, as_measured_m, measured_text
 from heatlens.model.option import options_of
 from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.plate_options import PlateOptions

@@ -15,10 +15,9 @@ from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange, parse_fr
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode, parse_timecode
-from heatlens.plate.first_timecode import first_timecode, headers_of
 from heatlens.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header.timecode import rate_at
-from heatlens.plate.parts.header_read import read_headers
+from heatlens.plate.parts.header_read import first_timecode, headers_of, read_headers
 from heatlens.plate.plate import CameraHeader
 from heatlens.plate.read import read_plate
 from heatlens.sequence.sequence import Sequence, find_sequence

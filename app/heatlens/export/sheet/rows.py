@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.coc import far_limit_m, near_limit_m
-from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.lens.lens import measured_text
 from heatlens.model.shot.pull import baked
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode

@@ -1,6 +1,11 @@
-"""The lens: the values on its barrel, its focus distance and the width of the sensor."""
+"""The lens: the values on its barrel, its focus distance and the width of the sensor.
+
+A shot keeps every distance from the entrance pupil. Every distance that is shown or typed for a
+lens is converted here, so that a focus, its limits and a mark on the same thing agree.
+"""
 
 import math
+from bisect import bisect_left, bisect_right
 from dataclasses import KW_ONLY, dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -10,7 +15,19 @@ from heatlens.model.lens.aperture import APERTURE_FIELDS, Aperture
 from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.lens.opening_fields import OpeningFields
 from heatlens.model.option import Option, option, option_field, options_of
-from heatlens.model.units import parse_distance_m
+from heatlens.model.units import format_distance, parse_distance_m
+
+# Share of the sensor's width that still looks sharp; a common rule for pictures seen whole.
+_SHARP_SHARE = 1 / 1500
+# No lens or sensor lies outside these ranges in mm or f-numbers; a value beyond is in the wrong
+# unit. Within them every diameter of blur stays finite in float32.
+_HARDWARE: dict[str, Any] = {"least": 1e-3, "most": 1e6}
+# Powers of 2^(1/6), rounded as makers engrave them (ISO 517 for the whole stops).
+THIRD_STOPS = (
+    *(0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 3.5, 4.0, 4.5, 5.0),
+    *(5.6, 6.3, 7.1, 8.0, 9.0, 10.0, 11.0, 13.0, 14.0, 16.0, 18.0, 20.0, 22.0, 25.0, 29.0, 32.0),
+)
+_SAME = 1e-4  # relative, so that 2.8 stays 2.8 after rounding to float32
 
 
 class MeasuredFrom(StrEnum):
@@ -31,13 +48,6 @@ class MeasuredFrom(StrEnum):
     def offset_m(self, pupil_offset_mm: float) -> float:
         """Return the amount by which a distance from here exceeds one from the pupil."""
         return 1e-3 * pupil_offset_mm if self is MeasuredFrom.FILM else 0.0
-
-
-# Share of the sensor's width that still looks sharp; a common rule for pictures seen whole.
-_SHARP_SHARE = 1 / 1500
-# No lens or sensor lies outside these ranges in mm or f-numbers; a value beyond is in the wrong
-# unit. Within them every diameter of blur stays finite in float32.
-_HARDWARE: dict[str, Any] = {"least": 1e-3, "most": 1e6}
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,3 +196,43 @@ def _check_focus(focus_distance_m: float, focal_length_mm: float) -> None:
             f"The focus distance must be beyond the focal length of {focal_length_mm:g} mm, "
             f"got {focus_distance_m:g} m."
         )
+
+
+def as_measured_m(lens: Lens, distance_m: float) -> float:
+    """Convert a distance from the entrance pupil to this lens's origin; infinity stays."""
+    return distance_m + lens.measuring_offset_m
+
+
+def from_pupil_m(lens: Lens, measured_m: float) -> float:
+    """Convert a distance from this lens's origin to one from the entrance pupil."""
+    return measured_m - lens.measuring_offset_m
+
+
+def measured_text(lens: Lens, distance_m: float, unit: str = "m") -> str:
+    """Return a distance from the entrance pupil as text, from this lens's origin."""
+    return format_distance(as_measured_m(lens, distance_m), unit)
+
+
+def parse_measured_m(lens: Lens, text: str) -> float:
+    """Return the distance in a text, from the entrance pupil; raise InputError if it has none."""
+    return from_pupil_m(lens, parse_distance_m(text))
+
+
+def stepped(f_stop: float, steps: int) -> float:
+    """Return the f-stop `steps` third stops up the ring, or down if negative.
+
+    A value between two stops of the ring counts as one step. The result stays on the ring; 0 steps
+    leave the value alone.
+    """
+    if steps > 0:
+        index = bisect_right(THIRD_STOPS, f_stop * (1 + _SAME)) + steps - 1
+    elif steps < 0:
+        index = bisect_left(THIRD_STOPS, f_stop * (1 - _SAME)) + steps
+    else:
+        return f_stop
+    return THIRD_STOPS[min(max(index, 0), len(THIRD_STOPS) - 1)]
+
+
+def nearest_index(f_stop: float) -> int:
+    """Return the index of the nearest stop of the ring, measured in stops."""
+    return min(range(len(THIRD_STOPS)), key=lambda i: abs(math.log2(THIRD_STOPS[i] / f_stop)))

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from heatlens.base.errors import InputError, LensError
 from heatlens.model.lens.aperture import Aperture
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.measured_distance import as_measured_m, from_pupil_m
+from heatlens.model.lens.lens import Lens, as_measured_m, from_pupil_m
 from heatlens.model.lens.opening_fields import OpeningFields
 from heatlens.model.option import Values
 

@@ -1,11 +1,12 @@
 """Guides over the picture: mattes of other aspects, safe areas, thirds, the centre, desqueeze.
 
 `guide_shapes` is the only description of them: the window draws it with ImGui, exports draw it into
-their pixels.
+their pixels. Focus peaking colours what is in focus, as camera monitors do.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import StrEnum
 
 from heatlens.base.errors import InputError
 from heatlens.model.option import check_range, option_field
@@ -22,6 +23,20 @@ _PIXEL_LEAST, _PIXEL_MOST = 0.25, 4.0
 _CROSS = 0.05  # length of an arm of the cross, as a part of the height
 
 Rect = tuple[float, float, float, float]  # x0, y0, x1, y1
+Part = tuple[float, float, float, float]  # x0, y0, x1, y1 as parts of the canvas
+_SAME_SHAPE = 0.005
+Rgb = tuple[float, float, float]
+# Display values by name; the first is a colour that is rare in scenes.
+PEAKING_COLORS: dict[str, Rgb] = {
+    "magenta": (1.0, 0.2, 0.75),
+    "red": (1.0, 0.15, 0.1),
+    "yellow": (1.0, 0.9, 0.1),
+    "green": (0.2, 1.0, 0.3),
+    "blue": (0.2, 0.55, 1.0),
+    "white": (1.0, 1.0, 1.0),
+}
+STOPS_RANGE = 0.05, 3.0  # contrast of an edge, in stops
+BLUR_RANGE = 0.1, 4.0  # unit: acceptable circles of confusion
 
 
 def parse_aspect(text: str) -> float:
@@ -44,10 +59,6 @@ def _parsed(text: str, least: float, most: float, what: str) -> float:
     if not least <= ratio <= most:
         raise InputError(f"{text!r} is not {what}.")
     return ratio
-
-
-Part = tuple[float, float, float, float]  # x0, y0, x1, y1 as parts of the canvas
-_SAME_SHAPE = 0.005
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,3 +237,44 @@ def scaled_rect(rect: Rect, across: float, down: float) -> Rect:
     x0, y0, x1, y1 = rect
     middle, half = ((x0 + x1) / 2, (y0 + y1) / 2), ((x1 - x0) / 2 * across, (y1 - y0) / 2 * down)
     return middle[0] - half[0], middle[1] - half[1], middle[0] + half[0], middle[1] + half[1]
+
+
+class PeakingOn(StrEnum):
+    """Where focus peaking draws its colour."""
+
+    PICTURE = "edges of the picture"  # seen through the lens, and the silhouettes
+    DEPTH = "all at the distance"  # with or without edges
+
+
+@dataclass(frozen=True, slots=True)
+class Peaking:
+    """How peaking is drawn.
+
+    on     edges alone, or everything in focus
+    stops  contrast of an edge that is coloured, in stops of its light
+    blur   how large a blur still counts as in focus, in acceptable circles of confusion
+    color  name of the colour
+
+    Raises InputError for numbers out of range and for unknown colours.
+    """
+
+    on: PeakingOn = PeakingOn.PICTURE
+    stops: float = 0.5
+    blur: float = 1.0
+    color: str = next(iter(PEAKING_COLORS))
+
+    def __post_init__(self) -> None:
+        """Check the numbers and the name of the colour."""
+        check_range("stops", self.stops, *STOPS_RANGE)
+        check_range("blur", self.blur, *BLUR_RANGE)
+        if self.color not in PEAKING_COLORS:
+            known = ", ".join(PEAKING_COLORS)
+            raise InputError(f"{self.color!r} is not a peaking colour; known are {known}.")
+
+    @property
+    def rgb(self) -> Rgb:
+        """Its colour as display values."""
+        return PEAKING_COLORS[self.color]
+
+
+USUAL_PEAKING = Peaking()

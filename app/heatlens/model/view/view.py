@@ -5,8 +5,7 @@ from enum import StrEnum
 
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import Method
-from heatlens.model.view.guides import NO_GUIDES, Guides
-from heatlens.model.view.peaking import USUAL_PEAKING, Peaking
+from heatlens.model.view.guides import NO_GUIDES, USUAL_PEAKING, Guides, Peaking
 
 
 class Overlay(StrEnum):

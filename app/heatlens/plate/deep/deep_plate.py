@@ -13,17 +13,26 @@ from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.bounds import DEPTH_LEAST_M, LIGHT_MOST
 from heatlens.plate.deep.deep_chunks import DeepPart
-from heatlens.plate.deep.deep_volumes import DeepSamples, without_volumes
-from heatlens.plate.deep.empty_outside import stacked_over, window_of_all
-from heatlens.plate.deep.fragment_merge import FRAGMENTS_MOST, Fragments, in_order
-from heatlens.plate.deep.stacked import SAME_SURFACE, ListBuilder, Stacked
+from heatlens.plate.deep.fragment_merge import (
+    FRAGMENTS_MOST,
+    DeepSamples,
+    Fragments,
+    in_order,
+    without_volumes,
+)
+from heatlens.plate.deep.stacked import (
+    SAME_SURFACE,
+    ListBuilder,
+    Stacked,
+    stacked_over,
+    window_of_all,
+)
 from heatlens.plate.depth.depth import finite_range
 from heatlens.plate.depth.depth_guess import INFINITE_FROM
 from heatlens.plate.exr.deep_file import DeepChannels, deep_channels
 from heatlens.plate.fragments import LEAST_COVERAGE, OPAQUE
 from heatlens.plate.header.camera_header import camera_at_header
-from heatlens.plate.header.channels import Header, Part, list_channels
-from heatlens.plate.header.views import views_of
+from heatlens.plate.header.channels import Header, Part, list_channels, views_of
 from heatlens.plate.parts.carried import carried
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import BehindReport, DepthReport, Plate, ReadPixels

@@ -19,8 +19,8 @@ from heatlens.base.errors import InputError
 from heatlens.base.folders import estimates_dir
 from heatlens.files.atomic_file import FOR_THE_USER, replacing
 from heatlens.model.depth_words import DepthModelOutput
-from heatlens.plate.estimate.calm import Estimated, Fit, fitted
 from heatlens.plate.estimate.network import Network, as_display, resized
+from heatlens.plate.estimate.scale import Estimated, Fit, fitted
 from heatlens.plate.plate import FloatImage
 from heatlens.sequence.sequence import Sequence, stamp_of
 

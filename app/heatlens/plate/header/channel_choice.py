@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
-from heatlens.model.other_names import or_meant
+from heatlens.model.option import or_meant
 from heatlens.plate.header.channels import (
     ChannelRef,
     Header,
@@ -14,8 +14,8 @@ from heatlens.plate.header.channels import (
     list_channels,
     listed,
     unusable_sentence,
+    views_of,
 )
-from heatlens.plate.header.views import views_of
 from heatlens.plate.header.written_by import written_by
 
 # Layers that hold the finished picture, best first; "" is the layer without a name.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from heatlens.model.marks.marks import MattePart
-from heatlens.plate.focus_pick import no_distances
+from heatlens.plate.coc_line import no_distances
 from heatlens.plate.mattes.mattes import matte_of
 from heatlens.plate.plate import FloatImage, Plate
 

@@ -7,9 +7,8 @@ import numpy as np
 
 from heatlens.model.boxes import Box
 from heatlens.plate.neighbours.hidden import APART, packed
-from heatlens.plate.neighbours.look import Flags
 from heatlens.plate.neighbours.moved import Arrived, Canvas
-from heatlens.plate.neighbours.view import FAR_M, depth_of
+from heatlens.plate.neighbours.view import FAR_M, Flags, depth_of
 from heatlens.plate.plate import FloatImage, Plate, ReadPixels
 
 

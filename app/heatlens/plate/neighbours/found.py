@@ -1,4 +1,7 @@
-"""Find the hidden surfaces and the border of a frame in the neighbouring frames."""
+"""Find the hidden surfaces and the border of a frame in the neighbouring frames.
+
+The colour of a hidden point is the one that these frames agree on.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,19 +12,26 @@ from heatlens.model.boxes import Box
 from heatlens.plate.behind import with_behind
 from heatlens.plate.deep.stacked import lists_over
 from heatlens.plate.mattes.cutout import with_cutout_of
-from heatlens.plate.neighbours.agreed import agreed
 from heatlens.plate.neighbours.border import widened
 from heatlens.plate.neighbours.hidden import APART, could_be_seen, hidden_points, surfaces
-from heatlens.plate.neighbours.look import Flags, look_of
-from heatlens.plate.neighbours.moved import Arrived, Canvas, Numbers, arrived_in, canvas_of
-from heatlens.plate.neighbours.moving import moved_here, moving
+from heatlens.plate.neighbours.moved import (
+    Arrived,
+    Canvas,
+    Moving,
+    Numbers,
+    arrived_in,
+    canvas_of,
+    moved_here,
+    moving,
+)
 from heatlens.plate.neighbours.nearby import BLOCK
 from heatlens.plate.neighbours.trust import doubt, size_reason
-from heatlens.plate.neighbours.view import FAR_M, View
+from heatlens.plate.neighbours.view import FAR_M, Flags, Look, View, look_of, motion
 from heatlens.plate.plate import FloatImage, Plate, ReadPixels
 
 _NAMES = ("What neighbouring frames show", "What they show behind that")
 _TRIED = 4  # candidates; some are rejected later
+_FULL = 0.25  # total weight of the frames from which a point is opaque; below it fades
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,3 +159,54 @@ def _framed(plate: Plate, wide: Plate) -> Plate:
 def _alone(plate: Plate, color: FloatImage, depth_m: FloatImage) -> Plate:
     pixels = ReadPixels(color, depth_m)
     return replace(plate, pixels=pixels, has_alpha=True, fragments=None, behind=(), notes=())
+
+
+def agreed(
+    here: View,
+    looks: Sequence[tuple[Look, Moving]],
+    canvas: Canvas,
+    pixel: Numbers,
+    z: FloatImage,
+) -> FloatImage:
+    """Return the colour (N, 4) at each point; alpha is 0 where it is unknown.
+
+    A frame that sees through a point shows that nothing is there. A point seen by one frame only is
+    used unless it is close to something that moved. The weight of a frame falls to zero with its
+    distance in time, so that nothing pops when a frame enters or leaves the set.
+    """
+    x, y = canvas.middles(pixel)
+    reach = max(abs(look.view.frame - here.frame) for look, _ in looks) + 1
+    colors = np.zeros((len(looks), len(pixel), 4), np.float32)
+    weights = np.zeros((len(looks), len(pixel)), np.float32)
+    is_refuted = np.zeros(len(pixel), bool)
+    may_move = np.zeros(len(pixel), bool)
+    for number, (look, mover) in enumerate(looks):
+        there = motion(here, look.view).moved(x, y, z)
+        colors[number], is_seen, is_through = look.answers(*there)
+        weights[number] = is_seen * (1 - abs(look.view.frame - here.frame) / reach)
+        is_refuted |= is_through
+        may_move |= is_seen & mover.holds(*there)
+    seen_by = (weights > 0).sum(0)
+    color = middle_half(colors, weights)
+    color *= np.minimum(weights.sum(0) / np.float32(_FULL), 1)[:, None]
+    color[is_refuted | (seen_by == 0) | ((seen_by == 1) & may_move)] = 0
+    return color
+
+
+def middle_half(colors: FloatImage, weights: FloatImage) -> FloatImage:
+    """Return the mean of the middle half of colours (K, N, C), sorted by brightness.
+
+    Their weights (K, N) decide where the middle is. Unlike a median, the mean changes smoothly with
+    the weights; like a median, it ignores outliers.
+    """
+    light = np.ascontiguousarray(colors[..., :3].sum(-1).T)
+    order = np.argsort(light, axis=1)
+    share = weights.T / np.maximum(weights.sum(0), np.float32(1e-9))[:, None]
+    sorted_share = np.take_along_axis(share, order, 1)
+    end = np.cumsum(sorted_share, axis=1)
+    inner = np.minimum(end, np.float32(0.75))
+    inner -= np.maximum(end - sorted_share, np.float32(0.25))
+    np.put_along_axis(share, order, np.maximum(inner, 0), 1)
+    share /= np.maximum(share.sum(1), np.float32(1e-9))[:, None]
+    middle: FloatImage = np.einsum("knc,nk->nc", colors, share)
+    return middle

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.plate.neighbours.look import MIXED, Flags
 from heatlens.plate.neighbours.moved import Arrived, Canvas, Numbers
 from heatlens.plate.neighbours.nearby import BLOCK, around, blocks, of_nine
+from heatlens.plate.neighbours.view import MIXED, Flags
 from heatlens.plate.plate import FloatImage
 
 APART = 0.03  # relative depth difference between two separate surfaces

@@ -1,4 +1,7 @@
-"""Read the headers of a file without its pixels, in about a tenth of a millisecond."""
+"""Read the headers of a file without its pixels, in about a tenth of a millisecond.
+
+Also the timecode of a sequence, which is in the header of its first file.
+"""
 
 import os
 from pathlib import Path
@@ -6,14 +9,17 @@ from pathlib import Path
 import OpenEXR
 
 from heatlens.base.errors import InputError
-from heatlens.files.picture_formats import is_picture
+from heatlens.files.picture_formats import in_movie, is_picture
 from heatlens.files.quiet import quiet_library
 from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.timecode import Timecode
 from heatlens.plate.exr.deep_file import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_limits import check_exr, for_library
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import Header
+from heatlens.plate.header.timecode import timecode_of
 from heatlens.plate.parts.picture_parts import picture_header
+from heatlens.sequence.sequence import Sequence
 
 _AS_FOUND = PlateOptions()
 
@@ -50,3 +56,18 @@ def read_headers(path: str | os.PathLike[str]) -> list[Header]:
     if not headers:
         raise InputError(f"{path} is damaged: it has no readable part. Write it again.")
     return headers
+
+
+def first_timecode(sequence: Sequence) -> tuple[int, Timecode] | None:
+    """Return the first frame that has a file, and the timecode in its header, if there is one."""
+    path = sequence.path_at(sequence.present[0])
+    timecodes = (timecode_of(attributes) for attributes in headers_of(path))
+    timecode = next((one for one in timecodes if one is not None), None)
+    return None if timecode is None else (sequence.present[0], timecode)
+
+
+def headers_of(path: Path) -> list[Header]:
+    """Return the headers that may tell timecode and frame rate: of an EXR, or of a movie."""
+    if in_movie(path) is not None:
+        return [picture_header(path)]
+    return [] if is_picture(path) else read_headers(path)

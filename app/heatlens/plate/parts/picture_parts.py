@@ -21,8 +21,7 @@ from heatlens.model.shot.plate_options import PictureCurve
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.header.channels import Header, Part
 from heatlens.plate.header.primaries import P3_D65
-from heatlens.plate.picture.camera_log import log_light
-from heatlens.plate.picture.display import srgb_decoded
+from heatlens.plate.picture.display import log_light, srgb_decoded
 from heatlens.plate.picture.inner_depth import inner_depth
 from heatlens.plate.picture.picture_open import RawPicture, open_picture, picture_info
 from heatlens.plate.plate import FloatImage

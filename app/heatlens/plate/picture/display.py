@@ -1,9 +1,19 @@
-"""The sRGB curve, from scene-linear light to display values and back."""
+"""Curves of stored pictures: sRGB, and the log of cameras, to scene-linear light in Rec.709."""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from heatlens.base.errors import InputError
+from heatlens.files.ocio_library import ocio
 from heatlens.plate.plate import FloatImage
+
+# The full name, because another version of the library could have another config.
+_CONFIG = "studio-config-v2.2.0_aces-v1.3_ocio-v2.4"
+_LINEAR = "Linear Rec.709 (sRGB)"
 
 
 def srgb_encoded(linear: ArrayLike) -> FloatImage:
@@ -24,3 +34,22 @@ def srgb_decoded(encoded: ArrayLike) -> FloatImage:
     curve = np.power((np.maximum(values, 0.0) + 0.055) / 1.055, np.float32(2.4))
     light: FloatImage = np.where(values <= 0.04045, values / 12.92, curve).astype(np.float32)
     return light
+
+
+def log_light(path: Path, signal: FloatImage, color_space: str) -> FloatImage:
+    """Return light (H, W, 3 or 4) of a signal of 0 to 1 in a colour space of OpenColorIO.
+
+    Middle grey becomes 0.18; alpha stays. Raises InputError for a grey picture.
+    """
+    if signal.shape[2] not in (3, 4):
+        raise InputError(f"{path} is grey: the log of a camera has three colours.")
+    light: FloatImage = np.ascontiguousarray(signal, np.float32)
+    apply = _processor(color_space).applyRGB if light.shape[2] == 3 else None
+    (apply or _processor(color_space).applyRGBA)(light)
+    return light
+
+
+@lru_cache(maxsize=4)
+def _processor(color_space: str) -> Any:
+    config = ocio().Config.CreateFromBuiltinConfig(_CONFIG)
+    return config.getProcessor(color_space, _LINEAR).getDefaultCPUProcessor()

@@ -2,14 +2,20 @@
 
 Pillow reads pictures with 8 bits a channel, and single channels of 16 or 32 bits. Pictures that it
 would silently reduce to 8 bits are read by OpenImageIO. That is an optional extra, and so is HEIC.
+
+A capture by Record3D is rgb/12.jpg and depth/12.exr with metadata.json beside them. This file gives
+the matrix of the camera by columns, in pixels of `w` x `h`, and the frame rate.
 """
 
 import contextlib
 import importlib.util
+import json
 import os
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -26,13 +32,16 @@ from heatlens.files.limits import allow_for, is_bounded
 from heatlens.files.picture_formats import in_movie
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.exr.exr_limits import MAX_SIDE_PX
-from heatlens.plate.picture.capture import capture_info
+from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.picture.movie_picture import movie_info, movie_values
 from heatlens.plate.picture.portrait import portrait_header
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
 _HEAD_BYTES = 4096  # start of an AVIF that holds its description
+_FOLDER, _FILE = "rgb", "metadata.json"
+_LONG_SIDE_MM = 36.0  # of the full frame, on which phones tell their focal lengths
+_SAME_ASPECT = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,3 +252,34 @@ def _check_size(path: Path, size: tuple[int, int]) -> None:
         raise InputError(
             f"{path} has {size[0]} x {size[1]} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
         )
+
+
+def capture_info(path: Path, size: tuple[int, int]) -> dict[str, object]:
+    """Return the header of the camera for a picture of a capture; a note if it cannot be used."""
+    file = path.parent.parent / _FILE
+    if path.parent.name.lower() != _FOLDER or not file.is_file():
+        return {}
+    try:
+        return {"header": _header(_read(file, file.stat().st_mtime_ns), size)}
+    except (OSError, ValueError, LookupError, TypeError, ArithmeticError, RecursionError) as error:
+        return {"note": f"{file} does not tell the camera ({error!r}): its lens is assumed."}
+
+
+@lru_cache(maxsize=4)  # all frames of a capture share one file
+def _read(file: Path, changed_ns: int) -> dict[str, Any]:
+    found = json.loads(file.read_text("utf-8"))
+    return {name: found[name] for name in ("K", "w", "h", "fps") if name in found}
+
+
+def _header(found: dict[str, Any], size: tuple[int, int]) -> dict[str, object]:
+    across, width, height = float(found["K"][0]), float(found["w"]), float(found["h"])
+    if not (0 < across < 1e6 and 0 < width < 1e6 and 0 < height < 1e6):
+        raise ValueError(f"a focal length of {across:g} px in {width:g} x {height:g}")
+    if abs(size[0] * height / (size[1] * width) - 1) > _SAME_ASPECT:
+        raise ValueError(f"it is for {width:g} x {height:g} pixels")
+    mm = _LONG_SIDE_MM / max(width, height)
+    lens = lens_attributes(across * mm, 1.0, 1.0, width * mm, height * mm)
+    header = {name: lens[name] for name in ("pinholeFocalLength", "sensorOverallDimensions")}
+    if 0 < float(found.get("fps", 0)) <= 10_000:
+        header["framesPerSecond"] = Fraction(found["fps"]).limit_denominator(1001)
+    return header

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.coc_line import depth_at_m
 from heatlens.plate.plate import Plate
 
 FOCUS_POINT = "heatlens:photoFocus"  # parts of the width and height of the upright picture

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from heatlens.base.errors import InputError
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.marks.track_mark import Click, TrackMark, TrackPlace
-from heatlens.plate.focus_pick import no_distances
+from heatlens.plate.coc_line import no_distances
 from heatlens.plate.plate import Plate
 from heatlens.plate.tracking.surface_tracker import Sight, SurfaceTracker
 

@@ -6,14 +6,12 @@ from enum import StrEnum
 from typing import TypeVar
 
 from heatlens.base.background import Background
-from heatlens.model.lens.f_stops import stepped
-from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens import Lens, stepped
 from heatlens.model.shot.settings import Bokeh, Quality
 from heatlens.model.units import format_distance
 from heatlens.model.value_bins import DepthHistogram
-from heatlens.plate.blurred_pick import Surface, surfaces_at
-from heatlens.plate.coc_line import focused_at, focused_at_pixel
-from heatlens.plate.header.start_lens import StartLens
+from heatlens.plate.coc_line import Surface, focused_at, focused_at_pixel, surfaces_at
+from heatlens.plate.header.header_lens import StartLens
 from heatlens.plate.mattes.mattes import has_things, thing_at
 from heatlens.plate.plate import Plate
 from heatlens.session.lens.kit_commands import KitCommands

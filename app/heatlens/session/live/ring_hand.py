@@ -13,8 +13,7 @@ from heatlens.live.ring.channel_map import ChannelMap, Learning, Ring, channels_
 from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sources import Heard, Numbered
-from heatlens.model.lens.lens import Lens, MeasuredFrom
-from heatlens.model.lens.measured_distance import from_pupil_m
+from heatlens.model.lens.lens import Lens, MeasuredFrom, from_pupil_m
 from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker
 from heatlens.session.settings.preferences import Preferences

@@ -30,8 +30,7 @@ from heatlens.model.shot.pull import (
     reversed_focus,
     shaped_pull,
 )
-from heatlens.plate.blurred_pick import surfaces_at
-from heatlens.plate.coc_line import sharp_at
+from heatlens.plate.coc_line import sharp_at, surfaces_at
 from heatlens.plate.mark_distance import mark_over_plates_m, world_mark
 from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate

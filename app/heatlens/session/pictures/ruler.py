@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from heatlens.model.view.view_geometry import PictureShape, shown_shape
-from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.coc_line import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.session.loop.messages import reported
 from heatlens.session.pictures.picture_view import PictureView

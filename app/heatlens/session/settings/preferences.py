@@ -18,8 +18,7 @@ from heatlens.files.file_lock import locked
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.live.ring.channel_map import ChannelMap
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.model.view.guides import NO_GUIDES, Guides
-from heatlens.model.view.peaking import USUAL_PEAKING, Peaking
+from heatlens.model.view.guides import NO_GUIDES, USUAL_PEAKING, Guides, Peaking
 from heatlens.model.view.view import ViewState
 from heatlens.session.settings.export_place import HERE, ExportPlace, LeftExport
 from heatlens.session.settings.ui_sizes import SCALES

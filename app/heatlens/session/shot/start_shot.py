@@ -9,7 +9,7 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
-from heatlens.plate.header.start_lens import StartLens
+from heatlens.plate.header.header_lens import StartLens
 from heatlens.session.shot.start import GivenOptions
 from heatlens.source.opened import Opened
 

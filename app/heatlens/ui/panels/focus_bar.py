@@ -9,8 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
 from heatlens.model.focus.coc import far_limit_m, hyperfocal_m, near_limit_m
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.lens.lens import Lens, measured_text
 from heatlens.model.value_bins import DepthHistogram
 from heatlens.plate.coc_line import focused_at
 from heatlens.session.facts import Facts

@@ -7,8 +7,18 @@ from imgui_bundle import imgui
 
 from heatlens.base.printable import printable
 from heatlens.model.option import Values
-from heatlens.model.view.guides import MATTES, SQUEEZES, Guides, parse_aspect, parse_desqueeze
-from heatlens.model.view.peaking import BLUR_RANGE, PEAKING_COLORS, STOPS_RANGE, Peaking, PeakingOn
+from heatlens.model.view.guides import (
+    BLUR_RANGE,
+    MATTES,
+    PEAKING_COLORS,
+    SQUEEZES,
+    STOPS_RANGE,
+    Guides,
+    Peaking,
+    PeakingOn,
+    parse_aspect,
+    parse_desqueeze,
+)
 from heatlens.model.view.view import ViewState
 from heatlens.ui import widgets
 

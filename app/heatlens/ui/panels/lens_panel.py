@@ -11,12 +11,17 @@ from imgui_bundle import imgui
 from heatlens.base.printable import printable
 from heatlens.model.focus.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.focus.plausibility import About, Doubt
-from heatlens.model.lens.f_stops import THIRD_STOPS, nearest_index
 from heatlens.model.lens.filmback import FILMBACKS, Filmback
-from heatlens.model.lens.lens import Lens, MeasuredFrom
+from heatlens.model.lens.lens import (
+    THIRD_STOPS,
+    Lens,
+    MeasuredFrom,
+    measured_text,
+    nearest_index,
+    parse_measured_m,
+)
 from heatlens.model.lens.lens_kit import KitLens, LensKit
 from heatlens.model.lens.lens_model import LensModel
-from heatlens.model.lens.measured_distance import measured_text, parse_measured_m
 from heatlens.model.option import options_of
 from heatlens.model.shot.settings import PARTS, DefocusSettings, barred_methods
 from heatlens.model.shot.shot import LensParameter

@@ -7,7 +7,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
 from heatlens.model.focus.live_focus import Follow
-from heatlens.model.lens.measured_distance import measured_text, parse_measured_m
+from heatlens.model.lens.lens import measured_text, parse_measured_m
 from heatlens.model.marks.mark import Mark
 from heatlens.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.model.marks.track_mark import TrackMark, TrackPlace

@@ -9,8 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
 from heatlens.model.focus.coc import sharp_dioptres
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.lens.lens import Lens, measured_text
 from heatlens.model.units import FOOT_M
 from heatlens.session.marks.plan import Plan, PlanMark
 from heatlens.ui import probe, theme, widgets

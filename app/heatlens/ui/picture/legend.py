@@ -10,7 +10,7 @@ from heatlens.defocus.optics import Optics
 from heatlens.gpu import shader_constants as colors
 from heatlens.gpu.shader_constants import Rgb
 from heatlens.model.units import format_distance
-from heatlens.model.view.peaking import Peaking, PeakingOn
+from heatlens.model.view.guides import Peaking, PeakingOn
 from heatlens.model.view.view import Overlay
 from heatlens.model.view.view_geometry import Viewport
 from heatlens.plate.plate import DepthReport

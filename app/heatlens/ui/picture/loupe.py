@@ -8,9 +8,9 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.printable import printable
 from heatlens.display.picture_pass import PlacedPicture
 from heatlens.model.boxes import Box
-from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.lens.lens import measured_text
 from heatlens.model.view.view_geometry import Point
-from heatlens.plate.blurred_pick import Surface
+from heatlens.plate.coc_line import Surface
 from heatlens.session.facts import Facts
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import probe, theme

@@ -4,7 +4,7 @@ import math
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.lens.lens import measured_text
 from heatlens.model.units import format_distance
 from heatlens.session.facts import Facts
 from heatlens.session.pictures.picture_view import PictureView

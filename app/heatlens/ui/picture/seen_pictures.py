@@ -9,8 +9,7 @@ from heatlens.display.picture_pass import Detail
 from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
 from heatlens.model.boxes import Box
 from heatlens.model.lens.breathing import plate_ratio
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.measured_distance import measured_text
+from heatlens.model.lens.lens import Lens, measured_text
 from heatlens.model.shot.look import Look
 from heatlens.model.view.view import Compare, ViewState
 from heatlens.plate.overscan_need import room_of

@@ -14,7 +14,7 @@ from itertools import pairwise
 from heatlens.base.errors import LensError
 from heatlens.model.curves.curve import Curve
 from heatlens.model.curves.interpolation import Scale
-from heatlens.model.lens.f_stops import THIRD_STOPS
+from heatlens.model.lens.lens import THIRD_STOPS
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 from heatlens.session.keys.key_choice import Chosen, checked, frames_of
