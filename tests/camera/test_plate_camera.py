@@ -7,7 +7,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.camera.camera_file import read_camera
-from heatlens.camera.float32 import shortest
+from heatlens.camera.placement import shortest
 from heatlens.camera.plate_camera import read_plate_camera
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.lens.lens import Lens

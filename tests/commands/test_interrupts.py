@@ -140,7 +140,7 @@ def test_an_idle_window_is_closed_by_a_signal(tmp_path: Path, number, code):
 @pytest.mark.parametrize("ignored", ["", "signal.signal(signal.SIGHUP, signal.SIG_IGN); "])
 def test_a_window_that_was_started_to_outlive_its_terminal_does_so(ignored):
     code = (
-        f"import os, signal; {ignored}from heatlens.base.stop_signals import StopSignals\n"
+        f"import os, signal; {ignored}from heatlens.base.stopping import StopSignals\n"
         "with StopSignals(lambda: None) as stops: os.kill(os.getpid(), signal.SIGHUP)\n"
         "print(stops.number)"
     )

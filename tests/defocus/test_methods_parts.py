@@ -6,9 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from heatlens.defocus import gather_pass, scatter_pass
-from heatlens.defocus.gather_pass import gather_steps
-from heatlens.defocus.pyramid_pass import level_places, level_variance, pyramid_size
+from heatlens.defocus import other_methods, scatter_pass
+from heatlens.defocus.other_methods import gather_steps, level_places, level_variance, pyramid_size
 from heatlens.defocus.scatter_pass import bin_coc_px, bin_places, disc_sums
 from heatlens.gpu.shader_constants import SCATTER_BINS
 from heatlens.model.lens.aperture import Aperture
@@ -21,7 +20,7 @@ def test_a_disc_in_parts_is_the_disc(ctx, renderer, rng, monkeypatch):
     color, coc = rng.random((40, 50, 3), np.float32), np.linspace(-25, 25, 50) * np.ones((40, 1))
     plate = coc_plate_of(color, coc.astype(np.float32))
     whole = {method: through(renderer, plate, method) for method in DISCS}
-    monkeypatch.setattr(gather_pass, "_SAMPLES_PER_STEP", 3000)
+    monkeypatch.setattr(other_methods, "_SAMPLES_PER_STEP", 3000)
     monkeypatch.setattr(scatter_pass, "_FRAGMENTS_PER_STEP", 3000)
     for method in DISCS:
         np.testing.assert_allclose(through(renderer, plate, method), whole[method], rtol=1e-5)

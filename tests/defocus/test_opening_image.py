@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from heatlens.gpu.opening_textures import OpeningTextures
+from heatlens.gpu.textures import OpeningTextures
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.disc_shape import DiscShape
 from heatlens.model.lens.opening_image import IMAGE_SIDE, ImageGrid, OpeningImage

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from heatlens.display.focus_mean_pass import FocusMeanPass
+from heatlens.display.picture_pass import FocusMeanPass
 from heatlens.gpu.textures import download, new_texture, upload
 from heatlens.model.focus.coc import CocLine
 

@@ -4,8 +4,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from heatlens.display.enlarge_pass import EnlargePass
-from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
+from heatlens.display.picture_pass import Detail, EnlargePass, PicturePass, PlacedPicture
 from heatlens.model.boxes import Box
 from heatlens.model.focus.coc import CocLine
 

@@ -8,7 +8,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import write_shot
-from heatlens.farm import children, processes
+from heatlens.farm import processes
 from support.dask_cluster import HEATLENS, children_of, wait_for
 from support.exports import MANY, exported, files_in, refused, shot_of, write_plates
 
@@ -38,7 +38,7 @@ def test_processes_share_the_processors(monkeypatch, tmp_path, count, given, exp
     monkeypatch.delenv("LP_NUM_THREADS", raising=False)
     if given is not None:
         monkeypatch.setenv("LP_NUM_THREADS", given)
-    with children.started(["export"], count=count) as process:
+    with processes.started(["export"], count=count) as process:
         assert process.communicate()[0] == f"{expected}\n"
 
 

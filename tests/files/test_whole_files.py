@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.export.whole import is_whole
+from heatlens.export.finished import is_whole
 from heatlens.files import atomic_file
 from heatlens.files.atomic_file import replacing, write_whole
 from heatlens.model.boxes import Box

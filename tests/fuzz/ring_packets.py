@@ -16,7 +16,7 @@ from mutate import mutated
 from heatlens.base.errors import HeatlensError
 from heatlens.live.ring.hearing import Hearing, OpenTrackIODecoder
 from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.otrk_packet import (
+from heatlens.live.ring.opentrackio import (
     HEADER_BYTES,
     IDENTIFIER,
     Encoding,

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.live.ring.hearing import MAX_SEGMENTS, MAX_SENDERS, Assembly
-from heatlens.live.ring.otrk_packet import (
+from heatlens.live.ring.opentrackio import (
     MAX_SAMPLE_BYTES,
     MAX_SEGMENT_BYTES,
     SEQUENCES,

@@ -13,7 +13,6 @@ from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.measure.bench import bounded, method_errors, methods
-from heatlens.measure.bench.entrants import entrants
 from heatlens.measure.bench.frames import BenchFrames, SceneFrame
 from heatlens.measure.bench.method_errors import (
     ErrorReport,
@@ -23,7 +22,7 @@ from heatlens.measure.bench.method_errors import (
     truth_of,
     truth_scene,
 )
-from heatlens.measure.bench.methods import wall_framing
+from heatlens.measure.bench.methods import entrants, wall_framing
 from heatlens.measure.bench.report import error_tables
 from heatlens.measure.bench.synthetic_plate import LENS
 from heatlens.measure.compare.metrics import score

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from heatlens.commands.main import main
-from heatlens.defocus.gather_pass import gather_steps
+from heatlens.defocus.other_methods import gather_steps
 from heatlens.defocus.scatter_pass import disc_fragments
 from heatlens.gpu.textures import download
 from heatlens.measure.bench import bounded, methods
 from heatlens.measure.bench.bounded import bounded as bounded_frame
-from heatlens.measure.bench.entrants import entrants
 from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.methods import (
     MethodReport,
     MethodRow,
+    entrants,
     measure_methods,
     uniform_coc_scene,
     wall_framing,

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from heatlens.commands.main import main
 from heatlens.commands.output import progress_line
-from heatlens.commands.output.paced_progress import paced_progress
+from heatlens.commands.output.progress_line import paced_progress
 from heatlens.measure.bench.bounded import LIMIT_S
 from heatlens.measure.bench.schedule import Asked, Pace, Step, planned
 from heatlens.model.shot.settings import DefocusSettings

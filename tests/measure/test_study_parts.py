@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import GpuError, InputError
 from heatlens.measure.chart import write_figure
-from heatlens.measure.study import measured, reference
+from heatlens.measure.study import measured
+from heatlens.measure.study import subject as references
 from heatlens.measure.study.error_chart import error_chart
 from heatlens.measure.study.folder import report_folder, write_numbers
 from heatlens.measure.study.measured import measure_all
@@ -181,8 +182,8 @@ def pictures_need_no_gpu(monkeypatch):
     monkeypatch.setattr("heatlens.measure.study.subject.download", lambda pixels: pixels)
 
 
-def truth_from(subject: Subject, views: int) -> reference.Reference:
-    return reference.from_views(subject, views, lambda _: None)
+def truth_from(subject: Subject, views: int) -> references.Reference:
+    return references.from_views(subject, views, lambda _: None)
 
 
 def scene_subject(views: int = 8) -> Subject:

@@ -12,7 +12,7 @@ import pytest
 
 import heatlens
 from heatlens.api.engine import ENGINE
-from heatlens.api.python_words import in_python
+from heatlens.api.notes import in_python
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
 from heatlens.model.curves.curve import Curve, Key

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.files import file_lock
+from heatlens.files import atomic_file
 from heatlens.live.ring.channel_map import ChannelMap, Ring
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.view.guides import PEAKING_COLORS, Guides, Peaking, PeakingOn
@@ -212,8 +212,8 @@ def test_windows_that_write_at_the_same_time_lose_nothing(tmp_path):
 
 
 def test_a_window_that_was_stopped_holds_up_no_other(tmp_path, monkeypatch):
-    monkeypatch.setattr(file_lock, "_PATIENCE_S", 0.1)
-    with file_lock.locked(tmp_path / "preferences.lock"):
+    monkeypatch.setattr(atomic_file, "_PATIENCE_S", 0.1)
+    with atomic_file.locked(tmp_path / "preferences.lock"):
         saved(tmp_path, FULL)
     assert Preferences.load(tmp_path).now == FULL
 

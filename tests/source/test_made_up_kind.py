@@ -12,7 +12,7 @@ import pytest
 
 import heatlens
 from heatlens.base.errors import InputError
-from heatlens.base.on_use import OnUse
+from heatlens.base.extras import OnUse
 from heatlens.camera.from_shot import camera_before_plates
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.lens.lens import Lens

@@ -10,7 +10,7 @@ from typing import Any
 import cbor2
 
 from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.otrk_packet import Encoding
+from heatlens.live.ring.opentrackio import Encoding
 from heatlens.model.timecode import Timecode
 
 _RATE = {"num": 24000, "denom": 1001}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Unpack
 
 from heatlens.api.keywords import FrameOptions
-from heatlens.api.python_words import python_words
+from heatlens.api.notes import python_words
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.lens.lens import Lens

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from heatlens.api.arguments import check_names, is_single, pair, shown, text, values_of
 from heatlens.api.keywords import ReadingOptions
-from heatlens.api.python_words import python_words
+from heatlens.api.notes import python_words
 from heatlens.api.source import OnePlate, Plates, Scene, Source
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import is_shot_file, read_shot

@@ -10,8 +10,7 @@ from heatlens.api.arguments import LENS_VALUES, check_names, whole
 from heatlens.api.engine import ENGINE
 from heatlens.api.frame import Asked, Facts, Frame, check_frame, facts_of
 from heatlens.api.keywords import RenderOptions
-from heatlens.api.notes import Notes
-from heatlens.api.python_words import python_words
+from heatlens.api.notes import Notes, python_words
 from heatlens.api.request import Request, lens_values, request_of
 from heatlens.base.closing import Closing
 from heatlens.base.errors import InputError

@@ -1,7 +1,10 @@
-"""Import packages that come with an extra of heatlens on first use."""
+"""Import on first use: packages that come with an extra, and modules that few commands need."""
 
 import importlib
+from dataclasses import dataclass
+from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 from heatlens.base.errors import InputError
 
@@ -18,3 +21,19 @@ def import_extra(module: str, purpose: str, extra: str) -> ModuleType:
             f"{purpose} needs the package {module.partition('.')[0]}, which cannot be imported "
             f"({error}). Install it with: pip install 'heatlens[{extra}]'"
         ) from error
+
+
+@dataclass(frozen=True)
+class OnUse:
+    """A function or class of another module, which is imported when it is called."""
+
+    module: str
+    name: str
+
+    @property
+    def found(self) -> Any:
+        """The function or class itself."""
+        return getattr(import_module(f"heatlens.{self.module}"), self.name)
+
+    def __call__(self, *args: Any) -> Any:
+        return self.found(*args)

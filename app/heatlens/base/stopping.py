@@ -1,21 +1,23 @@
 """Record unfinished files, so that the parent process can remove them after Ctrl-C.
 
-`commands.launch` runs the command in a second process and kills that one when Ctrl-C is pressed. It
-then removes the files recorded here. In a program that imports heatlens there is no such parent,
-and these functions do nothing.
-
-The record is a file in memory which both processes share. Its entries begin with a sign and end
-with a zero byte, and are so short that a killed process cannot leave a partial one.
+Loops note Ctrl-C, SIGTERM and a closed terminal, to end in an orderly way. While a loop sleeps in
+GLFW it is in a C function, where Python runs no signal handlers. Python's own C handler still
+writes a byte into a pipe at once; a thread that reads it wakes the loop.
 """
 
 import os
 import signal
 import sys
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Any
+
+from heatlens.base import stopping
 
 _UNFINISHED, _FINISHED, _MADE, _HEARS, _DEAF, _SAID = b"+", b"-", b"?", b"h", b"d", b"s"
 
@@ -156,3 +158,75 @@ def _write(sign: bytes, path: str | os.PathLike[str] = "") -> None:
     if _record is not None:
         where = os.path.abspath(path) if path else ""
         os.write(_record, sign + os.fsencode(where) + b"\0")
+
+
+class StopSignals:
+    """A context manager that records stop signals, so that none interrupts unfinished work."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        """Create it; `wake` is called on a thread after each signal."""
+        self.number: int | None = None  # the signal that was received
+        self._wake = wake
+        self._before: dict[signal.Signals, Any] = {}
+        self._hearing = stopping.hearing()
+
+    def __enter__(self) -> "StopSignals":
+        """Begin to listen; call this on the main thread."""
+        for number in stopping.stop_signals():
+            self._before[number] = signal.signal(number, self._note)
+        read, self._write = os.pipe()
+        os.set_blocking(self._write, False)
+        self._pipe_before = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
+        threading.Thread(target=self._follow, args=(read,), daemon=True).start()
+        self._hearing.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Restore the previous signal handlers."""
+        self._hearing.__exit__(kind, error, trace)
+        signal.set_wakeup_fd(self._pipe_before)
+        os.close(self._write)
+        for number, before in self._before.items():
+            signal.signal(number, before)
+
+    def raise_if_stopped(self) -> None:
+        """Raise Stopped if a signal has been received."""
+        if self.number is not None:
+            raise stopping.Stopped(self.number)
+
+    def _note(self, number: int, _frame: FrameType | None) -> None:
+        self.number = number
+
+    def _follow(self, pipe: int) -> None:
+        """Wake the loop for each byte until the pipe is closed; runs on a thread."""
+        while os.read(pipe, 1):
+            self._wake()
+        os.close(pipe)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Handle Ctrl-C after the block instead of inside it.
+
+    moderngl builds programs in C and calls Python from there. It does not check for a
+    KeyboardInterrupt raised in such a call, and the process crashes. This is for notebooks and
+    programs that import heatlens; commands handle Ctrl-C in another way (`commands.launch`).
+    """
+    before = signal.getsignal(signal.SIGINT)
+    # Only the main thread handles signals. None means a handler that was not set by Python.
+    if threading.current_thread() is not threading.main_thread() or before is None:
+        yield
+        return
+    arrived: list[FrameType | None] = []
+    signal.signal(signal.SIGINT, lambda _number, frame: arrived.append(frame))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if arrived and callable(before):
+            before(signal.SIGINT, arrived[0])

@@ -1,7 +1,6 @@
 """Convert camera matrices between our convention and those of files and programs.
 
-Here p_camera = M p_world acts on columns, lengths are metres, and the camera has x to the right,
-y up and looks along -z, as in USD, Nuke and Blender.
+Also numbers that a file keeps in float32, to the short decimals that were meant.
 """
 
 from collections.abc import Iterable, Sequence
@@ -18,6 +17,7 @@ Array = NDArray[np.float64]
 # From a world with y up to one with z up: a quarter turn about x, for columns.
 _Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
 _GIMBAL = 1e-7  # cosine below which two of the three angles rotate about the same axis
+_DIGITS_MOST = 9  # enough digits to distinguish any two float32
 
 
 def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
@@ -66,3 +66,17 @@ def euler_deg(turns: Array, order: str) -> Array:
     angles = np.empty((len(turns), 3))
     angles[:, axes] = np.stack([first, np.arctan2(-m[:, 2, 0], cosine), last], axis=1)
     return np.unwrap(np.degrees(angles), axis=0, period=360.0)
+
+
+def shortest(stored: float, unit: float = 1.0) -> float:
+    """Return the shortest decimal that becomes `stored` in float32: 1.3, not 1.29999995.
+
+    `stored` is in the unit of the file. The result times `unit` is the same length in that unit.
+    """
+    value = stored / unit
+    kept = np.float32(stored)
+    for digits in range(1, _DIGITS_MOST + 1):
+        short = float(f"{value:.{digits}g}")
+        if np.float32(short * unit) == kept:
+            return short
+    return value

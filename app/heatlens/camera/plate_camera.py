@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.camera.float32 import shortest
-from heatlens.camera.placement import Matrix, matrix_of
+from heatlens.camera.placement import Matrix, matrix_of, shortest
 from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, Track, UpAxis
 from heatlens.model.curves.frames import FRAMES_PER_SECOND
 from heatlens.model.option import Values

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.camera.float32 import shortest
-from heatlens.camera.placement import Matrix, matrix_of
+from heatlens.camera.placement import Matrix, matrix_of, shortest
 from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis, fields_of
 from heatlens.camera.usd_write import (
     APERTURE_IMAGE,

@@ -21,7 +21,7 @@ from heatlens.commands.options.field_options import add_blur_options, settings_o
 from heatlens.commands.options.given_options import refuse_given, refuse_unused
 from heatlens.commands.options.scene_options import size_of
 from heatlens.commands.options.value_types import whole
-from heatlens.commands.output.paced_progress import paced_progress
+from heatlens.commands.output.progress_line import paced_progress
 from heatlens.commands.output.say import say
 from heatlens.defocus.line_solver import SOLVERS, SolverName
 from heatlens.gpu.context import check_plate_fits, headless_context

@@ -14,8 +14,8 @@ from heatlens.commands.options.lens_options import (
     plate_options,
 )
 from heatlens.commands.options.scene_options import said_of_lens, shot_of_scene, with_framing
-from heatlens.commands.output.paced_progress import paced_progress
 from heatlens.commands.output.plate_words import say_plate
+from heatlens.commands.output.progress_line import paced_progress
 from heatlens.commands.output.say import say
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.plan import frames_of

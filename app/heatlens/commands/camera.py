@@ -23,7 +23,7 @@ from heatlens.commands.output.say import say, tell
 from heatlens.commands.shots.following import measured_now
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.live.ring.address import RingAddress, opentrackio_address
-from heatlens.live.ring.otrk_packet import Encoding
+from heatlens.live.ring.opentrackio import Encoding
 from heatlens.live.ring.sender import LensSender, send_in_time
 from heatlens.model.curves.frames import FrameRange, parse_frame_range
 from heatlens.model.timecode import Timecode

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 
-from heatlens.commands.output.paced_progress import paced_progress
+from heatlens.commands.output.progress_line import paced_progress
 from heatlens.commands.output.say import tell
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.doctor import gpu_check, machine_check, picture_check

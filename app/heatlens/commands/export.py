@@ -14,7 +14,7 @@ from heatlens.base.errors import InputError
 from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.commands.export_options import add_export_options, job_of, part_of
 from heatlens.commands.options.display_options import say_seen_through
-from heatlens.commands.options.farm_options import use_device
+from heatlens.commands.options.farm_options import renderer_of, use_device
 from heatlens.commands.options.field_options import fill_fields
 from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.output.export_progress import failure_reported, progress_of
@@ -22,7 +22,6 @@ from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, 
 from heatlens.commands.output.say import say
 from heatlens.commands.reels.reel_export import ShotToExport, export_reel
 from heatlens.commands.reels.reel_options import add_reel_options, refuse_reel_options
-from heatlens.commands.same_program import renderer_of
 from heatlens.commands.submit import SentShot, submit, task_words
 from heatlens.commands.worker import made_part
 from heatlens.documents.reel_file import is_reel

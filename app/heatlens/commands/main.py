@@ -17,6 +17,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 from heatlens.base.errors import FAULT_CODE, FaultError, HeatlensError, InputError
@@ -24,8 +25,8 @@ from heatlens.base.faults import told_error
 from heatlens.base.printable import printable
 from heatlens.base.stopping import stop_was_said
 from heatlens.commands.options.command_parser import add_command
-from heatlens.commands.options.movie_options import count_movie_frames
 from heatlens.commands.output.say import say_nothing
+from heatlens.files.picture_formats import movie_named
 from heatlens.model.option import OTHER_NAMES, or_meant
 from heatlens.version import __version__
 
@@ -271,3 +272,14 @@ def meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
         if near:
             return f". Did you mean {near[0]}?"
     return ""
+
+
+def count_movie_frames(args: argparse.Namespace) -> None:
+    """Count the frames of a movie that is named in `args` from --first-frame."""
+    first = getattr(args, "first_frame", None)
+    for name in ("plate", "shot"):
+        text = getattr(args, name, None)
+        movie = None if text is None else movie_named(Path(text))
+        if text is not None and movie is not None and first is not None and first >= 0:
+            setattr(args, name, type(text)(f"{movie[0]}@{first}"))
+            args.first_frame = None

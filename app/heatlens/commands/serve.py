@@ -4,10 +4,15 @@ import argparse
 from threading import Event
 
 from heatlens.base.folders import preferences_dir, rendered_frames_dir
-from heatlens.base.stop_signals import StopSignals
-from heatlens.commands.options.share_options import add_share_options, share_options_of, tell_links
+from heatlens.base.stopping import StopSignals
 from heatlens.commands.output.say import say
-from heatlens.commands.view import add_view_options, open_with
+from heatlens.commands.view import (
+    add_share_options,
+    add_view_options,
+    open_with,
+    share_options_of,
+    tell_links,
+)
 from heatlens.gpu.context import is_software
 from heatlens.render import headless_renderer
 from heatlens.session.session import Session

@@ -1,7 +1,11 @@
-"""`heatlens view`: the window. `heatlens plate.exr` means the same."""
+"""`heatlens view`: the window. `heatlens plate.exr` means the same.
+
+Its options for sharing, and the links to print, are those of `heatlens serve` too.
+"""
 
 import argparse
 import os
+import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
@@ -24,10 +28,9 @@ from heatlens.commands.options.scene_options import (
     placing_of,
     timing_of,
 )
-from heatlens.commands.options.share_options import add_share_options, share_options_of, tell_links
 from heatlens.commands.options.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.output.pipes import DASH, file_of_input
-from heatlens.commands.output.say import say
+from heatlens.commands.output.say import say, tell
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.live.ring.address import opentrackio_address, parse_ring_address
@@ -37,11 +40,14 @@ from heatlens.live.ring.sender import LensSender
 from heatlens.live.stream.address import DEFAULT_PORT, parse_address
 from heatlens.scene.scene_name import DEMO, is_demo
 from heatlens.session.files.window_door import hand_over
-from heatlens.share.sharing import Sharing
+from heatlens.share.address import ShareOptions, parse_share_address
+from heatlens.share.links import Role
+from heatlens.share.sharing import Sharing, code_for_terminal
 from heatlens.source.named import source_named
 
 if TYPE_CHECKING:
     from heatlens.session.shot.start import Start
+
 
 HELP = "open the window (also: heatlens plate.exr, or heatlens alone)"
 DESCRIPTION = """\
@@ -247,3 +253,31 @@ def _listen(args: argparse.Namespace, show: Callable[["Start"], None]) -> int:
     finally:
         stream.close()
     return 0
+
+
+def add_share_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how a session is shared."""
+    parser.add_argument(
+        "--certificate",
+        type=Path,
+        metavar="FILE",
+        help="share through TLS: a PEM file with the certificate and its private key",
+    )
+    parser.add_argument(
+        "--new-links",
+        action="store_true",
+        help="make all earlier links invalid; otherwise they keep working",
+    )
+
+
+def share_options_of(args: argparse.Namespace, address: str) -> ShareOptions:
+    """Return the options for sharing at `address`. Raises InputError for no address."""
+    return ShareOptions(parse_share_address(address, args.certificate), args.new_links)
+
+
+def tell_links(sharing: Sharing) -> None:
+    """Print the link of each role."""
+    tell(f"Turn the lens at   {sharing.link(Role.HAND)}")
+    tell(f"Only look at it at {sharing.link(Role.LOOK)}")
+    if sys.stdout.isatty():
+        tell(code_for_terminal(sharing.link(Role.HAND)), keep="\n\x1b")

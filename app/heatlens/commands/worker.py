@@ -19,10 +19,9 @@ from heatlens.export.job import ExportJob
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
 from heatlens.farm import cluster
-from heatlens.farm.children import started, stop
 from heatlens.farm.cluster import NO_ANSWER, PartDone, PartTask, checked_address, library, no_answer
 from heatlens.farm.frame_worker import renderer
-from heatlens.farm.processes import device_words
+from heatlens.farm.processes import device_words, started, stop
 from heatlens.sequence.names import parse_frames
 from heatlens.version import __version__
 

@@ -21,11 +21,11 @@ from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import Slices, clear_list, list_bytes
 from heatlens.gpu.context import is_software
 from heatlens.gpu.draw_target import DrawTarget
-from heatlens.gpu.opening_textures import OpeningTextures
 from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
+from heatlens.gpu.textures import OpeningTextures
 
 SPRITES_MAX = 4096
 _AREA_MAX = 24.0  # pixels drawn per pixel of the picture: hundreds of discs a third as wide

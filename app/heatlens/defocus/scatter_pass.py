@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.draw_target import DrawTarget
-from heatlens.gpu.opening_textures import OpeningTextures
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import (
@@ -26,6 +25,7 @@ from heatlens.gpu.shader_constants import (
     SCATTER_MIDDLE,
     SCATTER_STEPS_A_PX,
 )
+from heatlens.gpu.textures import OpeningTextures
 from heatlens.model.lens.disc_shape import DiscShape
 
 _FRAGMENTS_PER_STEP = 2**23  # takes some tenths of a second on a processor

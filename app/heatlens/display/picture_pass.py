@@ -1,6 +1,7 @@
 """Draw pictures on the screen at exact positions.
 
-ImGui's own OpenGL backend uses a sampler that blurs enlarged pixels and has no mipmaps.
+A small picture is sharpened before it is drawn enlarged, to compensate for bilinear filtering. The
+part of a plate that is in focus is averaged at the size of a preview.
 """
 
 from collections.abc import Iterable
@@ -8,10 +9,9 @@ from dataclasses import dataclass
 
 import moderngl
 
-from heatlens.display.focus_mean_pass import focus_uniforms
-from heatlens.gpu.program import DrawProgram, Image
+from heatlens.gpu.program import ComputeProgram, DrawProgram, Image, pixel_groups
 from heatlens.model.boxes import Box
-from heatlens.model.focus.coc import CocLine
+from heatlens.model.focus.coc import NO_LINE, CocLine
 from heatlens.model.view.view_geometry import Point
 
 # Straight alpha over the content below; the screen stays opaque, so the desktop never shows.
@@ -107,3 +107,54 @@ class PicturePass:
 
 def _detail_textures(detail: Detail) -> dict[str, Image]:
     return {"plate_tx": detail.plate, "coarse_tx": detail.coarse, "depth_tx": detail.depth}
+
+
+class EnlargePass:
+    """Compensates in advance for the softness of bilinear enlargement."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "enlarge_ready.comp.glsl")
+
+    def run(self, picture: moderngl.Texture, out: moderngl.Texture) -> None:
+        """Write `picture`, display values, to `out` of the same size, RGBA of 8 bits."""
+        self._program.dispatch(
+            pixel_groups(out.size),
+            textures={"picture_tx": picture},
+            images={"out_img": out},
+        )
+
+
+class FocusMeanPass:
+    """Averages the pixels in focus under each pixel of a preview."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "focus_mean.comp.glsl")
+
+    def run(
+        self,
+        color: moderngl.Texture,
+        depth: moderngl.Texture,
+        line: CocLine | None,
+        mean: moderngl.Texture,
+        out: moderngl.Texture,
+    ) -> None:
+        """Write the mean of the focused part of `color` to `out`.
+
+        `depth` holds metres, or signed coc in pixels if `line` is None. `mean` holds the mean of
+        all of `color`, and has the size of `out`.
+        """
+        self._program.dispatch(
+            pixel_groups(out.size),
+            textures={"color_tx": color, "depth_tx": depth, "mean_tx": mean},
+            images={"out_img": out},
+            uniforms=focus_uniforms(line, depth.width / out.width),
+        )
+
+
+def focus_uniforms(line: CocLine | None, texel_px: float) -> dict[str, object]:
+    """Return the uniforms of lib/focus_share.lib.glsl."""
+    return {
+        "is_coc": line is None,
+        **(line or NO_LINE).uniforms,
+        "texel_px": texel_px,
+    }

@@ -10,10 +10,8 @@ from heatlens.defocus.optics import Optics
 from heatlens.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.display.display_pass import DisplayPass
-from heatlens.display.enlarge_pass import EnlargePass
-from heatlens.display.focus_mean_pass import FocusMeanPass
 from heatlens.display.overlay_pass import OverlayPass
-from heatlens.display.picture_pass import Detail
+from heatlens.display.picture_pass import Detail, EnlargePass, FocusMeanPass
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.focus.coc import CocLine, sharp_px
 from heatlens.model.shot.shot import Shot

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from heatlens.base.errors import InputError
+from heatlens.export.finished import is_whole
 from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, frame_timecode
 from heatlens.export.job import ExportJob
 from heatlens.export.movie_sound import MovieSound, Spot
-from heatlens.export.whole import is_whole
 from heatlens.files.atomic_file import replacing
 from heatlens.files.movie_read import av
 from heatlens.files.output_check import check_space

@@ -17,8 +17,7 @@ from typing import Any
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.extras import import_extra
-from heatlens.base.stop_signals import StopSignals
-from heatlens.base.stopping import Stopped
+from heatlens.base.stopping import Stopped, StopSignals
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.run import FrameDone
 from heatlens.export.sequence_check import Remark

@@ -4,7 +4,12 @@ A word of a command line is a tuple of texts, places and FRAMES, so that every e
 own names where paths differ between machines, and quote texts by its own rules.
 """
 
+import json
 import math
+import os
+import subprocess
+import sys
+import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -12,12 +17,15 @@ from pathlib import Path
 from typing import Literal
 
 from heatlens.base.errors import InputError
+from heatlens.base.stopping import temporary_folder
 from heatlens.sequence.names import frames_text
 
 _GIB = 1 << 30
 _HEADROOM = 1.25  # other frames may need more memory than the measured one
 _TASK_S = 60.0  # long compared with the start of a process, short enough to repeat
 _GUESSED_FRAMES = 10  # frames of a task if no frame was measured
+Text = Callable[[str], str]
+_UNIT_BYTES = 1 if sys.platform == "darwin" else 1024  # the unit of ru_maxrss
 
 
 class _Frames(Enum):
@@ -38,7 +46,6 @@ class Place:
 
 
 Word = tuple[str | Place | _Frames, ...]
-Text = Callable[[str], str]
 
 
 @dataclass(frozen=True)
@@ -161,3 +168,29 @@ def topmost(folders: Iterable[Path]) -> tuple[Path, ...]:
     """Return the folders that are inside none of the others."""
     found = dict.fromkeys(folders)
     return tuple(folder for folder in found if not found.keys() & set(folder.parents))
+
+
+def measured(job: FarmJob, name: str, frames: Sequence[int]) -> Measured:
+    """Render the first two of `frames` to a folder that is deleted.
+
+    `name` is that of the output files. Raises InputError with the reason if that fails.
+    """
+    with temporary_folder() as folder:
+        words = (*typed(job.steps[0].words, frames_text(frames[:2])), f"--output={folder / name}")
+        line = [sys.executable, "-P", "-m", "heatlens", *words, "--progress=json"]
+        begin = time.monotonic()
+        with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+            assert process.stdout is not None
+            told = [(time.monotonic() - begin, json.loads(row)) for row in process.stdout]
+            usage = os.wait4(process.pid, 0)[2]
+    return _cost(told, usage.ru_maxrss * _UNIT_BYTES)
+
+
+def _cost(told: Sequence[tuple[float, dict[str, object]]], memory_bytes: int) -> Measured:
+    ends_s = [at_s for at_s, event in told if event["event"] == "frame"]
+    last = told[-1][1] if told else {}
+    if not ends_s or last["event"] != "end":
+        why = last.get("message", "it was killed, as systems do when memory runs out")
+        raise InputError(f"The first frame, which shows what a task needs, failed: {why}")
+    frame_s = ends_s[-1] - ends_s[0] if len(ends_s) > 1 else ends_s[0]
+    return Measured(ends_s[0], frame_s, memory_bytes)

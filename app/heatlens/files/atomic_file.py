@@ -1,4 +1,7 @@
-"""Write files completely or not at all: beside the target, then renamed over it."""
+"""Write files completely or not at all: beside the target, then renamed over it.
+
+A file that several processes of this user read, change and write is locked.
+"""
 
 import os
 import platform
@@ -13,6 +16,12 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.base.stopping import unfinished
 
+_PART = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
+_FORGOTTEN_S = 24 * 60 * 60.0  # a file that is being written changes more often than this
+_FOR_ALL, FOR_THE_USER = 0o666, 0o600
+_NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_RDWR
+_PATIENCE_S = 2.0  # a process that stopped in the middle must not block the others forever
+
 
 def _machine() -> str:
     """Return eight digits that identify this machine or, on Linux, this container."""
@@ -23,10 +32,6 @@ def _machine() -> str:
 
 
 _MACHINE = _machine()  # folders may be shared between machines, which reuse process numbers
-_PART = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
-_FORGOTTEN_S = 24 * 60 * 60.0  # a file that is being written changes more often than this
-_FOR_ALL, FOR_THE_USER = 0o666, 0o600
-_NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_RDWR
 _NEW_FILE |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -131,3 +136,39 @@ def _check_target(target: Path) -> None:
             f"{target} cannot be written: it is a folder or a device, not a file. "
             "Give the name of a file."
         )
+
+
+try:
+    import fcntl
+except ImportError:  # no such module on Windows; two windows at once may then lose a change
+    fcntl = None  # type: ignore[assignment]
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Wait, but not for long, until no other process is in such a block for the same `path`.
+
+    The file system of a server may have no locks; the block is then entered at once. Raises OSError
+    if the file `path`, which stays empty, cannot be made.
+    """
+    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    opened = os.open(path, flags, 0o600)
+    try:
+        end = time.monotonic() + _PATIENCE_S
+        while not _is_taken(opened) and time.monotonic() < end:
+            time.sleep(0.02)
+        yield
+    finally:
+        os.close(opened)  # this releases the lock
+
+
+def _is_taken(opened: int) -> bool:
+    """Return False while another process has the lock."""
+    try:
+        if fcntl is not None:
+            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return True
+    return True

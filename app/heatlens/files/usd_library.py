@@ -1,11 +1,18 @@
-"""Load OpenUSD on first use, and open its stages safely; the rest of heatlens works without it."""
+"""Load OpenUSD on first use, and open its stages safely; the rest of heatlens works without it.
 
+The values in a file are checked, because attributes may hold anything.
+"""
+
+import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
@@ -100,3 +107,43 @@ def read_usd_apart(read: Callable[[str], Result], text: str, path: Path | str) -
     Raises InputError if it crashes, or exceeds its limits on time and memory.
     """
     return called_apart(read, text, str(path))
+
+
+def numbers(value: object, width: int, what: str) -> NDArray[np.float32]:
+    """Return an array of numbers or of tuples as (N, width) float32; None gives (0, width).
+
+    Raises InputError that begins with `what` for anything else. Numbers too large for float32
+    become infinite.
+    """
+    with np.errstate(over="ignore"):
+        return _array(value, width, what).astype(np.float32)
+
+
+def whole_numbers(value: object, what: str) -> NDArray[np.int64]:
+    """Return an array of integers as (N,) int64. Raises InputError as `numbers` does."""
+    found = _array(value, 1, what)[:, 0]
+    if found.dtype.kind not in "iu" and found.size:
+        raise _refusal(value, what)
+    return found.astype(np.int64)
+
+
+def number(value: object, what: str) -> float:
+    """Return a number that is not NaN. Raises InputError as `numbers` does."""
+    if isinstance(value, float | int) and not math.isnan(value):
+        return float(value)
+    raise _refusal(value, what)
+
+
+def _array(value: object, width: int, what: str) -> NDArray[UsdObject]:
+    try:
+        found = np.array([] if value is None else value)
+        if found.dtype.kind in "biuf":
+            return found.reshape(-1, width)
+    except (TypeError, ValueError, OverflowError, RuntimeError) as error:
+        raise _refusal(value, what) from error
+    raise _refusal(value, what)
+
+
+def _refusal(value: UsdObject, what: str) -> InputError:
+    said = " ".join(str(value).split())[:60]
+    return InputError(f"{what} is not a number, or has the wrong count: {said!r}.")

@@ -1,6 +1,10 @@
-"""Keep the framebuffer of the textures that a pass draws into."""
+"""Keep the framebuffers of the textures that are drawn into, with or without a depth buffer."""
+
+from dataclasses import dataclass
 
 import moderngl
+
+_MOST_KEPT = 10
 
 
 class DrawTarget:
@@ -29,3 +33,58 @@ class DrawTarget:
 
 def _are_same(some: tuple[moderngl.Texture, ...], others: tuple[moderngl.Texture, ...]) -> bool:
     return len(some) == len(others) and all(a is b for a, b in zip(some, others, strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A framebuffer and the depth buffer that was made for it."""
+
+    framebuffer: moderngl.Framebuffer
+    depth: moderngl.Renderbuffer
+
+    def release(self) -> None:
+        """Release both, which must not be bound."""
+        self.framebuffer.release()
+        self.depth.release()
+
+
+class DrawTargets:
+    """Framebuffers by texture; only the latest few are kept."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._kept: list[tuple[moderngl.Texture, Target]] = []
+        # Bound when the others are released; moderngl would bind the window's, which may not exist.
+        self._rest = ctx.simple_framebuffer((1, 1))
+
+    def of(self, texture: moderngl.Texture) -> moderngl.Framebuffer:
+        """Return a framebuffer that draws into `texture`."""
+        for place, (held, target) in enumerate(self._kept):
+            if held is texture:
+                self._kept.append(self._kept.pop(place))
+                return target.framebuffer
+        self._let_go(_MOST_KEPT - 1)
+        depth = self._ctx.depth_renderbuffer(texture.size)
+        target = Target(self._ctx.framebuffer([texture], depth), depth)
+        self._kept.append((texture, target))
+        return target.framebuffer
+
+    def _let_go(self, most: int) -> None:
+        """Release all but the latest `most`, and those whose texture was released."""
+        kept = [entry for entry in self._kept if not _is_released(entry[0])]
+        kept = kept[len(kept) - most :] if len(kept) > most else kept
+        gone = [entry[1] for entry in self._kept if all(entry is not other for other in kept)]
+        self._kept = kept
+        if gone:
+            self._rest.use()
+        for target in gone:
+            target.release()
+
+    def release(self) -> None:
+        """Release all framebuffers but the one that stays bound."""
+        self._let_go(0)
+        self._rest.use()
+
+
+def _is_released(texture: moderngl.Texture) -> bool:
+    return isinstance(texture.mglo, moderngl.InvalidObject)

@@ -8,10 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.base.errors import GpuError
+from heatlens.model.lens.aperture import Aperture
 
 Storage = Literal["f2", "f4", "u4"]
 FloatArray = npt.NDArray[np.float32]
 _BAND_BYTES = 16 << 20  # uploaded at a time, which takes a few milliseconds
+_KEPT = 4  # enough for four looks side by side
 
 
 def _check_memory(ctx: moderngl.Context, what: str) -> None:
@@ -173,3 +175,36 @@ class TexturePool:
         for buffer in self._buffers.values():
             buffer.release()
         self._held, self._arrays, self._buffers, self._targets = {}, {}, {}, {}
+
+
+class OpeningTextures:
+    """Textures for lib/opening_image.lib.glsl, of the most recently used openings."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._held: dict[object, moderngl.Texture] = {}
+
+    def of(self, aperture: Aperture) -> dict[str, moderngl.Texture]:
+        """Return the textures by their names in the shader; none for an opening without an image.
+
+        Raises LensError if the file of the image was not read.
+        """
+        grid = aperture.grid
+        if grid is None:
+            return {}
+        key = (aperture.aperture_image, aperture.blade_rotation_deg)
+        texture = self._held.pop(key, None)
+        if texture is None:
+            side = len(grid.sums)
+            texture = new_texture(self._ctx, (side, side), 1, "u4", "opening")
+            texture.write(np.ascontiguousarray(grid.sums, np.uint32).tobytes())
+        self._held[key] = texture  # the latest is last
+        while len(self._held) > _KEPT:
+            self._held.pop(next(iter(self._held))).release()
+        return {"aperture_image_tx": texture}
+
+    def release(self) -> None:
+        """Release everything on the GPU."""
+        for texture in self._held.values():
+            texture.release()
+        self._held.clear()

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.base.on_use import OnUse
+from heatlens.base.extras import OnUse
 from heatlens.base.paths import unreadable
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import read_usd_apart, usd_failures_reported, usd_module

@@ -12,13 +12,13 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
+from heatlens.gpu.draw_target import DrawTargets
 from heatlens.gpu.program import DrawProgram
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.boxes import Box
 from heatlens.scene.scene import Array, Daylight, Scene
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.bands import Bands
-from heatlens.scene_gpu.draw_targets import DrawTargets
 from heatlens.scene_gpu.mesh_draw import MeshDraw, ShadowPass
 from heatlens.scene_gpu.scene_buffers import SceneBuffers
 from heatlens.scene_gpu.sky_light import diffuse_polynomial

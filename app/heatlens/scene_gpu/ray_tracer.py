@@ -10,10 +10,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.gpu.opening_textures import OpeningTextures
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 from heatlens.gpu.shader_constants import RAY_GROUP
-from heatlens.gpu.textures import TexturePool
+from heatlens.gpu.textures import OpeningTextures, TexturePool
 from heatlens.model.lens.pupil import Pupil
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.accumulation import SIDES_LAYERS

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heatlens.base.errors import InputError
-from heatlens.base.on_use import OnUse
+from heatlens.base.extras import OnUse
 from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.scene.scene_name import names_scene
 

@@ -16,7 +16,7 @@ import moderngl
 from heatlens.base.errors import NoWindowError
 from heatlens.base.folders import preferences_dir, rendered_frames_dir
 from heatlens.base.printable import printable
-from heatlens.base.stop_signals import StopSignals
+from heatlens.base.stopping import StopSignals
 from heatlens.gpu.context import is_software
 from heatlens.live.ring.ring_input import PadInput
 from heatlens.render import FrameRenderer

@@ -3,11 +3,13 @@
 import io
 import os
 import sys
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TextIO
 
-from heatlens.commands.output.say import shows_progress
+from heatlens.commands.output.say import say, shows_progress
+from heatlens.measure.bench.schedule import Pace, Step
 
 _WIPE = "\r\x1b[K"
 
@@ -52,3 +54,27 @@ def time_text(seconds: float) -> str:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
     return f"{minutes} min" if minutes < 100 else f"{minutes // 60} h {minutes % 60} min"
+
+
+@contextmanager
+def paced_progress(
+    steps: Sequence[Step], clock: Callable[[], float] = time.perf_counter
+) -> Iterator[Callable[[str], None]]:
+    """Print the expected time, and yield a function to call with the sentence of each step.
+
+    Sentences that are not in the plan, such as notes on skipped parts, stay on their own lines; ""
+    clears the line of the progress.
+    """
+    pace = Pace(steps, clock)
+    say(f"this takes about {time_text(pace.left_s)}; Ctrl-C ends it")
+    with progress_line() as show:
+
+        def tell(sentence: str) -> None:
+            if pace.begin(sentence):
+                where = f"{pace.number} of {len(pace.steps)}, about {time_text(pace.left_s)} left"
+                show(f"{sentence} ({where})")
+                return
+            show("")
+            say(*filter(None, [sentence]))
+
+        yield tell

@@ -13,8 +13,13 @@ from itertools import pairwise
 from typing import Protocol
 
 from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.opentrackio import sample_of
-from heatlens.live.ring.otrk_packet import SEQUENCES, RingPacketError, Segment, segment_of
+from heatlens.live.ring.opentrackio import (
+    SEQUENCES,
+    RingPacketError,
+    Segment,
+    sample_of,
+    segment_of,
+)
 from heatlens.live.ring.sources import SILENT_AFTER_S, RingSources
 
 MAX_SENDERS = 64

@@ -3,18 +3,30 @@
 Source: SMPTE RIS OSVP, OpenTrackIO 1.0.1. The sample is JSON, or CBOR (RFC 8949) with the same
 names; `lens` holds `focusDistance` in metres, `pinholeFocalLength` in millimetres, `fStop`,
 `tStop`, and `encoders` from 0 to 1. Samples and their sources are named by `urn:uuid:...`.
+
+A datagram is a header of 16 bytes and a segment of a sample's text ("transport"; the reference
+parser is in the public repository SMPTE/ris-osvp-metadata-camdkit), all numbers in network order:
+
+    4  "OTrk"        1  reserved         1  encoding
+    2  sequence      4  segment offset   2  last segment (1 bit) and length (15 bits)
+    2  checksum      n  segment
 """
 
 import json
 import math
 import re
 import socket
+import struct
 import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
+import numpy as np
+
+from heatlens.base.errors import InputError
 from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.otrk_packet import Encoding, RingPacketError
 from heatlens.model.curves.frames import exact_rate
 from heatlens.model.option import Values
 from heatlens.model.timecode import Timecode
@@ -34,6 +46,79 @@ _RATE_MOST = 10_000.0
 _ID = re.compile("urn:uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 _OFFSET_MOST_M = 2.0
 _LEAST = math.ulp(0.0)  # smallest allowed number above 0
+
+IDENTIFIER = b"OTrk"
+HEADER_BYTES = 16
+MAX_SEGMENT_BYTES = 1500 - HEADER_BYTES
+MAX_SAMPLE_BYTES = 1 << 16  # a usual complete sample has about 3 kB
+SEQUENCES = 1 << 16  # sequence numbers begin again after these
+_HEADER = struct.Struct("!4sBBHIHH")
+_BEFORE_CHECKSUM = HEADER_BYTES - 2
+_LAST = 1 << 15
+
+
+class RingPacketError(InputError):
+    """A datagram is invalid; all of it was ignored."""
+
+
+class Encoding(IntEnum):
+    """How the text of a sample is encoded."""
+
+    JSON = 1
+    CBOR = 2
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A datagram: its bytes, their offset in the sample, and its sequence number."""
+
+    encoding: Encoding
+    sequence: int
+    offset: int
+    is_last: bool
+    payload: bytes
+
+    @property
+    def end(self) -> int:
+        """The offset of the next segment in the sample."""
+        return self.offset + len(self.payload)
+
+
+def fletcher16(data: bytes) -> int:
+    """Return Fletcher's checksum of `data` modulo 256, the second sum in the high byte."""
+    values = np.frombuffer(data, np.uint8).astype(np.int64)
+    first = int(values.sum()) % 256
+    second = int(values @ np.arange(len(values), 0, -1)) % 256
+    return second << 8 | first
+
+
+def segment_of(datagram: bytes) -> Segment:
+    """Parse a datagram; raise RingPacketError if it is incomplete or inconsistent."""
+    if len(datagram) < HEADER_BYTES or not datagram.startswith(IDENTIFIER):
+        raise RingPacketError("a datagram is not OpenTrackIO")
+    _, _, encoding, sequence, offset, last_length, checksum = _HEADER.unpack_from(datagram)
+    payload = datagram[HEADER_BYTES:]
+    if len(payload) != last_length & ~_LAST:
+        raise RingPacketError("a datagram is not as long as its header says")
+    if fletcher16(datagram[:_BEFORE_CHECKSUM] + payload) != checksum:
+        raise RingPacketError("the checksum of a datagram is wrong")
+    if encoding not in tuple(Encoding):
+        raise RingPacketError(f"a sample has encoding {encoding}, which is neither JSON nor CBOR")
+    if offset + len(payload) > MAX_SAMPLE_BYTES:
+        raise RingPacketError(f"a sample is longer than {MAX_SAMPLE_BYTES} bytes")
+    return Segment(Encoding(encoding), sequence, offset, bool(last_length & _LAST), payload)
+
+
+def datagrams_of(payload: bytes, encoding: Encoding, sequence: int) -> Iterator[bytes]:
+    """Divide the text of a sample into datagrams, numbered from `sequence`, modulo 65,536."""
+    offsets = range(0, max(len(payload), 1), MAX_SEGMENT_BYTES)
+    for number, offset in enumerate(offsets, sequence):
+        part = payload[offset : offset + MAX_SEGMENT_BYTES]
+        is_last = offset + len(part) >= len(payload)
+        length = len(part) | (_LAST if is_last else 0)
+        words = (IDENTIFIER, 0, encoding, number % SEQUENCES, offset, length)
+        header = _HEADER.pack(*words, 0)[:_BEFORE_CHECKSUM]
+        yield header + struct.pack("!H", fletcher16(header + part)) + part
 
 
 def sample_of(text: bytes, encoding: Encoding) -> LensSample:

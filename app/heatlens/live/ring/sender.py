@@ -9,8 +9,7 @@ from heatlens.base.closing import Closing
 from heatlens.base.errors import InputError
 from heatlens.live.ring.address import RingAddress
 from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.opentrackio import text_of
-from heatlens.live.ring.otrk_packet import Encoding, datagrams_of
+from heatlens.live.ring.opentrackio import Encoding, datagrams_of, text_of
 
 
 class LensSender(Closing):

@@ -15,9 +15,13 @@ from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.defocus.quality import kernel_for
 from heatlens.display.display_pass import DisplayPass
-from heatlens.display.enlarge_pass import EnlargePass
-from heatlens.display.focus_mean_pass import FocusMeanPass
-from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
+from heatlens.display.picture_pass import (
+    Detail,
+    EnlargePass,
+    FocusMeanPass,
+    PicturePass,
+    PlacedPicture,
+)
 from heatlens.gpu.textures import TexturePool
 from heatlens.measure.bench import bounded
 from heatlens.measure.bench.bounded import Say

@@ -18,9 +18,8 @@ from heatlens.defocus.plate_passes import proxy_size
 from heatlens.gpu.textures import download
 from heatlens.measure.bench import bounded, methods
 from heatlens.measure.bench.bounded import Patience, Say
-from heatlens.measure.bench.entrants import entrants, most_views
 from heatlens.measure.bench.frames import BenchFrames, Frame, SceneFrame
-from heatlens.measure.bench.methods import wall_framing
+from heatlens.measure.bench.methods import entrants, most_views, wall_framing
 from heatlens.measure.bench.synthetic_plate import LENS
 from heatlens.measure.compare.metrics import score
 from heatlens.model.focus.coc import coc_line, coc_px

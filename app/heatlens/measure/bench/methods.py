@@ -1,9 +1,6 @@
-"""Measure the time of every method against the amount of blur.
+"""Measure the time of every method against the amount of blur, and name the methods compared."""
 
-Methods that need a scene get a wall, with the same blur everywhere.
-"""
-
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -12,13 +9,12 @@ from numpy.typing import NDArray
 
 from heatlens.measure.bench import bounded
 from heatlens.measure.bench.bounded import Patience, Say
-from heatlens.measure.bench.entrants import entrants
 from heatlens.measure.bench.frames import BenchFrames, Frame
 from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
 from heatlens.model.focus.coc import coc_line
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
-from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.scene.scene import Daylight, Instance, Material, Mesh, Scene
 
@@ -26,6 +22,8 @@ METHOD_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 _SQUARES = (96, 54)  # twice as many triangles: about those of the built-in scene
 _BLACK = (0.0, 0.0, 0.0)
 _NIGHT = Daylight(sun=_BLACK, zenith=_BLACK, horizon=_BLACK, ground=_BLACK)
+# Numbers of views in the literature, from Haeberli and Akeley 1990 on.
+KNOWN_VIEWS = (23, 66)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,3 +137,29 @@ def _picture(size: tuple[int, int], diameter_px: float) -> NDArray[np.uint8]:
     shown = np.ones_like(light)
     shown[..., :3] = np.clip(srgb_encoded(light[..., :3]), 0.0, 1.0)
     return np.asarray(np.rint(255 * shown), np.uint8)
+
+
+def entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
+    """Return the settings of every method by its name, in the order of `Method`.
+
+    The name of a method that averages views contains their number: "accumulation 23".
+    """
+    found: dict[str, DefocusSettings] = {}
+    for method in Method:
+        asked = replace(settings, method=method)
+        if method.needs_scene:
+            found |= {f"{method} {n}": replace(asked, views=n) for n in _views(asked)}
+        else:
+            found[str(method)] = asked
+    return found
+
+
+def most_views(settings: DefocusSettings) -> int:
+    """Return the largest number of views that any method of a bench renders."""
+    return max(KNOWN_VIEWS[-1], settings.views)
+
+
+def _views(settings: DefocusSettings) -> list[int]:
+    """Return the numbers of views to measure; for accumulation, those of the literature too."""
+    known = KNOWN_VIEWS if settings.method is Method.ACCUMULATION else ()
+    return sorted({*known, settings.views})

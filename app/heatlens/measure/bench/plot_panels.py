@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
 from heatlens.files.output_check import check_writable
-from heatlens.measure.bench.entrants import KNOWN_VIEWS
 from heatlens.measure.bench.method_errors import ErrorReport, ErrorRow
-from heatlens.measure.bench.methods import MethodReport
+from heatlens.measure.bench.methods import KNOWN_VIEWS, MethodReport
 from heatlens.measure.chart import (
     GREY,
     Entry,

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from heatlens.measure.bench import bounded
-from heatlens.measure.bench.entrants import entrants
 from heatlens.measure.bench.frames import BenchFrames, run_seconds
 from heatlens.measure.bench.measure import (
     BARE_WORDS,
@@ -17,7 +16,7 @@ from heatlens.measure.bench.measure import (
     size_words,
 )
 from heatlens.measure.bench.method_errors import truth_where, truth_words
-from heatlens.measure.bench.methods import METHOD_COC_PX, method_where
+from heatlens.measure.bench.methods import METHOD_COC_PX, entrants, method_where
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.model.shot.settings import DefocusSettings
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.files.html_page import check_pages, page_of
+from heatlens.measure.study.measured import Report
 from heatlens.measure.study.pictures import REFERENCE, SHARP, crop_name, flip_inside, whole_pictures
-from heatlens.measure.study.report import Report
 from heatlens.model.boxes import Box
 from heatlens.plate.plate import FloatImage
 from heatlens.version import __version__

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from heatlens.measure.compare.metrics import flip_evaluation
 from heatlens.measure.compare.pictures import absolute_difference, flip_map
-from heatlens.measure.study.report import Report
+from heatlens.measure.study.measured import Report
 from heatlens.model.boxes import Box
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.picture.png_write import write_png

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from heatlens.base.errors import InputError
-from heatlens.base.on_use import OnUse
+from heatlens.base.extras import OnUse
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from string import ascii_uppercase
 from typing import Self
 
 from heatlens.base.errors import InputError
-from heatlens.base.on_use import OnUse
+from heatlens.base.extras import OnUse
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.marks.mark import Mark, check_pixel
 from heatlens.model.marks.track_mark import TrackMark

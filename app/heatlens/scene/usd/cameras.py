@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.files import usd_values
+from heatlens.files import usd_library
 from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.framing import CameraTrack, Pose, PoseKey, pose_of
@@ -98,7 +98,7 @@ def _possible(stage: UsdStage, prim: UsdObject, tracks: Tracks) -> Tracks:
 
 
 def _number(stage: UsdStage, prim: UsdObject, name: str, frame: float) -> float:
-    return usd_values.number(prim.GetAttribute(name).Get(frame), f"{stage.path}: {name}")
+    return usd_library.number(prim.GetAttribute(name).Get(frame), f"{stage.path}: {name}")
 
 
 def _pose(stage: UsdStage, prim: UsdObject, frame: float) -> Pose:

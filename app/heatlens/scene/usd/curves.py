@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.files.usd_library import UsdObject, usd_module
-from heatlens.files.usd_values import numbers, whole_numbers
+from heatlens.files.usd_library import UsdObject, numbers, usd_module, whole_numbers
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
 from heatlens.scene.scene import Mesh

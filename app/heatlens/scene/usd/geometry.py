@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from heatlens.base.errors import InputError
-from heatlens.files import usd_values
+from heatlens.files import usd_library
 from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.primitives import Shape, capsule, cube, cylinder, plane, sphere
@@ -147,7 +147,7 @@ def _lengths(what: str, prim: UsdObject) -> dict[str, float]:
     found = {}
     for name in _LENGTHS:
         if prim.HasAttribute(name):
-            value = usd_values.number(prim.GetAttribute(name).Get(first), f"{what}: {name}")
+            value = usd_library.number(prim.GetAttribute(name).Get(first), f"{what}: {name}")
             if not 0 <= value < math.inf:
                 raise InputError(f"{what}: its {name} is {value:g}, which is not a length.")
             found[name] = value

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.files.usd_library import UsdObject, check_asset, usd_module
-from heatlens.files.usd_values import numbers
+from heatlens.files.usd_library import UsdObject, check_asset, numbers, usd_module
 from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene import Color, Material
 from heatlens.scene.usd.stage import UsdStage

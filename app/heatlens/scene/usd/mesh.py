@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.files.usd_library import UsdObject, usd_module
-from heatlens.files.usd_values import numbers, whole_numbers
+from heatlens.files.usd_library import UsdObject, numbers, usd_module, whole_numbers
 from heatlens.scene.mesh_make import made_mesh, smooth_normals
 from heatlens.scene.scene import Mesh
 from heatlens.scene.subdivision import Polygons, corner_normals

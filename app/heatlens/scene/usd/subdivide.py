@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.files.usd_library import UsdObject, usd_module
-from heatlens.files.usd_values import numbers, whole_numbers
+from heatlens.files.usd_library import UsdObject, numbers, usd_module, whole_numbers
 from heatlens.scene.subdivision import Polygons, subdivided
 
 _LEVELS = 2  # as Blender and most renderers show it by default

@@ -18,8 +18,8 @@ from heatlens.base.errors import FAULT_CODE
 from heatlens.base.faults import faults_reported, told_error
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.export.output import MOVIE_SUFFIXES
-from heatlens.farm.children import PATIENCE_S, started, stop
 from heatlens.farm.cluster import LEAVE
+from heatlens.farm.processes import PATIENCE_S, started, stop
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.shot.shot import Shot
 from heatlens.session.settings.export_place import (

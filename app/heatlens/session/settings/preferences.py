@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_type_hints
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import absolute, file_bytes
-from heatlens.files.atomic_file import FOR_THE_USER, write_whole
-from heatlens.files.file_lock import locked
+from heatlens.files.atomic_file import FOR_THE_USER, locked, write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.live.ring.channel_map import ChannelMap
 from heatlens.model.shot.plate_options import PlateOptions
