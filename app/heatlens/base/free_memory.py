@@ -1,8 +1,11 @@
-"""Ask the system how much memory is free."""
+"""Ask the system how much memory is free, and give back what is no longer used."""
 
+import ctypes
+import sys
 from pathlib import Path
 
 _FACTS = Path("/proc/meminfo")
+_ARENA_MAX = -8  # M_ARENA_MAX of glibc's malloc.h
 
 
 def free_memory_bytes() -> int | None:
@@ -12,3 +15,14 @@ def free_memory_bytes() -> int | None:
         return int(facts["MemAvailable"].split()[0]) * 1024
     except (OSError, KeyError, ValueError):  # not Linux, or an old version of it
         return None
+
+
+def share_one_heap() -> None:
+    """Let all threads of this process allocate from one heap, before the first thread starts.
+
+    By default glibc gives threads heaps of their own, up to eight for each core. Such a heap keeps
+    its largest size, about 26 MB for a thread that read a plate, when all in it has been freed.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
+    if mallopt is not None:
+        mallopt(_ARENA_MAX, 1)

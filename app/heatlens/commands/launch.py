@@ -67,6 +67,9 @@ def _use_utf8() -> None:
 def _work() -> int:
     from heatlens.base.background import is_at_work, wait_a_moment
     from heatlens.base.faults import report_from_threads
+    from heatlens.base.free_memory import share_one_heap
+
+    share_one_heap()
     from heatlens.commands.main import main as run
     from heatlens.files.quiet import protect_output
 
