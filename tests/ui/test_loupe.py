@@ -46,7 +46,28 @@ def test_its_middle_is_what_the_pointer_points_at(gui):
     """The picture in it is twice as large, and its middle is the point under the pointer."""
     gui.do("Loupe")
     loupe_at(gui, BALL)
-    (x0, y0, x1, y1), place = gui.drawn["loupe"], gui.session.pictures.view
+    assert_shows(gui, "loupe", BALL)
+
+
+def test_the_flag_of_a_mark_shows_the_place_of_the_mark(gui):
+    """Only while the pointer rests on it: nothing lies over the picture in a drag."""
+    gui.session.time.marks.set_point(BALL)
+    flag = f"{gui.session.facts.shot.marks[-1].name} on the bar"
+    gui.frame(2)
+    gui.move(gui.middle(flag))
+    gui.frame(2)
+    assert_shows(gui, "place of the mark", BALL)
+    assert gui.drawn["place of the mark"][3] <= gui.drawn["focus bar"][1] + 1
+    gui.press(gui.middle(flag))
+    gui.drawn.clear()
+    gui.frame(2)
+    assert flag in gui.drawn and "place of the mark" not in gui.drawn
+    gui.release()
+
+
+def assert_shows(gui, frame, pixel):
+    """Assert that a frame shows this pixel in its middle, enlarged, from the whole picture."""
+    (x0, y0, x1, y1), place = gui.drawn[frame], gui.session.pictures.view
     placed = gui.screen.picture.viewport._placed[-1]
     (left, top), (right, bottom) = placed.first, placed.last
     scale = place.viewport.framebuffer_scale
@@ -55,7 +76,7 @@ def test_its_middle_is_what_the_pointer_points_at(gui):
     across = ((x0 + x1) / 2 * scale - left) / (right - left) * shape.width_px
     down = ((y0 + y1) / 2 * scale - top) / (bottom - top) * shape.height_px
     assert (across, down) == pytest.approx(
-        (BALL[0] + 0.5, BALL[1] + 0.5), abs=0.2
+        (pixel[0] + 0.5, pixel[1] + 0.5), abs=0.2
     )  # whole units of the pointer
     assert placed.texture.size == (shape.width_px, shape.height_px)
 

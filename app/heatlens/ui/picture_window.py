@@ -7,6 +7,7 @@ import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.printable import printable
+from heatlens.display.picture_pass import PlacedPicture
 from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.model.focus.coc import sharp_px
 from heatlens.model.view.guides import NO_GUIDES, Guides, Rect, guide_shapes, inner_rect, lines_of
@@ -22,12 +23,12 @@ from heatlens.session.playing.kept_screen import KeptScreen
 from heatlens.ui import probe, theme
 from heatlens.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.ui.panels.focus_bar import focus_bar, focus_bar_height
-from heatlens.ui.panels.marks_panel import draw_point_marks
+from heatlens.ui.panels.marks_panel import draw_point_marks, mark_in_window
 from heatlens.ui.picture.fade import PictureFade
 from heatlens.ui.picture.held_alone import HeldAlone
 from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
 from heatlens.ui.picture.lessons import draw_lessons
-from heatlens.ui.picture.loupe import Loupe
+from heatlens.ui.picture.loupe import Loupe, over_flag
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.ruler import draw_ruler
 from heatlens.ui.picture.seen_pictures import SeenPictures
@@ -186,8 +187,10 @@ class PictureWindow:
     def _draw_focus_bar(self, corner: ImVec2, size: ImVec2) -> None:
         facts, histogram = self._facts, self._facts.histogram
         assert histogram is not None
-        lens = focus_bar(facts, histogram, corner, size)
+        lens, pointed = focus_bar(facts, histogram, corner, size)
         self._holds_bar = imgui.is_item_active()
+        if pointed is not None:
+            self._draw_place_of(pointed)
         if lens != facts.lens:
             self._door.change(lens)
 
@@ -249,8 +252,18 @@ class PictureWindow:
         pinhole, place = self._seen.pinhole(), self._desk.view
         placed = self._loupe.draw(facts, place, pictures, pinhole, pixel)
         if placed is not None:
-            pinhole.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            self.viewport.place_over([placed])
+            self._place_enlarged(placed)
+
+    def _draw_place_of(self, mark: str) -> None:
+        """Draw the surroundings of a mark, for its flag on the focus bar, unless A is compared."""
+        facts, place, pictures = self._facts, self._desk.view, self.pictures
+        at = mark_in_window(facts, place, mark)
+        if at is not None and pictures is not None and facts.is_plain and not pictures.tiles:
+            self._place_enlarged(over_flag(place, pictures, self._seen.pinhole(), at))
+
+    def _place_enlarged(self, placed: PlacedPicture) -> None:
+        placed.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self.viewport.place_over([placed])
 
     def _begin(self) -> None:
         """Begin the ImGui window in its dock, or over the whole screen if the picture is alone."""

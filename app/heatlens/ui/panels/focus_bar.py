@@ -32,25 +32,29 @@ def focus_bar_height(room: float) -> float:
     return min(_HEIGHT_EM * float(imgui.get_font_size()), _PART_MOST * room)
 
 
-def focus_bar(facts: Facts, histogram: DepthHistogram, corner: ImVec2, size: ImVec2) -> Lens:
+def focus_bar(
+    facts: Facts, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
+) -> tuple[Lens, str | None]:
     """Draw the bar in the current window; return the lens, focused by a drag or the wheel.
 
-    A press on the name of a mark focuses exactly on it.
+    A press on the name of a mark focuses exactly on it. Return also the name of the mark whose flag
+    the pointer rests on.
     """
     imgui.set_cursor_screen_pos(corner)
     imgui.invisible_button("focus bar", size)
     notches, lens = widgets.wheel_over_last(), facts.lens
     bar, x = _Bar(facts, histogram, corner, size), imgui.get_mouse_pos().x
-    pressed_m = bar.mark_under_pointer() if imgui.is_item_activated() else None
-    if pressed_m is not None:
-        lens = focused_at(lens, 1.0 / pressed_m)
+    name, mark_m = bar.flag_under_pointer()
+    if name is not None and imgui.is_item_activated():
+        lens = focused_at(lens, 1.0 / mark_m)
     elif imgui.is_item_activated() or (imgui.is_item_active() and imgui.get_io().mouse_delta.x):
         lens = focused_at(lens, bar.dioptres_at(x))
     if notches:
         lens = nudged(lens, histogram, notches)
     bar.lens = lens
-    bar.draw(imgui.is_item_hovered() and not imgui.is_item_active())
-    return lens
+    is_pointed_at = imgui.is_item_hovered() and not imgui.is_item_active()
+    bar.draw(is_pointed_at)
+    return lens, name if is_pointed_at else None
 
 
 class _Bar:
@@ -80,12 +84,12 @@ class _Bar:
     def _x_at(self, distance_m: float) -> float:
         return float(self._left + (1.0 - self._histogram.part_at(distance_m)) * self._width)
 
-    def mark_under_pointer(self) -> float | None:
-        """Return the distance in m of the mark whose name lies under the pointer."""
-        for _, distance_m, (x0, y0, x1, y1) in self._flags:
+    def flag_under_pointer(self) -> tuple[str | None, float]:
+        """Return the name and the distance in m of the mark whose flag lies under the pointer."""
+        for name, distance_m, (x0, y0, x1, y1) in self._flags:
             if imgui.is_mouse_hovering_rect(ImVec2(x0, y0), ImVec2(x1, y1)):
-                return distance_m
-        return None
+                return name, distance_m
+        return None, 0.0
 
     def _placed_flags(self) -> list[tuple[str, float, Rect]]:
         """Return names, distances and rectangles of the marks' flags that touch no other."""

@@ -1,5 +1,6 @@
 """Draw the Marks panel, the marks in the picture, and the popup for a pull between marks."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -14,6 +15,7 @@ from heatlens.model.marks.track_mark import TrackMark, TrackPlace
 from heatlens.model.option import Values, options_of
 from heatlens.model.shot.pull import PullShape
 from heatlens.model.shot.shot import LensParameter
+from heatlens.model.view.view_geometry import Point
 from heatlens.session.desks import TimeDesk
 from heatlens.session.facts import Facts
 from heatlens.session.loop.messages import reported
@@ -241,16 +243,10 @@ def _pull_button(words: str, name: str, has_shift: bool, tip: str = "") -> bool:
 
 def draw_point_marks(facts: Facts, view: PictureView) -> None:
     """Draw the point marks as rings with names on the picture, in the current window."""
-    draw = imgui.get_window_draw_list()
-    for mark in facts.shot.marks:
-        place = mark.place_at(facts.frame) if isinstance(mark, TrackMark) else mark
-        if not isinstance(place, PointMark | TrackPlace):
-            continue
-        middle = place.x_px + 0.5, place.y_px + 0.5
-        at_px = facts.picture_point(middle)
-        x, y = view.geometry.window_at_picture(at_px)
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    for mark, place in _placed_marks(facts):
+        x, y = _window_point(facts, view, place)
         probe.note_at(f"point {mark.name}", (x, y, x, y))
-        em = imgui.get_font_size()
         radius = _RADIUS_EM * em
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.shadow, 0, 0.2 * em)
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.mark, 0, 0.1 * em)
@@ -259,3 +255,22 @@ def draw_point_marks(facts: Facts, view: PictureView) -> None:
         name = printable(mark.name) + " (hidden)" * is_hidden
         draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.OVER_PICTURE.shadow, name)
         draw.add_text(at, theme.OVER_PICTURE.mark, name)
+
+
+def mark_in_window(facts: Facts, view: PictureView, name: str) -> Point | None:
+    """Return where the mark `name` lies in the window; None if it has no point in the picture."""
+    found = (place for mark, place in _placed_marks(facts) if mark.name == name)
+    return next((_window_point(facts, view, place) for place in found), None)
+
+
+def _placed_marks(facts: Facts) -> Iterator[tuple[Mark, PointMark | TrackPlace]]:
+    """Yield the marks that have a point in the picture at this frame, with that point."""
+    for mark in facts.shot.marks:
+        place = mark.place_at(facts.frame) if isinstance(mark, TrackMark) else mark
+        if isinstance(place, PointMark | TrackPlace):
+            yield mark, place
+
+
+def _window_point(facts: Facts, view: PictureView, place: PointMark | TrackPlace) -> Point:
+    at_px = facts.picture_point((place.x_px + 0.5, place.y_px + 0.5))
+    return view.geometry.window_at_picture(at_px)

@@ -1,4 +1,7 @@
-"""Draw the loupe: the pinhole picture under the pointer, enlarged, with what a click would take."""
+"""Draw the loupe: the pinhole picture under the pointer, enlarged, with what a click would take.
+
+The flags of marks on the focus bar show the places of their marks with it too.
+"""
 
 from collections.abc import Callable, Sequence
 
@@ -20,7 +23,7 @@ Pixel = tuple[int, int]
 LookAt = Callable[[Pixel], Sequence[Surface]]
 NamesOf = Callable[[Sequence[Surface]], Sequence[str]]
 TIMES = 2.0  # larger than the picture
-_SIDE_EM = 11.0
+_SIDE_EM, _FLAG_SIDE_EM = 11.0, 7.0
 _AWAY_EM = 1.5  # from the pointer, which must not cover what it points at
 _CROSS_EM = 0.4
 _SAME_RATIO = 1.02  # a mark as near as this to a surface names it
@@ -55,6 +58,26 @@ class Loupe:
         _draw_words(_words(facts, surfaces, self._names_of(surfaces)), (corner[0], end[1]))
         probe.note_at("loupe", (*corner, *end))
         return _enlarged(place, pictures, pinhole, (mouse.x, mouse.y), middle, (*corner, *end))
+
+
+def over_flag(
+    place: PictureView, pictures: Pictures, pinhole: moderngl.Texture, mark: Point
+) -> PlacedPicture:
+    """Draw the surroundings of a mark over the focus bar, in the middle above the pointer.
+
+    `mark`: the point of the mark in the window.
+    """
+    side, (x0, y0), (width, height) = (
+        _FLAG_SIDE_EM * imgui.get_font_size(),
+        place.viewport.corner,
+        place.viewport.size,
+    )
+    x = min(max(imgui.get_mouse_pos().x - side / 2, x0), x0 + width - side)
+    corner = x, y0 + height - side
+    end, middle = (x + side, y0 + height), (x + side / 2, y0 + height - side / 2)
+    _draw_frame(corner, end, middle)
+    probe.note_at("place of the mark", (*corner, *end))
+    return _enlarged(place, pictures, pinhole, mark, middle, (*corner, *end))
 
 
 def _corner(place: PictureView, pointer: Point) -> Point:
