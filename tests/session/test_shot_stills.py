@@ -32,15 +32,17 @@ def still(stills, source: str, number: int = 0, frame: int | None = None):
     return stills.of(number, lambda: pytest.fail("asked again"))
 
 
-def sides(picture) -> tuple[int, int]:
-    return int(picture[..., : picture.shape[1] // 2, 1].mean()), int(picture[:, -1].max())
+def sides(picture) -> tuple[float, float]:
+    """Return the light of the left half and of the right edge."""
+    light = picture[..., 1].astype(float)
+    return light[:, : picture.shape[1] // 2].mean(), light[:, -1].max()
 
 
-def test_a_still_is_the_plate_made_smaller_in_display_values(tmp_path):
-    """Linear 0.25 is 137 in sRGB; a plate needs no depth for that."""
+def test_a_still_is_the_light_of_the_plate_made_smaller(tmp_path):
+    """A plate needs no depth for that."""
     picture = still(ShotStills(lambda: None, None), plate(tmp_path))
-    assert picture.shape == (64, 128, 3) and picture.dtype == np.uint8
-    assert sides(picture) == (137, 0)
+    assert picture.shape == (64, 128, 4) and picture.dtype == np.float16
+    assert sides(picture) == (0.25, 0.0)
 
 
 def test_a_kept_still_is_not_read_again_until_the_file_changes(tmp_path, monkeypatch):
@@ -50,7 +52,7 @@ def test_a_kept_still_is_not_read_again_until_the_file_changes(tmp_path, monkeyp
         patched.setattr(shot_stills, "read_light", lambda *_: pytest.fail("read again"))
         np.testing.assert_array_equal(still(ShotStills(lambda: None, folder), source), before)
     plate(tmp_path, light=1.0)
-    assert sides(still(ShotStills(lambda: None, folder), source)) == (255, 0)
+    assert sides(still(ShotStills(lambda: None, folder), source)) == (1.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,18 @@ from imgui_bundle import imgui
 
 from heatlens.documents.reel_file import write_reel
 from heatlens.model.shot.reel import Reel, ReelShot
-from support.session_files import room_file
+from support.session_files import room_file, write_scene
+
+
+def has_stills(gui, numbers):
+    stills = gui.screen._panels._reel_stills._stills
+    gui.until(lambda: stills.keys() == numbers, "the pictures of the shots")
+
+
+def still(gui, name):
+    """Return the pixels of the still of a shot."""
+    left, top, _, bottom = gui.rect(name)
+    return gui.screenshot()[round(top) : round(bottom), round(left) : round(left) + 60]
 
 
 def test_a_click_on_a_row_opens_its_shot(gui, tmp_path):
@@ -21,12 +32,31 @@ def test_a_click_on_a_row_opens_its_shot(gui, tmp_path):
     gui.until(lambda: session.editing.shot.source == rooms[0], "the first shot")
     imgui.set_window_focus("Reel")
     gui.frame(3)
-    textures = gui.screen._panels._reel_textures._textures
-    gui.until(lambda: textures.keys() == {0, 1}, "the pictures of both shots")
-    left, top, _, bottom = gui.rect("shot one")
-    row = gui.screenshot()[round(top) : round(bottom), round(left) : round(left) + 60]
-    assert np.ptp(row.reshape(-1, 3).mean(1)) > 20  # the still, not the plain row
+    has_stills(gui, {0, 1})
+    before = still(gui, "shot one")
+    assert np.ptp(before.mean(2)) > 20  # the still, not the plain row
+    gui.do("Brighter")
+    assert still(gui, "shot one").mean() > before.mean() + 5  # as the screen shows the picture
     gui.click(gui.middle("shot two"))
     gui.until(lambda: session.editing.shot.source == rooms[1], "the second shot")
     gui.click(gui.middle("previous shot"))
     gui.until(lambda: session.editing.shot.source == rooms[0], "the first shot again")
+
+
+def test_a_scene_has_a_still_once_it_was_open(gui, tmp_path):
+    write_scene(tmp_path / "two.glb")
+    path = tmp_path / "cut.heatreel.json"
+    room = str(room_file(tmp_path / "one.exr"))
+    write_reel(
+        path, Reel("cut", (ReelShot("one", room), ReelShot("two", str(tmp_path / "two.glb"))))
+    )
+    gui.session.files.commands.open(str(path))
+    gui.until(lambda: gui.session.editing.shot.source == room, "the first shot")
+    imgui.set_window_focus("Reel")
+    gui.frame(3)
+    has_stills(gui, {0})
+    gui.click(gui.middle("shot two"))
+    has_stills(gui, {0, 1})
+    gui.frame(2)
+    sky, ground = (rows.mean((0, 1)) for rows in np.array_split(still(gui, "shot two"), 2))
+    assert sky[2] > ground[2] + 20  # blue above

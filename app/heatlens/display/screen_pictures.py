@@ -122,6 +122,14 @@ class ScreenPictures:
         assert target.texture is not None
         return target.texture
 
+    def still(
+        self, before: moderngl.Texture | None, light: moderngl.Texture, view: ViewState
+    ) -> moderngl.Texture:
+        """Return a small scene-linear picture as the screen shows it, in `before` if given."""
+        out = before or self._ctx.texture(light.size, 4)
+        self.display.run(light, out, view.exposure_stops, view.gamma)
+        return out
+
     def keep_tiles(self, names: Collection[str]) -> None:
         """Free the pictures of all other looks."""
         for name in [name for name in self._tiles if name not in names]:

@@ -7,6 +7,7 @@ from functools import partial
 from imgui_bundle import imgui
 
 from heatlens.display.probe import seen_depth_m
+from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.model.focus.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
 from heatlens.session.loop.messages import window_words
@@ -29,7 +30,8 @@ from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.opening_panel import opening_panel
 from heatlens.ui.panels.plan_panel import PlanPanel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
-from heatlens.ui.panels.reel_panel import ReelTextures, reel_panel
+from heatlens.ui.panels.reel_panel import reel_panel
+from heatlens.ui.panels.reel_stills import ReelStills
 from heatlens.ui.panels.ring_panel import ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
@@ -44,27 +46,27 @@ _NEED_A_PICTURE = ("Lens", "Plate", "Scene", "Export", "Marks", "Plan", "Looks")
 _FLAGS = {
     "Scene": imgui.WindowFlags_.no_focus_on_appearing,
     "Reel": imgui.WindowFlags_.no_focus_on_appearing,
-    "Timeline": imgui.WindowFlags_.no_scroll_with_mouse,
+    "Timeline": imgui.WindowFlags_.no_scroll_with_mouse | imgui.WindowFlags_.no_focus_on_appearing,
 }
 
 
 class DockedPanels:
     """Draws the panels that are open."""
 
-    def __init__(self, session: Session, ui: UiState) -> None:
+    def __init__(self, session: Session, ui: UiState, screen: ScreenPictures) -> None:
         self._session = session
         self._facts, self._editing, self._time = session.facts, session.editing, session.time
         self._say = session.messages.say
         self._ui = ui
         self._planned, self._plan_panel = PlanDrawer(), PlanPanel()
         self._hovered: tuple[int, int] | None = None
-        self._reel_textures = ReelTextures(session.pictures.renderer.ctx)
+        self._reel_stills = ReelStills(session.facts, session.pictures, screen)
         self.stills = LookStills(session.facts, session.pictures)
 
     def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
         """Draw the panels; `hovered` is the pixel of the display window under the pointer.
 
-        `pictures` are those in the viewport; the stills of looks are taken from them.
+        `pictures` are those in the viewport; stills of looks and scenes are taken from them.
         """
         self._hovered = hovered
         panels: dict[str, Callable[[], None]] = {
@@ -75,7 +77,7 @@ class DockedPanels:
             "Marks": partial(marks_panel, self._time, self._facts.unit, self._ui),
             "Plan": self._plan,
             "Looks": partial(looks_panel, self._facts, self._session.pictures, self.stills),
-            "Reel": partial(reel_panel, self._ui.files.reel, self._facts.unit, self._reel_textures),
+            "Reel": partial(reel_panel, self._ui.files.reel, self._facts.unit, self._reel_stills),
             "Guides": self._guides,
             "Export": self._export,
             "Speed": self._speed,
@@ -85,6 +87,8 @@ class DockedPanels:
             if self._is_shown(name):
                 if name == "Looks":
                     self.stills.take(pictures)
+                if name == "Reel":
+                    self._reel_stills.begin(self._ui.files.reel, pictures)
                 self._draw_one(name, draw)
 
     def _is_shown(self, name: str) -> bool:

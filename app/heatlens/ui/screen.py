@@ -64,7 +64,7 @@ class Screen:
             session.lens,
         )
         self.status = StatusBar(facts, pictures, session.messages, self.ui, kept)
-        self._panels = DockedPanels(session, self.ui)
+        self._panels = DockedPanels(session, self.ui, self._pictures)
         pictures.looks.still_now = lambda: self._panels.stills.now(self.picture.pictures)
 
     def opens(self, key: imgui.Key, mods: int) -> bool:

@@ -101,13 +101,13 @@ class OpenReel(Commands, Worker):
         """Go on in the next shot; return False if there is no other, or another file is open."""
         if self._wanted is not None:
             return True
-        if not self._is_open or self._after == self.at or self._editing.performance is not None:
+        if not self.is_open or self._after == self.at or self._editing.performance is not None:
             return False
         self.go(self._after)
         return True
 
     @property
-    def _is_open(self) -> bool:
+    def is_open(self) -> bool:
         """True if the shot of the reel is what is open."""
         opened = (self._editing.shot.source, str(self._documents.path))
         return self.reel is not None and self.reel.shots[self.at].source in opened
@@ -126,8 +126,8 @@ class OpenReel(Commands, Worker):
 
     def focus_of(self, number: int) -> CutFocus:
         """Return the focus at both ends of a shot, of the open one as it is now."""
-        is_open = self.reel is not None and number == self.at and self._wanted is None
-        if is_open and self.reel is not None and self._source.plate is not None:
+        is_seen = self.reel is not None and number == self.at and self._wanted is None
+        if is_seen and self.reel is not None and self._source.plate is not None:
             return _focus_of(self._editing.shot, self.reel.shots[number])
         return self.focus[number]
 
@@ -166,12 +166,12 @@ class OpenReel(Commands, Worker):
             self._begin(read)
         if self._wanted is not None:
             self._take(self._wanted)
-        elif self._is_open:
+        elif self.is_open:
             self._look_ahead()
 
     def _take(self, wanted: ReelShot) -> None:
         """Set the part of plates that the cut shows when they have arrived."""
-        if self._is_open:
+        if self.is_open:
             self._wanted = None
             self._playback.is_new_shot = True
             if self._documents.path is None:

@@ -14,14 +14,13 @@ from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
 from heatlens.model.boxes import Box
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.read import read_light
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.kept_picture import KeptPicture, half_of
 from heatlens.sequence.sequence import find_sequence, stamp_of
 
-Still = NDArray[np.uint8]
+Still = NDArray[np.float16]  # (H, W, 4), scene-linear
 FirstPicture = tuple[str, PlateOptions, int | None]  # source, its options, frame
 
 _WIDTH_PX = 128
@@ -46,7 +45,7 @@ class ShotStills:
         self._coming = {}
 
     def of(self, number: int, first: Callable[[], FirstPicture]) -> Still | None:
-        """Return the still (H, W, 3) in sRGB, top row first; None if there is none yet, or never.
+        """Return the still, the top row first; None if there is none yet, or never.
 
         `first` tells the first picture of the shot; it is called on the thread.
         """
@@ -67,10 +66,9 @@ def _made(store: DiskStore | None, first: Callable[[], FirstPicture]) -> Still |
     try:
         with faults_reported("The first picture of a shot could not be read"):
             source, options, frame = first()
-            kept = _kept(store, _path_at(source, frame), options)
+            return _kept(store, _path_at(source, frame), options).pixels
     except HeatlensError:  # told when the shot is opened
         return None
-    return (srgb_encoded(kept.pixels[..., :3]) * 255.0 + 0.5).astype(np.uint8)
 
 
 def _kept(store: DiskStore | None, path: Path, options: PlateOptions) -> KeptPicture:
