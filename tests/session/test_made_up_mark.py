@@ -70,7 +70,7 @@ def test_it_is_typed_written_read_listed_and_followed(tmp_path, capsys):
 def test_it_is_measured_in_the_window_and_on_the_pull_sheet(walls):
     mark, desk = RowMark("A", 3), walls.time
     walls.editing.do(replace(walls.editing.shot, marks=(mark,)))
-    assert desk.marks.distance_m(mark) == NEAR_M
+    assert desk.marks.distances.of_m(mark) == NEAR_M
     until(walls, lambda: desk.timeline.cache.get(FIRST + 3) is not None, "some frames")
     (track,) = desk.mark_tracks()
     assert track.name == "A" and track.lines[0][0] == (FIRST, 1 / NEAR_M)

@@ -9,7 +9,7 @@ from heatlens.model.curves.interpolation import Interpolation
 from heatlens.model.marks.marks import DistanceMark, PointMark
 from heatlens.model.shot.pull import EASE_PERCENT, PullShape
 from heatlens.plate.coc_line import focused_at_pixel
-from heatlens.session.marks.mark_commands import PULL_FRAMES
+from heatlens.session.marks.focus_pulls import PULL_FRAMES
 from support.evening import FIRST, LAST, LEFT, RIGHT, begun, settled, until, write_plates
 from support.session_files import room_file
 
@@ -33,10 +33,14 @@ def test_marks_are_set_on_what_is_seen_and_on_the_focus(walls, marks):
     marks.set_here()
     a, b = walls.editing.shot.marks
     assert a == PointMark("A", *map(float, LEFT)) and b == DistanceMark("B", 4.0)
-    assert marks.pull_to == "B" and "B" in walls.messages.text
-    assert marks.distance_m(a) == 2.0 and marks.distance_m(b) == 4.0
+    assert marks.pulls.target == "B" and "B" in walls.messages.text
+    assert marks.distances.of_m(a) == 2.0 and marks.distances.of_m(b) == 4.0
     walls.editing.undo()
-    assert named(walls) == ["A"] and marks.named("A") == a and marks.named("B") is None
+    assert (
+        named(walls) == ["A"]
+        and marks.distances.named("A") == a
+        and marks.distances.named("B") is None
+    )
     marks.set_point((4000, 4000))
     assert named(walls) == ["A"] and "Mark" not in walls.messages.text
 
@@ -54,14 +58,17 @@ def test_a_renamed_mark_is_still_the_one_to_pull_to(walls, marks):
     marks.set_point(LEFT)
     marks.set_point(RIGHT)
     a, b = walls.editing.shot.marks
-    marks.pull_from = "A"
+    marks.pulls.origin = "A"
     marks.change(b, DistanceMark("actor", 5.0))
-    assert named(walls) == ["A", "actor"] and (marks.pull_from, marks.pull_to) == ("A", "actor")
+    assert named(walls) == ["A", "actor"] and (marks.pulls.origin, marks.pulls.target) == (
+        "A",
+        "actor",
+    )
     marks.change(a, PointMark("door", a.x_px, a.y_px))
-    assert (marks.pull_from, marks.pull_to) == ("door", "actor")
+    assert (marks.pulls.origin, marks.pulls.target) == ("door", "actor")
     with pytest.raises(HeatlensError):
-        marks.change(marks.named("door"), DistanceMark("actor", 1.0))
-    marks.delete(marks.named("door"))
+        marks.change(marks.distances.named("door"), DistanceMark("actor", 1.0))
+    marks.delete(marks.distances.named("door"))
     assert named(walls) == ["actor"]
 
 
@@ -77,47 +84,47 @@ def test_the_focus_goes_to_a_mark_as_one_step(walls, marks):
 
 
 def test_a_pull_goes_from_here_or_from_a_mark(walls, marks):
-    marks.pull()
-    assert walls.messages.text and marks.pulls_made == 0
+    marks.pulls.make()
+    assert walls.messages.text and marks.pulls.made == 0
     marks.set_point(LEFT)
     marks.set_point(RIGHT)
-    marks.pull_from, marks.pull_to = None, "B"
-    marks.lengthen_pull(6)
-    assert marks.pull_frames == 6
+    marks.pulls.origin, marks.pulls.target = None, "B"
+    marks.pulls.lengthen(6)
+    assert marks.pulls.frames == 6
     walls.time.timeline.go(FIRST + 2)
-    marks.pull()
+    marks.pulls.make()
     assert [focus(walls, FIRST + at) for at in (0, 2, 8, 20)] == pytest.approx([4, 4, 8, 8])
-    assert marks.pulls_made == 1
+    assert marks.pulls.made == 1
     walls.editing.undo()
-    marks.pull_from, marks.pull_shape = "A", PullShape.LINEAR
-    marks.pull()
+    marks.pulls.origin, marks.pulls.shape = "A", PullShape.LINEAR
+    marks.pulls.make()
     assert [focus(walls, FIRST + at) for at in (2, 5, 8)] == pytest.approx([2.0, 3.2, 8.0])
-    marks.pull_to, marks.pull_frames = "A", 0
+    marks.pulls.target, marks.pulls.frames = "A", 0
     before = walls.editing.shot
-    marks.pull()
+    marks.pulls.make()
     assert walls.editing.shot == before and "0 frames" in walls.messages.text
 
 
 def test_a_pull_is_suggested_as_long_as_the_last_where_it_fits(walls, marks):
-    assert marks.pull_frames == PULL_FRAMES == 18 and marks.pull_ease_percent == EASE_PERCENT
-    assert marks.pull_shape is PullShape.EASE
+    assert marks.pulls.frames == PULL_FRAMES == 18 and marks.pulls.ease_percent == EASE_PERCENT
+    assert marks.pulls.shape is PullShape.EASE
     marks.set_point(LEFT)
-    marks.begin_pull()
-    assert marks.pull_frames == 18 and marks.pull_to == "A"
+    marks.pulls.begin()
+    assert marks.pulls.frames == 18 and marks.pulls.target == "A"
     walls.time.timeline.go(LAST - 5)
-    marks.begin_pull()
-    assert marks.pull_frames == 5 and marks.pull_past_end == ""
-    marks.pull_to = "gone"
+    marks.pulls.begin()
+    assert marks.pulls.frames == 5 and marks.pulls.past_end == ""
+    marks.pulls.target = "gone"
     walls.time.timeline.go(LAST)
-    marks.begin_pull()
-    assert marks.pull_frames == 18 and marks.pull_to == "A"
-    assert f"frame {LAST + 18}" in marks.pull_past_end and f"{LAST} is the last" in (
-        marks.pull_past_end
+    marks.pulls.begin()
+    assert marks.pulls.frames == 18 and marks.pulls.target == "A"
+    assert f"frame {LAST + 18}" in marks.pulls.past_end and f"{LAST} is the last" in (
+        marks.pulls.past_end
     )
-    marks.pull()
-    assert walls.messages.text == marks.pull_past_end
+    marks.pulls.make()
+    assert walls.messages.text == marks.pulls.past_end
     walls.time.timeline.go(LAST - 18)
-    assert marks.pull_past_end == ""
+    assert marks.pulls.past_end == ""
 
 
 def test_a_pull_is_offered_to_the_next_mark(walls, marks):
@@ -127,12 +134,12 @@ def test_a_pull_is_offered_to_the_next_mark(walls, marks):
     walls.lens.commands.focus(5.0)
     marks.set_here()
     offered = []
-    marks.go(marks.named("A"))
-    marks.lengthen_pull(6)
+    marks.go(marks.distances.named("A"))
+    marks.pulls.lengthen(6)
     for _ in range(3):
-        marks.begin_pull()
-        offered.append(marks.pull_to)
-        marks.pull()
+        marks.pulls.begin()
+        offered.append(marks.pulls.target)
+        marks.pulls.make()
         walls.time.timeline.go(walls.editing.frame + 6)
     assert offered == ["B", "C", "A"]
     assert [focus(walls, FIRST + at) for at in (0, 6, 12, 18)] == pytest.approx([2, 8, 5, 2])
@@ -142,12 +149,12 @@ def test_off_all_marks_a_pull_is_offered_to_the_one_after_the_last_pull(walls, m
     marks.set_point(LEFT)
     marks.set_point(RIGHT)
     walls.lens.commands.focus(0.3)
-    marks.begin_pull()
-    assert marks.pull_to == "A"
-    marks.pull()
+    marks.pulls.begin()
+    assert marks.pulls.target == "A"
+    marks.pulls.make()
     walls.time.timeline.go(FIRST)
-    marks.begin_pull()
-    assert marks.pull_to == "B"
+    marks.pulls.begin()
+    assert marks.pulls.target == "B"
 
 
 def test_a_leaning_focus_is_set_so_that_the_mark_is_sharp(walls, marks):
@@ -156,13 +163,13 @@ def test_a_leaning_focus_is_set_so_that_the_mark_is_sharp(walls, marks):
     marks.set_here()
     leaning = replace(walls.editing.lens, tilt_deg=2.0, tilt_direction_deg=90.0)
     walls.editing.edit_lens(leaning)
-    a = marks.named("A")
+    a = marks.distances.named("A")
     wanted_m = focused_at_pixel(walls.source.plate, leaning, *LEFT).focus_distance_m
     assert abs(wanted_m - 2.0) > 0.1
     marks.go(a)
     assert focus(walls) == pytest.approx(wanted_m)
     assert dict(walls.facts.marks_m) == pytest.approx({"A": wanted_m, "B": 4.0})
-    assert marks.distance_m(a) == 2.0  # as a tape measures it
+    assert marks.distances.of_m(a) == 2.0  # as a tape measures it
     marks.follow(a)
     until(walls, lambda: walls.editing.shot.key_frames, "the keys")
     assert [focus(walls, at) for at in (FIRST, LAST)] == pytest.approx([wanted_m] * 2)
@@ -174,8 +181,8 @@ def test_a_still_has_no_last_frame(tmp_path):
     try:
         marks = session.time.marks
         marks.set_here()
-        marks.begin_pull()
-        assert marks.pull_past_end == "" and marks.pull_frames == 18
+        marks.pulls.begin()
+        assert marks.pulls.past_end == "" and marks.pulls.frames == 18
         marks.follow(PointMark("A", 3.0, 3.0))
         until(session, lambda: not marks.is_reading, "the still")
     finally:
@@ -183,15 +190,15 @@ def test_a_still_has_no_last_frame(tmp_path):
 
 
 def test_a_pull_between_in_and_out_is_reversed_and_a_focus_held(walls, marks):
-    marks.reverse_pull()
+    marks.pulls.reverse()
     assert "two keys" in walls.messages.text
     marks.set_point(LEFT)
-    marks.lengthen_pull(8)
-    marks.pull()
+    marks.pulls.lengthen(8)
+    marks.pulls.make()
     ends = focus(walls, FIRST), focus(walls, FIRST + 8)
-    marks.reverse_pull()
+    marks.pulls.reverse()
     assert (focus(walls, FIRST + 8), focus(walls, FIRST)) == ends
-    marks.hold_focus()
+    marks.pulls.hold()
     keys = walls.editing.shot.curves.focus_distance_m.keys
     assert keys[0].interpolation is Interpolation.HOLD
     assert focus(walls, FIRST + 7) == focus(walls, FIRST)

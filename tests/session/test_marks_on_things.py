@@ -36,8 +36,8 @@ def test_a_click_on_a_thing_marks_the_thing(walk):
     hero = marked(walk, (14, 10))
     assert hero == MatteMark("A", "Crypto:hero")
     marks = walk.time.marks
-    until(walk, lambda: marks.distance_m(hero) is not None, "its distance")
-    assert marks.distance_m(hero) == pytest.approx(DISTANCES_M[FIRST], rel=1e-6)
+    until(walk, lambda: marks.distances.of_m(hero) is not None, "its distance")
+    assert marks.distances.of_m(hero) == pytest.approx(DISTANCES_M[FIRST], rel=1e-6)
     walk.editing.undo()
     assert walk.editing.shot.marks == ()
 
@@ -112,7 +112,7 @@ def test_a_point_becomes_a_tracked_surface_that_the_focus_follows(card):
     mark = tracked(session)
     assert [place.frame for place in mark.places] == list(range(1, 11))
     assert "seen" in session.messages.text
-    assert marks.distance_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
+    assert marks.distances.of_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
     (track,) = session.time.mark_tracks()
     assert len(track.lines) == 2 == 1 + len(track.bridges)  # hidden in the middle
     marks.follow(mark)
@@ -129,7 +129,7 @@ def test_a_click_corrects_a_tracked_surface(card):
     wall = marked(session, (20, 20))
     marks.track(wall, wall)
     mark = tracked(session)
-    assert marks.distance_m(mark, 10) == pytest.approx(WALL_M)
+    assert marks.distances.of_m(mark, 10) == pytest.approx(WALL_M)
     session.time.timeline.go(10)
     until(session, lambda: session.editing.frame == 10, "the last frame")
     settled(session)
@@ -138,7 +138,7 @@ def test_a_click_corrects_a_tracked_surface(card):
     session.time.marks.set_point((round(x), round(y)))
     mark = tracked(session)
     assert [click.frame for click in mark.clicks] == [1, 10]
-    assert marks.distance_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
+    assert marks.distances.of_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
     assert len(session.editing.shot.marks) == 1
 
 
@@ -159,7 +159,9 @@ def test_a_point_is_put_on_its_place_in_the_world(tmp_path):
     assert isinstance(mark, WorldMark)
     session.time.timeline.go(4)
     settled(session)
-    until(session, lambda: marks.distance_m(mark) == pytest.approx(WALL_M + 1.5), "the last frame")
+    until(
+        session, lambda: marks.distances.of_m(mark) == pytest.approx(WALL_M + 1.5), "the last frame"
+    )
     marks.follow(mark)
     until(session, lambda: not marks.is_reading, "all frames")
     assert "follows A" in session.messages.text

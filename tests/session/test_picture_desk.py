@@ -311,7 +311,7 @@ def test_a_click_takes_the_blurred_foreground_and_a_key_the_other(tmp_path):
     assert session.facts.lens.focus_distance_m == pytest.approx(0.9)
     editing.undo()
     session.time.marks.set_point(hole)
-    assert session.time.marks.distance_m(editing.shot.marks[-1]) == pytest.approx(0.9)
+    assert session.time.marks.distances.of_m(editing.shot.marks[-1]) == pytest.approx(0.9)
     editing.edit_lens(Lens(50.0, 16.0, 3.0, 36.0))
     lens.focus_on_other()
     assert "no other" in session.messages.text

@@ -130,7 +130,7 @@ def test_an_object_is_focused_on_marked_and_followed(session, scenes):
     scenes.mark("near")
     (mark,) = session.editing.shot.marks
     assert mark == ObjectMark("A", "near")
-    assert session.time.marks.distance_m(mark, 25) == pytest.approx(5.0)
+    assert session.time.marks.distances.of_m(mark, 25) == pytest.approx(5.0)
     session.time.marks.follow(mark)
     assert "follows near from 1" in session.messages.text
     assert_focused_at(session.editing.shot, {1: 3.0, 13: 4.0, 25: 5.0})

@@ -258,7 +258,7 @@ def test_the_loop_sleeps_until_something_is_needed(walls):
 
 def test_a_gesture_that_was_done_is_taught_no_more():
     editing = Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0), source=DEMO), lambda _text: None)
-    marks = SimpleNamespace(pulls_made=3)
+    marks = SimpleNamespace(pulls=SimpleNamespace(made=3))
     lessons = Lessons(editing, marks)
     lessons.watch(is_dragging=True, is_pressed=True)
     assert lessons.left == tuple(Lesson)
@@ -279,7 +279,7 @@ def test_a_gesture_that_was_done_is_taught_no_more():
     focus(6.0)
     lessons.watch(is_dragging=True, is_pressed=True)
     assert lessons.left == (Lesson.PULL,)
-    marks.pulls_made = 4
+    marks.pulls.made = 4
     lessons.watch(is_dragging=False, is_pressed=False)
     assert lessons.left == ()
     other = Lessons(editing, marks)
@@ -431,8 +431,8 @@ def test_tracks_and_marks_of_a_stretch_hold_their_interpolation(walls):
     walls.time.marks.set_point(LEFT)
     walls.time.marks.set_point(RIGHT)
     assert isinstance(walls.editing.shot.marks[0], PointMark)
-    walls.time.marks.lengthen_pull(LAST - FIRST)
-    walls.time.marks.pull()
+    walls.time.marks.pulls.lengthen(LAST - FIRST)
+    walls.time.marks.pulls.make()
     walls.time.keys.choose_all()
     walls.time.keys.interpolate(Interpolation.LINEAR)
     keys = walls.editing.shot.curves.of(FOCUS).keys

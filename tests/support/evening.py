@@ -139,9 +139,9 @@ def _key_a_pull(session: Session) -> None:
     near, far = session.facts.shot.marks
     assert isinstance(near, PointMark) and isinstance(far, PointMark)
     session.time.timeline.go(FIRST + 2)
-    session.time.marks.pull_from, session.time.marks.pull_to = near.name, far.name
-    session.time.marks.lengthen_pull(12)
-    session.time.marks.pull()
+    session.time.marks.pulls.origin, session.time.marks.pulls.target = near.name, far.name
+    session.time.marks.pulls.lengthen(12)
+    session.time.marks.pulls.make()
     end = FIRST + 14
     ends = [session.facts.shot.lens_at(frame).focus_distance_m for frame in (FIRST, end, LAST)]
     np.testing.assert_allclose(ends, [NEAR_M, FAR_M, FAR_M])

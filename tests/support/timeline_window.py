@@ -12,7 +12,7 @@ from heatlens.model.shot.pull import EASE_PERCENT
 from heatlens.model.shot.shot import LensParameter
 from heatlens.session.keys.key_drag import KeyDrag
 from heatlens.session.keys.key_stretch import KeyStretch
-from heatlens.session.marks.mark_commands import PULL_FRAMES
+from heatlens.session.marks.focus_pulls import PULL_FRAMES
 from heatlens.session.time.playback import Ending
 from heatlens.ui.timeline.view import TimelineView
 from support.gui import Gui, gui_of
@@ -52,8 +52,12 @@ def reset_timeline(gui: Gui) -> None:
     session.time.keys.rows.choose(LensParameter.FOCUS_DISTANCE)
     session.time.keys.rows.shows_curve = False
     gui.frame(2)  # the timeline becomes as high as before the curve
-    marks.pull_from, marks.pull_to, marks.pull_ease_percent = None, "", EASE_PERCENT
-    marks.lengthen_pull(PULL_FRAMES)
+    marks.pulls.origin, marks.pulls.target, marks.pulls.ease_percent = (
+        None,
+        "",
+        EASE_PERCENT,
+    )
+    marks.pulls.lengthen(PULL_FRAMES)
     session.time.scene_tracks._seen_by = None
     held_by = session.editing, session.time.keys, session.messages.say
     gui.ui.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))

@@ -189,7 +189,7 @@ def test_keys_typed_before_a_box_is_drawn_wait_for_it(hand):
     hand.tap(K.enter)
     hand.tap(K.w, "w")
     hand.worked_off()
-    assert session.time.marks.pull_frames == 18
+    assert session.time.marks.pulls.frames == 18
     assert session.facts.view.compare is Compare.WIPE is not wiped
     assert session.editing.frame == frame and not imgui.get_io().want_text_input
     gui.begin_again()

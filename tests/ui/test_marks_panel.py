@@ -175,7 +175,7 @@ def test_from_mark_to_mark_by_keys_alone(gui):
     marked(gui, BALL)
     marked(gui, POST)
     gui.session.time.marks.go(gui.session.facts.shot.marks[0])
-    gui.session.time.marks.lengthen_pull(2)
+    gui.session.time.marks.pulls.lengthen(2)
     for shift in (True, False):
         gui.key(K.m, shift=True)
         gui.frame(3)

@@ -129,7 +129,7 @@ def test_before_a_plate_a_lens_that_breathes_is_read_where_it_shows_the_frame(gu
         session.time.marks.set_point(pixel)
         gui.frame()
         mark = session.facts.shot.marks[-1]
-        assert session.time.marks.distance_m(mark) == pytest.approx(depth_m, rel=1e-3)
+        assert session.time.marks.distances.of_m(mark) == pytest.approx(depth_m, rel=1e-3)
         clicked = place.geometry.window_at_picture((pixel[0] + 0.5, pixel[1] + 0.5))
         assert gui.rect(f"point {mark.name}")[:2] == pytest.approx(clicked, abs=2 * place.zoom)
     ruler.leave()

@@ -110,7 +110,7 @@ def test_a_shape_is_chosen_for_a_pull(gui, shape):
     gui.click(gui.middle(f"as: {shape}"))
     gui.frame(2)
     gui.click(gui.middle("pull"))
-    marks.pull_shape = PullShape.EASE
+    marks.pulls.shape = PullShape.EASE
     frames = LAST - FIRST  # there are fewer than a pull has otherwise
     assert gui.session.facts.shot == shaped_pull(before, 4.0, target_m, FIRST, frames, shape)
     assert gui.session.facts.shot != shaped_pull(before, 4.0, target_m, FIRST, frames)

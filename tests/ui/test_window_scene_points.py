@@ -78,8 +78,8 @@ def test_a_point_is_measured_where_it_is_seen_however_small_it_is_drawn(moving):
     expected = session.pictures.renderer.scene_depth_m(
         session.facts.shot, session.editing.frame, *MIDDLE
     )
-    assert marks.distance_m(mark) == pytest.approx(expected, rel=0.02)
-    assert marks.distance_m(replace(mark, x_px=float(LARGE[0]))) is None
+    assert marks.distances.of_m(mark) == pytest.approx(expected, rel=0.02)
+    assert marks.distances.of_m(replace(mark, x_px=float(LARGE[0]))) is None
     marks.set_point((LARGE[0], 3))
     assert "outside the picture" in session.messages.text and len(session.facts.shot.marks) == 1
 
@@ -104,6 +104,6 @@ def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_d
 def test_a_pull_to_a_point_arrives_where_it_is_by_then(gui):
     session, marks = gui.session, gui.session.time.marks
     marks.set_point((48, 27))
-    marks.pull_frames = session.facts.shot.played.last - session.facts.shot.played.first
-    marks.pull()
+    marks.pulls.frames = session.facts.shot.played.last - session.facts.shot.played.first
+    marks.pulls.make()
     assert session.facts.shot.curves.focus_distance_m.keys[-1].value == pytest.approx(5.0, rel=1e-3)

@@ -82,7 +82,7 @@ class Facts:
     def marks_m(self) -> tuple[tuple[str, float], ...]:
         """Names of the marks that are seen at this frame, and the focus in m that is on them."""
         marks = self._time.marks
-        found = [(mark.name, marks.focus_m(mark)) for mark in self.shot.marks]
+        found = [(mark.name, marks.distances.focus_m(mark)) for mark in self.shot.marks]
         return tuple((name, distance_m) for name, distance_m in found if distance_m is not None)
 
     @property

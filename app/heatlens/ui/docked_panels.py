@@ -182,7 +182,7 @@ class DockedPanels:
         if not plate.has_distances:
             imgui.text_wrapped("A plan needs distances, and this plate has none.")
             return
-        known = [(m, at) for m in facts.shot.marks if (at := marks.distance_m(m)) is not None]
+        known = [(m, at) for m in facts.shot.marks if (at := marks.distances.of_m(m)) is not None]
         plan = self._planned.plan(plate, facts.lens, known, facts.picture_shape.width_px)
         moves = self._plan_panel.draw(plan, facts.lens, facts.unit)
         if moves.focus_m is not None:

@@ -110,14 +110,14 @@ class Pull(Request):
 
     def run(self, session: Session) -> None:
         marks = session.time.marks
-        if marks.named(self.mark) is None:
+        if marks.distances.named(self.mark) is None:
             raise InputError(f"There is no mark {self.mark!r}.")
         if self.frames < 1:
             raise InputError(f"A pull must last at least 1 frame, not {self.frames}.")
-        marks.begin_pull()
-        marks.pull_from, marks.pull_to = None, self.mark
-        marks.lengthen_pull(self.frames)
-        marks.pull()
+        marks.pulls.begin()
+        marks.pulls.origin, marks.pulls.target = None, self.mark
+        marks.pulls.lengthen(self.frames)
+        marks.pulls.make()
 
 
 @dataclass(frozen=True, slots=True)

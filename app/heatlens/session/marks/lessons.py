@@ -24,7 +24,7 @@ class Lessons:
         self._marks = marks
         self._learned: set[Lesson] = set()
         self._before: tuple[int, float] | None = None  # frame and focus that were seen last
-        self._pulls = marks.pulls_made
+        self._pulls = marks.pulls.made
         self.is_dismissed = False
 
     @property
@@ -44,5 +44,5 @@ class Lessons:
             elif is_pressed:
                 self._learned.add(Lesson.CLICK)
         self._before = now
-        if self._marks.pulls_made > self._pulls:
+        if self._marks.pulls.made > self._pulls:
             self._learned.add(Lesson.PULL)

@@ -101,7 +101,7 @@ def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
             commands.change(mark, replace(mark, name=name))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
-    distance_m = commands.distance_m(mark)
+    distance_m = commands.distances.of_m(mark)
     imgui.text(
         "not seen" if distance_m is None else measured_text(desk.editing.lens, distance_m, unit)
     )
@@ -178,13 +178,13 @@ def _close_focus(desk: TimeDesk, unit: str) -> None:
 
 def pull_popup(desk: TimeDesk, ui: UiState) -> None:
     """Draw the popup that sets up a focus pull; Enter or its button makes the keys."""
-    commands = desk.marks
+    pulls = desk.marks.pulls
     if ui.opens_pull:
         ui.opens_pull = False
         if not desk.editing.shot.marks:
             desk.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
             return
-        commands.begin_pull()
+        pulls.begin()
         imgui.open_popup(_PULL)
     screen = imgui.get_main_viewport()
     imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
@@ -197,9 +197,9 @@ def pull_popup(desk: TimeDesk, ui: UiState) -> None:
         imgui.same_line()
         goes_on = _pull_button("Pull, go on", "pull and go on", True, _GO_ON_TIP)
         if pressed or goes_on:
-            commands.pull()
+            pulls.make()
             start = desk.editing.frame  # select its keys, which shows the grips to stretch it
-            end = start + commands.pull_frames
+            end = start + pulls.frames
             desk.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
             imgui.close_current_popup()
         if goes_on:
@@ -211,26 +211,26 @@ def pull_popup(desk: TimeDesk, ui: UiState) -> None:
 
 
 def _pull_fields(desk: TimeDesk) -> None:
-    commands = desk.marks
+    pulls = desk.marks.pulls
     names = [mark.name for mark in desk.editing.shot.marks]
-    chosen = widgets.choice("from", commands.pull_from or _HERE, [_HERE, *names])
-    commands.pull_from = None if chosen == _HERE else chosen
-    commands.pull_to = widgets.choice("to mark", commands.pull_to, names)
+    chosen = widgets.choice("from", pulls.origin or _HERE, [_HERE, *names])
+    pulls.origin = None if chosen == _HERE else chosen
+    pulls.target = widgets.choice("to mark", pulls.target, names)
     widgets.label("frames")
     if imgui.is_window_appearing():
         imgui.set_keyboard_focus_here()
-    _, frames = imgui.input_int("##pull frames", commands.pull_frames)
+    _, frames = imgui.input_int("##pull frames", pulls.frames)
     probe.note("pull frames")
     frames = min(max(frames, 1), _PULL_MOST)
-    if frames != commands.pull_frames:
-        commands.lengthen_pull(frames)
-    commands.pull_shape = widgets.pick_one("as", commands.pull_shape)
-    if commands.pull_shape is not PullShape.LINEAR:
-        ease = commands.pull_ease_percent
+    if frames != pulls.frames:
+        pulls.lengthen(frames)
+    pulls.shape = widgets.pick_one("as", pulls.shape)
+    if pulls.shape is not PullShape.LINEAR:
+        ease = pulls.ease_percent
         tip = "0 starts and stops abruptly, 100 most gently"
-        commands.pull_ease_percent = widgets.slider("ease", ease, 0.0, 100.0, "%.0f %%", tip)
-    if commands.pull_past_end:
-        imgui.text_wrapped(commands.pull_past_end)
+        pulls.ease_percent = widgets.slider("ease", ease, 0.0, 100.0, "%.0f %%", tip)
+    if pulls.past_end:
+        imgui.text_wrapped(pulls.past_end)
 
 
 def _pull_button(words: str, name: str, has_shift: bool, tip: str = "") -> bool:

@@ -1,0 +1,120 @@
+"""The commands for focus pulls between marks."""
+
+from math import inf
+
+from heatlens.model.focus.coc import sharp_dioptres
+from heatlens.model.marks.mark import Mark
+from heatlens.model.shot.pull import (
+    EASE_PERCENT,
+    PullShape,
+    held_focus,
+    reversed_focus,
+    shaped_pull,
+)
+from heatlens.session.loop.messages import reported
+from heatlens.session.marks.live_following import LiveFollowing
+from heatlens.session.marks.mark_distances import MarkDistances
+from heatlens.session.shared import Commands, Shared
+from heatlens.session.time.timeline import Timeline
+
+PULL_FRAMES = 18  # first length of a pull: three quarters of a second at 24 fps
+
+
+class FocusPulls(Commands):
+    """Makes the keys of focus pulls; each pull is one undo step."""
+
+    def __init__(
+        self, shared: Shared, timeline: Timeline, distances: MarkDistances, live: LiveFollowing
+    ) -> None:
+        super().__init__(shared)
+        self._timeline, self._distances, self._live = timeline, distances, live
+        # Names of marks; None for the current focus, "" for none yet.
+        self.origin: str | None = None
+        self.target = self._pulled_to = ""
+        self.frames = self._wished_frames = PULL_FRAMES
+        self.ease_percent = EASE_PERCENT
+        self.shape = PullShape.EASE
+        self.made = 0  # counts pulls since the program started
+
+    def renamed(self, before: str, after: str) -> None:
+        """Keep the chosen marks when one of them gets another name."""
+        self.target = after if self.target == before else self.target
+        self.origin = after if self.origin == before else self.origin
+
+    def begin(self) -> None:
+        """Suggest a pull from the playhead to the next mark, as long as the last one if it fits."""
+        left = self._last_frame - self._editing.frame
+        self.frames = int(min(self._wished_frames, left)) if left > 0 else self._wished_frames
+        self.target = self._next_mark().name
+
+    def _next_mark(self) -> Mark:
+        """Return the mark after the one in focus, or after the last one that was pulled to.
+
+        After the last mark comes the first.
+        """
+        marks, lens = self._editing.shot.marks, self._editing.lens
+        away = {
+            abs(1.0 / far_m - 1.0 / lens.focus_distance_m): mark
+            for mark in marks
+            if (far_m := self._distances.focus_m(mark)) is not None
+        }
+        nearest = min(away, default=inf)
+        before = (
+            away[nearest]
+            if nearest <= sharp_dioptres(lens)
+            else self._distances.named(self._pulled_to)
+        )
+        return marks[(marks.index(before) + 1) % len(marks)] if before in marks else marks[0]
+
+    def lengthen(self, frames: int) -> None:
+        """Set the number of frames of pulls from now on."""
+        self.frames = self._wished_frames = frames
+
+    @property
+    def _last_frame(self) -> float:
+        """The last frame of the open source; infinity for a still."""
+        timeline = self._timeline
+        return timeline.frames.last if timeline.is_sequence and timeline.frames else inf
+
+    @property
+    def past_end(self) -> str:
+        """A sentence if the pull would end after the last frame; else ""."""
+        last, end = self._last_frame, self._editing.frame + self.frames
+        if end <= last:
+            return ""
+        return f"The pull ends at frame {end}, but {last:g} is the last: the focus will not arrive."
+
+    def make(self) -> None:
+        """Set keys for a pull from the playhead to the chosen mark."""
+        named = self._distances.named
+        target, origin = named(self.target), named(self.origin)
+        if target is None:
+            self._say("Choose the mark to pull to.")
+            return
+        start = self._editing.frame
+        if self._live.live is not None:
+            self._live.pull_to(target, self.frames)
+            self.made += 1
+            return
+        with reported(self._say):
+            from_m = self._editing.lens.focus_distance_m
+            if origin is not None:
+                from_m = self._distances.asked_focus_m(origin, start)
+            to_m = self._distances.asked_focus_m(target, start + self.frames)
+            frames, ease = self.frames, self.ease_percent
+            shape, shot = self.shape, self._editing.shot
+            self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))
+            self._pulled_to = target.name
+            self.made += 1
+            if self.past_end:
+                self._say(self.past_end)
+
+    def reverse(self) -> None:
+        """Reverse the focus in time between in and out point."""
+        played = self._timeline.played
+        self._do(lambda shot: reversed_focus(shot, played))
+
+    def hold(self) -> None:
+        """Hold the current focus from the playhead to the next key."""
+        frame = self._editing.frame
+        self._do(lambda shot: held_focus(shot, frame))
