@@ -111,7 +111,7 @@ def test_the_receiver_of_the_standard_takes_every_sample(monkeypatch, receiver, 
     number = 1
     for sample in sent(count):
         text = text_of(sample, encoding)
-        most = "heatlens.live.ring.otrk_packet.MAX_SEGMENT_BYTES"
+        most = "heatlens.live.ring.opentrackio.MAX_SEGMENT_BYTES"
         monkeypatch.setattr(most, -(-len(text) // count))
         datagrams = list(datagrams_of(text, encoding, number))
         assert len(datagrams) == count

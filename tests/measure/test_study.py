@@ -231,7 +231,7 @@ def test_stopped_in_the_middle_it_leaves_what_was_there(capsys, plate, tmp_path,
     def stopped(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("heatlens.measure.study.write.write_numbers", stopped)
+    monkeypatch.setattr("heatlens.measure.study.folder.write_numbers", stopped)
     assert main(["study", str(plate), "-o", str(out), *QUICK, "--methods", "gather"]) == 130
     assert [p.name for p in tmp_path.iterdir()] == ["report"]
     assert {p.name: p.read_bytes() for p in out.iterdir()} == before

@@ -97,7 +97,7 @@ def test_a_fault_while_following_ends_the_export_with_a_sentence(
 
 
 def test_a_process_that_ignores_signals_is_killed(monkeypatch, tmp_path):
-    monkeypatch.setattr("heatlens.farm.children.PATIENCE_S", 0.2)
+    monkeypatch.setattr("heatlens.farm.processes.PATIENCE_S", 0.2)
     real = subprocess.Popen
 
     def started(_line, **options):
