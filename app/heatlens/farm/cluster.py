@@ -21,6 +21,7 @@ from heatlens.base.stopping import Stopped, StopSignals
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.run import FrameDone
 from heatlens.export.sequence_check import Remark
+from heatlens.farm.dask_types import Client, Future
 from heatlens.files.atomic_file import write_whole
 from heatlens.plate.picture.picture_digest import digest
 from heatlens.sequence.names import frames_text, parse_frames
@@ -78,10 +79,11 @@ class PartDone:
 
 
 Work = Callable[[PartTask], list[PartDone]]
+Event = dict[str, Any]  # of a finished frame
 
 
 @contextmanager
-def connected(address: str) -> Iterator[Any]:
+def connected(address: str) -> Iterator[Client]:
     """Yield a client of the scheduler at `address`. Raises InputError if it does not answer."""
     checked_address(address)
     try:
@@ -115,7 +117,7 @@ class ClusterMaker:
 
     def __init__(
         self,
-        client: Any,
+        client: Client,
         work: Work,
         task: PartTask,
         chunk: int | None,
@@ -134,7 +136,7 @@ class ClusterMaker:
         self._task = task
         self._chunk = chunk
         self._say = say
-        self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._news: queue.SimpleQueue[Future | Event | None] = queue.SimpleQueue()
 
     def __call__(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
         """Yield the frames as they are finished. Raises InputError where one fails."""
@@ -163,7 +165,7 @@ class ClusterMaker:
                     if done.frame in waiting:
                         yield _stored(done, waiting.pop(done.frame))
 
-    def _taken_over(self, frames: Container[int]) -> set[Any]:
+    def _taken_over(self, frames: Container[int]) -> set[Future]:
         """Return the futures of an earlier client of this export that are still of use."""
         there = self._client.get_dataset(self._task.topic, default=())
         found = {it for it in there if any(frame in frames for frame in _frames_of([it]))}
@@ -174,7 +176,7 @@ class ClusterMaker:
         return found
 
     @contextmanager
-    def _kept(self, pending: set[Any]) -> Iterator[StopSignals]:
+    def _kept(self, pending: set[Future]) -> Iterator[StopSignals]:
         """Let the tasks go on at the scheduler if this process is killed or its terminal closes.
 
         Whoever starts the same export again follows them. Ctrl-C and failures cancel them.
@@ -211,7 +213,7 @@ class ClusterMaker:
             raise InputError(f"{told[0].upper()}{told[1:]}. Finished frames are kept.")
         self._say(f"{told}; their pictures may differ slightly.")
 
-    def _sent(self, frames: Sequence[int]) -> set[Any]:
+    def _sent(self, frames: Sequence[int]) -> set[Future]:
         """Send the tasks; return their futures, which announce themselves when they are done."""
         share = -(-len(frames) // (_TASKS_OF_A_WORKER * len(self._client.nthreads())))
         size = self._chunk or min(_FRAMES_MOST, max(1, share))
@@ -231,7 +233,7 @@ class ClusterMaker:
             self._say(f"no worker is there yet; start one with: heatlens worker {address}")
             self._client.wait_for_workers(1)
 
-    def _next(self, stops: StopSignals) -> Any:
+    def _next(self, stops: StopSignals) -> Future | Event:
         """Return the next event or finished future; say so if the last worker is lost."""
         while True:
             stops.raise_if_stopped()
@@ -245,16 +247,16 @@ class ClusterMaker:
                     return news
 
 
-def _frames_of(futures: Iterable[Any]) -> set[int]:
+def _frames_of(futures: Iterable[Future]) -> set[int]:
     """Return the frames that these tasks make, which are named in their keys."""
     return {frame for it in futures for frame in parse_frames(_frames_text(it))}
 
 
-def _frames_text(future: Any) -> str:
+def _frames_text(future: Future) -> str:
     return str(future.key).rpartition(":")[2]
 
 
-def _result(future: Any) -> list[PartDone]:
+def _result(future: Future) -> list[PartDone]:
     """Return the frames of a task. Raises InputError with a sentence for an error of Dask."""
     name = f"frames {_frames_text(future)}"
     try:

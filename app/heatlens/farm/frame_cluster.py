@@ -9,13 +9,13 @@ import time
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 from heatlens.base.background import Threads
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import told_error
 from heatlens.defocus.line_solver import SolverName
 from heatlens.farm.cluster import connected, is_loss, library
+from heatlens.farm.dask_types import Client, Future
 from heatlens.farm.frame_worker import Program, program_of, program_on, rendered, sent
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
@@ -71,7 +71,7 @@ class FrameCluster:
         self._answers: list[Answer] = []
         self._first: Wish | None = None  # a picture that somebody waits for, and its answer
         self._first_answer: Answer | None = None
-        self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._news: queue.SimpleQueue[Future | None] = queue.SimpleQueue()
         self._closed = threading.Event()
         self._thread = Threads("frames-cluster")
         self._thread.submit(self._run)
@@ -136,11 +136,11 @@ class FrameCluster:
             first = () if self._first is None else (self._first,)
             return first + tuple(wish for wish in self._wanted if wish.key not in answered)
 
-    def hear(self, future: Any) -> None:
+    def hear(self, future: Future | None) -> None:
         """Take a finished future, or None to look at the wishes again."""
         self._news.put(future)
 
-    def news(self, seconds: float) -> list[Any]:
+    def news(self, seconds: float) -> list[Future | None]:
         """Return what was heard, after waiting for it so long at most."""
         found = []
         with suppress(queue.Empty):
@@ -188,16 +188,16 @@ class _UnderWay:
     """A frame that was sent; `workers` are those that may render it."""
 
     wish: Wish
-    future: Any
+    future: Future
     workers: frozenset[str]
 
 
 class _Service:
     """One connection to the scheduler, on the thread of a `FrameCluster`."""
 
-    def __init__(self, of: FrameCluster, client: Any) -> None:
+    def __init__(self, of: FrameCluster, client: Client) -> None:
         self._of, self._client = of, client
-        self._programs: dict[str, Any] = {}  # futures of the program of each worker
+        self._programs: dict[str, Future] = {}  # futures of the program of each worker
         self._look_at = 0.0  # time of the next check of the workers
         self._under_way: dict[str, _UnderWay] = {}  # by the key of the frame
         self._here = program_on(*of.here)
@@ -214,7 +214,7 @@ class _Service:
         if not self._of.is_closed:
             raise ConnectionError
 
-    def _take(self, news: Sequence[Any]) -> None:
+    def _take(self, news: Sequence[Future | None]) -> None:
         """Pass on what the workers have finished."""
         done = {id(future) for future in news if future is not None}
         found = [it for it in self._under_way.values() if id(it.future) in done]
@@ -267,7 +267,7 @@ class _Service:
             self._programs[worker].add_done_callback(self._look_soon)
         self._choose()
 
-    def _look_soon(self, _future: Any) -> None:
+    def _look_soon(self, _future: Future) -> None:
         self._look_at = 0.0
         self._of.hear(None)
 

@@ -10,7 +10,7 @@ from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
 from heatlens.base.paths import unreadable
 from heatlens.base.printable import one_line
+
+if TYPE_CHECKING:
+    from av import VideoFrame, VideoStream
 
 _OPEN_MOST = 4  # movies that stay open: a colour, its depth and two to compare with
 _KEPT_MOST = 4  # decoded frames of each, because threads ask for frames in any order
@@ -73,8 +76,8 @@ class Movie:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._lock = threading.Lock()
-        self._kept: OrderedDict[int, Any] = OrderedDict()
-        self._frames: Iterator[Any] = iter(())
+        self._kept: OrderedDict[int, "VideoFrame"] = OrderedDict()
+        self._frames: Iterator["VideoFrame"] = iter(())
         self._next: int | None = None  # number of the next decoded frame; None before a seek
         self._library = av()
         with self._failures_told():
@@ -82,7 +85,7 @@ class Movie:
             self._container = self._library.open(f"file:{path}", format=kind, options=_PLACES_READ)
             self._stream = self._picture_stream()
             self._times = self._all_times()
-        self._numbers = {time: number for number, time in enumerate(self._times)}
+        self._numbers: dict[int | None, int] = {time: at for at, time in enumerate(self._times)}
         self.count = len(self._times)
         self._read_facts()
 
@@ -120,10 +123,12 @@ class Movie:
             self._kept.clear()
             self._container.close()
 
-    def _picture_stream(self) -> Any:
+    def _picture_stream(self) -> "VideoStream":
         streams = self._container.streams.video
         covers = self._library.stream.Disposition.attached_pic
-        found = next((it for it in streams if not it.disposition & covers), None)
+        found: VideoStream | None = next(
+            (it for it in streams if not it.disposition & covers), None
+        )
         if found is None:
             raise InputError(f"{self._path} has no moving picture, but only sound or data.")
         if found.codec_context is None:
@@ -158,7 +163,7 @@ class Movie:
                 "write it again."
             )
 
-    def _decoded(self, number: int) -> Any:
+    def _decoded(self, number: int) -> "VideoFrame":
         """Return the decoded frame, and keep it with those that come before it."""
         if self._next is None or not 0 <= number - self._next <= _NEAR:
             self._seek(number)
@@ -191,7 +196,7 @@ class Movie:
             back = max(2 * back, _BACK)
         self._frames = iter(()) if first is None else _with_first(first, self._frames)
 
-    def _check_size(self, frame: Any, number: int) -> None:
+    def _check_size(self, frame: "VideoFrame", number: int) -> None:
         width, height = self.size
         if (frame.width, frame.height) != self.size:
             raise InputError(
@@ -214,12 +219,12 @@ class Movie:
             ) from error
 
 
-def _with_first(first: Any, others: Iterator[Any]) -> Iterator[Any]:
+def _with_first(first: "VideoFrame", others: Iterator["VideoFrame"]) -> Iterator["VideoFrame"]:
     yield first
     yield from others
 
 
-def _values_of(frame: Any) -> MovieFrame:
+def _values_of(frame: "VideoFrame") -> MovieFrame:
     """Convert a decoded frame to RGB of 16 bits, by the matrix and range of its tags."""
     parts = frame.format.components
     has_alpha = any(part.is_alpha for part in parts)
@@ -236,7 +241,7 @@ def _values_of(frame: Any) -> MovieFrame:
     white, opaque = _whites(bits, frame.format.is_rgb, len(parts) - has_alpha)
     if has_alpha:
         turned[:, :, 3] = np.minimum(turned[:, :, 3].astype(np.float32) * (white / opaque), white)
-    values = np.rot90(turned, round(frame.rotation / 90) % 4)
+    values = np.rot90(np.asarray(turned, np.uint16), round(frame.rotation / 90) % 4)
     return MovieFrame(values, white, bits, frame.color_trc, frame.color_primaries)
 
 

@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from statistics import median
-from typing import Any
 
 from heatlens.base.errors import LensError
 from heatlens.live.ring.channel_map import ChannelMap, Learning, Ring, channels_of, mapped
@@ -14,6 +13,7 @@ from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sources import Heard, Numbered
 from heatlens.model.lens.lens import Lens, MeasuredFrom, from_pupil_m
+from heatlens.model.option import Values
 from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker
 from heatlens.session.settings.preferences import Preferences
@@ -199,7 +199,7 @@ class RingHand(Worker):
         """The median latency from a turn of the ring to its picture; None before the first."""
         return median(self._to_picture_s) if self._to_picture_s else None
 
-    def _turn(self, changed: dict[str, Any]) -> None:
+    def _turn(self, changed: Values) -> None:
         try:
             self._editing.edit_lens(replace(self._editing.lens, **changed))
         except LensError as error:

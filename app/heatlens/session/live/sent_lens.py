@@ -6,9 +6,9 @@ part of the picture arrived first.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 from heatlens.base.errors import LensError
+from heatlens.model.option import Values
 from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.session.lens.lens_commands import LensCommands
 from heatlens.session.loop.worker import Worker
@@ -71,7 +71,7 @@ class SentLens(Commands, Worker):
             self._editing.edit_lens(replace(lens, focus_distance_m=found.lens.focus_distance_m))
 
     def _follow(self, changed: Mapping[str, float], given: Mapping[str, float]) -> None:
-        values: dict[str, Any] = {name: v for name, v in changed.items() if name not in given}
+        values: Values = {name: v for name, v in changed.items() if name not in given}
         if not values:
             return
         try:

@@ -1,14 +1,13 @@
 """Keep what the command line gave, and decide which file its options apply to."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from heatlens.camera.into_shot import first_values
 from heatlens.camera.samples import CameraSamples
 from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sender import LensSender
 from heatlens.model.lens.lens_kit import LensKit
+from heatlens.model.option import Values
 from heatlens.model.shot.framing import SceneTiming
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings
@@ -36,7 +35,7 @@ class Start:
 
     source: str
     plate_options: PlateOptions = field(default_factory=PlateOptions)
-    lens: Mapping[str, Any] = field(default_factory=dict)
+    lens: Values = field(default_factory=dict)
     defocus: DefocusSettings = field(default_factory=DefocusSettings)
     view: ViewState = field(default_factory=ViewState)
     ocio: str | None = None
@@ -73,7 +72,7 @@ class GivenOptions:
         """Return the given up axis and unit for the scene `text`."""
         return self.start.placing if self.are_for(text) else Placing()
 
-    def lens_of(self, text: str) -> Mapping[str, Any]:
+    def lens_of(self, text: str) -> Values:
         """Return the fields of Lens given for `text`, and those of a camera at its first frame."""
         if not self.are_for(text):
             return {}
