@@ -13,7 +13,7 @@ from heatlens.doctor import gpu_check, machine_check, picture_check
 from heatlens.doctor.finding import Check, Finding, made_sure
 from heatlens.doctor.gpu_check import Gpu
 from heatlens.gpu.context import headless_context
-from heatlens.measure.bench.schedule import Step
+from heatlens.measure.bench.pace import Step
 
 HELP = "check that everything works on this machine"
 DESCRIPTION = """\

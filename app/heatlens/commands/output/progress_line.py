@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TextIO
 
 from heatlens.commands.output.say import say, shows_progress
-from heatlens.measure.bench.schedule import Pace, Step
+from heatlens.measure.bench.pace import Pace, Step
 
 _WIPE = "\r\x1b[K"
 

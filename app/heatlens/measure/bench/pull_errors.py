@@ -6,7 +6,7 @@ from statistics import fmean
 from heatlens.measure.bench.bounded import Say
 from heatlens.measure.bench.frames import run_seconds
 from heatlens.measure.bench.methods import entrants
-from heatlens.measure.bench.schedule import Step
+from heatlens.measure.bench.pace import Step
 from heatlens.measure.compare.metrics import score
 from heatlens.measure.study.measured import cut
 from heatlens.measure.study.subject import Subject, from_views
