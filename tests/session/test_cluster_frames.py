@@ -24,7 +24,7 @@ from heatlens.session.session import Session
 from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.session.settings.preferences import Preferences, Remembered
 from heatlens.session.shot.start import Start
-from support.dask_cluster import children_of, dask_cluster
+from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.evening import settled, turn, until
 from support.sequences import FIRST, sequence_files
 from support.session_files import HEIGHT, LENS, QUICK, WIDTH, room_file, write_scene
@@ -232,6 +232,25 @@ def test_workers_that_draw_otherwise_have_keys_of_their_own(begin, cluster, tmp_
     cluster.kill("worker 0")
     until(session, lambda: not session.time.pull.jobs.program, "the loss")
     assert filled(session).keys() == here.keys()
+
+
+def test_a_worker_that_dies_with_its_answer_is_not_awaited(begin, cluster, tmp_path, monkeypatch):
+    """The scheduler would wait for it for ever; the frames are rendered here."""
+    choose = frame_cluster._Service._choose
+
+    def worker_dies_first(service):
+        if "worker 0" in cluster._running and any(
+            told.status == "finished" for told in service._programs.values()
+        ):
+            cluster.kill("worker 0")
+            wait_for(lambda: "Lost all workers" in cluster.said("scheduler"))
+        choose(service)
+
+    monkeypatch.setattr(frame_cluster, "PATIENCE_S", 1)
+    monkeypatch.setattr(frame_cluster._Service, "_choose", worker_dies_first)
+    session = begin(sequence_files(tmp_path, FIRST, LAST), cluster.address)
+    until(session, lambda: "No worker" in session.time.pull.cluster.told, "the loss")
+    filled(session)
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from heatlens.base.background import Threads
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import told_error
 from heatlens.defocus.line_solver import SolverName
-from heatlens.farm.cluster import connected, is_loss, library
+from heatlens.farm.cluster import PATIENCE_S, connected, is_loss, library
 from heatlens.farm.dask_types import Client, Future
 from heatlens.farm.frame_worker import Program, program_of, program_on, rendered, sent
 from heatlens.rendered_frames.frame_filler import FrameJob
@@ -198,6 +198,7 @@ class _Service:
     def __init__(self, of: FrameCluster, client: Client) -> None:
         self._of, self._client = of, client
         self._programs: dict[str, Future] = {}  # futures of the program of each worker
+        self._known: dict[str, Program] = {}  # those that have been told
         self._look_at = 0.0  # time of the next check of the workers
         self._under_way: dict[str, _UnderWay] = {}  # by the key of the frame
         self._here = program_on(*of.here)
@@ -273,8 +274,12 @@ class _Service:
 
     def _choose(self) -> None:
         told = self._programs.items()
-        known = {it: future.result() for it, future in told if future.status == "finished"}
-        fit = {it: found for it, found in known.items() if found[:2] == self._here[:2]}
+        self._known = {it: found for it, found in self._known.items() if it in self._programs}
+        for it, future in told:
+            if it not in self._known and future.status == "finished":
+                with suppress(TimeoutError):  # it has died, and its answer with it
+                    self._known[it] = future.result(timeout=PATIENCE_S)
+        fit = {it: found for it, found in self._known.items() if found[:2] == self._here[:2]}
         program = self._here if self._here in fit.values() else next(iter(fit.values()), ())
         workers = tuple(it for it, found in fit.items() if found == program)
         is_asking = any(future.status == "pending" for _, future in told)
@@ -291,10 +296,15 @@ class _Service:
 
 
 def _answers(sent: _UnderWay) -> Iterator[Answer]:
-    """Yield the answer of a worker; none if the frame was recalled."""
+    """Yield the answer of a worker; none if the frame was recalled, or if it died with its answer.
+
+    The scheduler would wait for ever for the worker to come back.
+    """
     key = sent.wish.key
     try:
-        picture = sent.future.result()
+        picture = sent.future.result(timeout=PATIENCE_S)
+    except TimeoutError:
+        return
     except HeatlensError as error:
         yield Answer(key, None, str(error))
     except library().scheduler.KilledWorker:
