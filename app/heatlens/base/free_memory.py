@@ -1,4 +1,4 @@
-"""Ask the system how much memory is free, and give back what is no longer used."""
+"""Ask the system how much memory is free, and let threads share what is freed."""
 
 import ctypes
 import sys

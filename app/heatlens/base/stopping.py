@@ -1,5 +1,12 @@
 """Record unfinished files, so that the parent process can remove them after Ctrl-C.
 
+`commands.launch` runs the command in a second process and kills that one when Ctrl-C is pressed. It
+then removes the files recorded here. In a program that imports heatlens there is no such parent,
+and the functions of the record do nothing.
+
+The record is a file in memory which both processes share. Its entries begin with a sign and end
+with a zero byte, and are so short that a killed process cannot leave a partial one.
+
 Loops note Ctrl-C, SIGTERM and a closed terminal, to end in an orderly way. While a loop sleeps in
 GLFW it is in a C function, where Python runs no signal handlers. Python's own C handler still
 writes a byte into a pipe at once; a thread that reads it wakes the loop.
@@ -16,8 +23,6 @@ from functools import cache
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any
-
-from heatlens.base import stopping
 
 _UNFINISHED, _FINISHED, _MADE, _HEARS, _DEAF, _SAID = b"+", b"-", b"?", b"h", b"d", b"s"
 
@@ -168,11 +173,11 @@ class StopSignals:
         self.number: int | None = None  # the signal that was received
         self._wake = wake
         self._before: dict[signal.Signals, Any] = {}
-        self._hearing = stopping.hearing()
+        self._hearing = hearing()
 
     def __enter__(self) -> "StopSignals":
         """Begin to listen; call this on the main thread."""
-        for number in stopping.stop_signals():
+        for number in stop_signals():
             self._before[number] = signal.signal(number, self._note)
         read, self._write = os.pipe()
         os.set_blocking(self._write, False)
@@ -197,7 +202,7 @@ class StopSignals:
     def raise_if_stopped(self) -> None:
         """Raise Stopped if a signal has been received."""
         if self.number is not None:
-            raise stopping.Stopped(self.number)
+            raise Stopped(self.number)
 
     def _note(self, number: int, _frame: FrameType | None) -> None:
         self.number = number

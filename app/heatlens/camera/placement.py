@@ -1,6 +1,8 @@
 """Convert camera matrices between our convention and those of files and programs.
 
-Also numbers that a file keeps in float32, to the short decimals that were meant.
+Here p_camera = M p_world acts on columns, lengths are metres, and the camera has x to the right,
+y up and looks along -z, as in USD, Nuke and Blender. Numbers that a file keeps in float32 become
+the short decimals that were meant.
 """
 
 from collections.abc import Iterable, Sequence

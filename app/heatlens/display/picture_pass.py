@@ -1,7 +1,8 @@
 """Draw pictures on the screen at exact positions.
 
-A small picture is sharpened before it is drawn enlarged, to compensate for bilinear filtering. The
-part of a plate that is in focus is averaged at the size of a preview.
+ImGui's own OpenGL backend uses a sampler that blurs enlarged pixels and has no mipmaps. A small
+picture is sharpened before it is drawn enlarged, to compensate for bilinear filtering. The part of
+a plate that is in focus is averaged at the size of a preview.
 """
 
 from collections.abc import Iterable

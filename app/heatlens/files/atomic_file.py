@@ -16,6 +16,11 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.base.stopping import unfinished
 
+try:
+    import fcntl
+except ImportError:  # no such module on Windows; two windows at once may then lose a change
+    fcntl = None  # type: ignore[assignment]
+
 _PART = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
 _FORGOTTEN_S = 24 * 60 * 60.0  # a file that is being written changes more often than this
 _FOR_ALL, FOR_THE_USER = 0o666, 0o600
@@ -136,12 +141,6 @@ def _check_target(target: Path) -> None:
             f"{target} cannot be written: it is a folder or a device, not a file. "
             "Give the name of a file."
         )
-
-
-try:
-    import fcntl
-except ImportError:  # no such module on Windows; two windows at once may then lose a change
-    fcntl = None  # type: ignore[assignment]
 
 
 @contextmanager

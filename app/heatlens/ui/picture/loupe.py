@@ -67,11 +67,8 @@ def over_flag(
 
     `mark`: the point of the mark in the window.
     """
-    side, (x0, y0), (width, height) = (
-        _FLAG_SIDE_EM * imgui.get_font_size(),
-        place.viewport.corner,
-        place.viewport.size,
-    )
+    side = _FLAG_SIDE_EM * imgui.get_font_size()
+    (x0, y0), (width, height) = place.viewport.corner, place.viewport.size
     x = min(max(imgui.get_mouse_pos().x - side / 2, x0), x0 + width - side)
     corner = x, y0 + height - side
     end, middle = (x + side, y0 + height), (x + side / 2, y0 + height - side / 2)
