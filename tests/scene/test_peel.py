@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ from heatlens.scene_gpu.closed_meshes import (
 )
 from heatlens.scene_gpu.peel import Peeled
 from heatlens.scene_gpu.scene_renderer import drawing_steps
-from support.scenes import NIGHT, box, lamp, moved, plane, scene_of, sphere
+from support.scenes import NIGHT, box, lamp, moved, plane, scene_of, sphere, still_life
 
 SIZE = (48, 32)
 RED, GREEN, BLUE = (0.5, 0.1, 0.1), (0.1, 0.5, 0.1), (0.1, 0.1, 0.5)
@@ -225,3 +226,25 @@ def test_as_many_steps_are_taken_as_are_told(renderer):
     renderer.load_scene(scene_with((sphere(0.3), plane(3.0, material=1)), places))
     told = drawing_steps(renderer.ctx, renderer.scene.triangle_count, SIZE)
     assert len(list(renderer.looking(SHOT, 0))) == told
+
+
+def in_steps(renderer: FrameRenderer, shares: Sequence[float]) -> list[np.ndarray]:
+    """Return what a look at the still life finds, drawn in steps of these shares in turn."""
+    renderer.load_scene(still_life())
+    shot = replace(SHOT, framing=Framing(320, 200, camera="camera"))
+    turns = cycle(shares)
+    for _ in renderer.looking(shot, 0):
+        renderer.pace(next(turns))
+    seen = renderer.loaded
+    assert seen.peeled is not None and seen.overscan is not None
+    lists, shown = seen.peeled.read(), (seen.overscan.color, seen.overscan.depth)
+    pictures = (*shown, seen.color, seen.depth, seen.peeled.depth, seen.peeled.places)
+    return [lists.starts, lists.words, *map(download, pictures)]
+
+
+def test_how_fast_the_machine_draws_makes_no_difference(renderer):
+    """A busy machine draws in shorter steps; its picture has the same bits."""
+    at_once = in_steps(renderer, [1.0])
+    for shares in ([1 / 16], [1.0, 1 / 4, 1 / 16, 1 / 2]):
+        for found, expected in zip(in_steps(renderer, shares), at_once, strict=True):
+            np.testing.assert_array_equal(found, expected)

@@ -12,7 +12,7 @@ import moderngl
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.textures import TexturePool
 from heatlens.scene.scene_view import SceneView
-from heatlens.scene_gpu.bands import samples_of
+from heatlens.scene_gpu.bands import Rows, samples_of
 from heatlens.scene_gpu.raster import SceneRaster
 
 # The standard deviation of samples up to which their mean shows no noise, relative to the light,
@@ -63,8 +63,12 @@ class Antialias:
             return
         self._key = None
         for rows in self._raster.bands.of_samples(view.size, across, LARGER):
-            self._draw(samples_of(view, rows, across), view.size, rows)
-            yield "view"
+            samples = samples_of(view, rows, across)
+            drawn = self._pool.texture("samples", samples.size, 4)
+            for band in self._raster.bands.of(samples.size, LARGER):
+                self._raster.draw(samples, drawn, band)
+                yield "view"
+            self._average(samples, drawn, view.size, rows)
         picture = self.picture(view.size)
         self._done_program.dispatch(
             pixel_groups(view.size),
@@ -79,9 +83,9 @@ class Antialias:
         mean = self._pool.texture("mean", size, 4)
         return Antialiased(mean, self._pool.texture("done", size, 1, "f2"))
 
-    def _draw(self, samples: SceneView, size: tuple[int, int], rows: tuple[int, int]) -> None:
-        drawn = self._pool.texture("samples", samples.size, 4)
-        self._raster.draw(samples, drawn)
+    def _average(
+        self, samples: SceneView, drawn: moderngl.Texture, size: tuple[int, int], rows: Rows
+    ) -> None:
         self._mean_program.dispatch(
             pixel_groups((size[0], samples.size[1] // samples.across)),
             textures={"samples_tx": drawn},

@@ -1,4 +1,8 @@
-"""Divide a picture into bands of rows, so that drawing can pause between two bands."""
+"""Divide a picture into bands of rows, so that drawing can pause between two bands.
+
+What is drawn never depends on how fast a machine is. A view of other rows is rounded otherwise, so
+that bands with views of their own are the same everywhere; shorter steps only draw parts of them.
+"""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,7 +18,8 @@ from heatlens.scene.scene_view import SceneView
 # bands.
 _LEAST_PX = 1 << 16
 _PX_FOR_A_TRIANGLE = 1
-_ROWS = 16  # a quarter of a tile of Mesa's rasteriser; also the least height of a band
+# Rows come in quarters of a tile of Mesa's rasteriser; with a small share, in its smallest blocks.
+_ROWS, _ROWS_LEAST = 16, 4
 _SAMPLES_MOST = 1 << 21  # samples in a band; its texture has 16 bytes for each
 
 Rows = tuple[int, int]  # the first row, and the one after the last
@@ -26,20 +31,24 @@ class Bands:
     def __init__(self, ctx: moderngl.Context, triangles: int) -> None:
         """Create it; each band draws all `triangles` again.
 
-        `share`, 1 at most, makes the bands on a processor smaller; it may change at any time.
+        `share`, 1 at most, makes those of `of` smaller on a processor; it may change at any time.
         """
         self._is_cut, self._triangles, self.share = is_software(ctx), triangles, 1.0
 
-    @property
-    def _pixels(self) -> int:
-        """The size of a band on a processor."""
-        return max(round(self.share * _LEAST_PX), _PX_FOR_A_TRIANGLE * self._triangles)
+    def _pixels(self, share: float) -> int:
+        """Return the size of a band on a processor."""
+        return max(round(share * _LEAST_PX), _PX_FOR_A_TRIANGLE * self._triangles)
 
-    def of(self, size: tuple[int, int]) -> Iterator[Box]:
-        """Yield bands of whole rows that cover a picture of `size`; for a GPU, a single band."""
+    def of(self, size: tuple[int, int], larger: int = 1) -> Iterator[Box]:
+        """Yield bands of whole rows that cover a picture of `size`; for a GPU, a single band.
+
+        On a processor they are `larger` times as large as usual.
+        """
         (width, height), y = size, 0
         while y < height:
-            rows = -(-self._pixels // (width * _ROWS)) * _ROWS if self._is_cut else height
+            pixels = larger * self._pixels(self.share)
+            step = max(_ROWS_LEAST, round(self.share * _ROWS))
+            rows = -(-pixels // (width * step)) * step if self._is_cut else height
             yield Box(0, y, width, min(y + rows, height))
             y += rows
 
@@ -47,15 +56,15 @@ class Bands:
         """Yield the rows of bands of a picture with `across` x `across` samples a pixel.
 
         All bands have the same number of rows, so that the last one may end outside the picture.
-        On a processor they are `larger` times as large as usual.
+        On a processor they are `larger` times as large as usual. With a share of 1, `of` does not
+        divide the samples of a band.
         """
-        (width, height), first = size, 0
-        while first < height:
-            most = min(larger * self._pixels, _SAMPLES_MOST) if self._is_cut else _SAMPLES_MOST
-            count = -(-height // max(1, most // (width * across * across)))
-            rows = -(-height // count)
+        width, height = size
+        most = min(larger * self._pixels(1.0), _SAMPLES_MOST) if self._is_cut else _SAMPLES_MOST
+        count = -(-height // max(1, most // (width * across * across)))
+        rows = -(-height // count)
+        for first in range(0, height, rows):
             yield first, first + rows
-            first += rows
 
 
 def samples_of(view: SceneView, rows: Rows, across: int) -> SceneView:

@@ -17,6 +17,7 @@ from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.shader_constants import PEEL_DRAWS
 from heatlens.gpu.textures import TexturePool
+from heatlens.model.boxes import Box
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.fragments import FragmentLists
 from heatlens.scene.scene_view import SceneView
@@ -38,33 +39,36 @@ class SurfaceRaster:
         self._surface = MeshDraw(ctx, raster.buffers, "scene_surface", _PEEL)
         self._sky = SkyDraw(ctx, _PEEL)
 
-    def front(self, view: SceneView, out: moderngl.Texture, done: moderngl.Texture) -> None:
-        """Draw the visible surfaces, except in pixels where `done`, R, is not 0.
+    def front(
+        self, view: SceneView, out: moderngl.Texture, done: moderngl.Texture, band: Box
+    ) -> None:
+        """Draw the visible surfaces of a band, except in pixels where `done`, R, is not 0.
 
         The view takes its rows of `out`, which is cleared before the first of them.
         """
         target = self._raster.target_of(out)
-        if view.rows_above == 0:
+        if view.rows_above == band.y0 == 0:
             target.clear()
         target.viewport = 0, view.rows_above, *view.size
-        target.use()
-        self._raster.hide(target, view, done)
-        self._raster.draw_into(target, view, self._raster.cover, self._surface, self._sky)
+        with self._raster.within(target, band, view.rows_above):
+            self._raster.hide(target, view, done)
+            self._raster.draw_into(target, view, self._raster.cover, self._surface, self._sky)
         target.viewport = 0, 0, *out.size
 
-    def behind(self, view: SceneView, before: moderngl.Texture, out: moderngl.Texture) -> None:
+    def behind(
+        self, view: SceneView, before: moderngl.Texture, out: moderngl.Texture, band: Box
+    ) -> None:
         """Draw the next surface behind `before`: a texture of `front` or `behind`, or metres (R).
 
         The backs of closed meshes are left out. Behind the sky comes the sky again.
         """
         self._raster.buffers.tell_backs(view.eye_m)
-        target = self._raster.target_of(out)
-        target.use()
-        target.clear()
         peeled = eye_uniforms(view) | {"before_is_depth": before.components == 1}
-        self._raster.draw_into(
-            target, view, self._cover, self._surface, self._sky, peeled, {"before_tx": before}
-        )
+        with self._raster.within(self._raster.target_of(out), band) as target:
+            target.clear()
+            self._raster.draw_into(
+                target, view, self._cover, self._surface, self._sky, peeled, {"before_tx": before}
+            )
 
     def release(self) -> None:
         for held in (self._cover, self._surface, self._sky):
@@ -216,20 +220,21 @@ class ScenePeel:
         width, height = seen.size
         front = self._pool.texture("front", (width, height * PEEL_DRAWS), 4)
         first = self._pool.texture("first", behind.size, 1)
+        second, last = (self._pool.texture(name, behind.size, 4) for name in ("behind", "last"))
         for number, shift in enumerate(_SHIFTS):
+            for band in self._raster.bands.of(seen.size, LARGER):
+                place()
+                self._surfaces.front(_shifted(seen, number, shift), front, done, band)
+                yield "behind"
+        for band in self._raster.bands.of(behind.size, LARGER):
             place()
-            self._surfaces.front(_shifted(seen, number, shift), front, done)
-            yield "behind"
-        place()
-        self._raster.depth(behind, first)
-        drawn, before = {"front_tx": front, "first_tx": first, "done_tx": done}, first
-        for name in ("behind", "last"):
-            drawn[f"{name}_tx"] = self._pool.texture(name, behind.size, 4)
-            self._surfaces.behind(behind, before, drawn[f"{name}_tx"])
-            before = drawn[f"{name}_tx"]
-            yield "behind"
-            place()
-        return drawn
+            self._raster.depth(behind, first, band)
+            for before, out in ((first, second), (second, last)):
+                self._surfaces.behind(behind, before, out, band)
+                yield "behind"
+                place()
+        named = {"first_tx": first, "behind_tx": second, "last_tx": last}
+        return {"front_tx": front, "done_tx": done} | named
 
     def _list(
         self,

@@ -113,25 +113,25 @@ class SceneRaster:
 
         With `band` only these rows are drawn.
         """
-        with self._within(self._targets.of(color), band) as target:
+        with self.within(self._targets.of(color), band) as target:
             target.clear()
             self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
 
     def depth(self, view: SceneView, depth: moderngl.Texture, band: Box | None = None) -> None:
         """Draw planar metres at the view's jitter into `depth`, R float32; +inf for sky."""
-        with self._within(self._targets.of(depth), band) as target:
+        with self.within(self._targets.of(depth), band) as target:
             target.clear(red=math.inf)
             self._ctx.enable_only(moderngl.DEPTH_TEST)
             self._draws["depth"](cover_uniforms(replace(view, sample=None)))
             self._ctx.enable_only(moderngl.NOTHING)
 
     @contextmanager
-    def _within(
-        self, target: moderngl.Framebuffer, band: Box | None
+    def within(
+        self, target: moderngl.Framebuffer, band: Box | None, rows_above: int = 0
     ) -> Iterator[moderngl.Framebuffer]:
-        """Restrict drawing to the band; None removes the restriction."""
-        if band is not None:
-            target.scissor = band.x0, band.y0, band.width, band.height
+        """Bind a target and restrict drawing to the band, so many rows below; None: to nothing."""
+        if band is not None and band.shape != target.size[::-1]:  # else clearing would be slower
+            target.scissor = band.x0, rows_above + band.y0, band.width, band.height
         target.use()
         try:
             yield target
