@@ -15,6 +15,7 @@ from heatlens.commands.main import build_parser, main
 from heatlens.commands.worker import made_part
 from heatlens.documents.shot_file import write_shot
 from heatlens.export.plan import planned
+from heatlens.farm import cluster as cluster_export
 from heatlens.farm.cluster import ClusterMaker, PartTask, connected, topic_of
 from heatlens.version import __version__
 from support.dask_cluster import children_of, dask_cluster, wait_for
@@ -184,6 +185,33 @@ def test_a_killed_worker_loses_nothing(capsys, many, tmp_path, lost, made):
     assert export.wait(60) == 0, lost.said("export")
     assert files_in(out) == files_in(tmp_path / "whole")
     assert all(path.stat().st_ino == inode for path, inode in before.items())
+
+
+def test_a_worker_that_dies_with_its_answer_is_not_awaited(
+    capsys, shot_file, tmp_path, lost, monkeypatch
+):
+    """The scheduler would wait for it for ever; another one makes its frames."""
+    exported(capsys, shot_file, tmp_path / "whole" / "n.####.exr")
+    answer_of, wait = cluster_export.answer_of, ClusterMaker._wait_for_workers
+
+    def worker_dies_first(*of):
+        if "worker 0" in lost._running:
+            lost.kill("worker 0")
+            wait_for(lambda: "Lost all workers" in lost.said("scheduler"))
+        return answer_of(*of)
+
+    def another_comes(maker):
+        if "worker 0" not in lost._running and "another" not in lost._running:
+            lost.work("another")
+        wait(maker)
+
+    monkeypatch.setattr(cluster_export, "PATIENCE_S", 1)
+    monkeypatch.setattr(cluster_export, "answer_of", worker_dies_first)
+    monkeypatch.setattr(ClusterMaker, "_wait_for_workers", another_comes)
+    words = "--cluster", lost.address, "--fetch"
+    said = exported(capsys, shot_file, tmp_path / "out" / "n.####.exr", *words)
+    assert "no worker is there yet" in said
+    assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])

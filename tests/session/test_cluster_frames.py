@@ -246,7 +246,7 @@ def test_a_worker_that_dies_with_its_answer_is_not_awaited(begin, cluster, tmp_p
             wait_for(lambda: "Lost all workers" in cluster.said("scheduler"))
         choose(service)
 
-    monkeypatch.setattr(frame_cluster, "PATIENCE_S", 1)
+    monkeypatch.setattr(farm_cluster, "PATIENCE_S", 1)
     monkeypatch.setattr(frame_cluster._Service, "_choose", worker_dies_first)
     session = begin(sequence_files(tmp_path, FIRST, LAST), cluster.address)
     until(session, lambda: "No worker" in session.time.pull.cluster.told, "the loss")

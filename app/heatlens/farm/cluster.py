@@ -130,6 +130,7 @@ class ClusterMaker:
         """
         self._drivers: dict[str, str] = {}  # the first worker of each driver
         self._strict = strict
+        self._patience = 1.0  # limits of `answer_of`; large files take long over a slow network
         self._is_left = False  # whoever starts the same export again follows it
         self._client = client
         self._work = work
@@ -152,6 +153,7 @@ class ClusterMaker:
         with self._kept(pending) as stops:
             while pending:
                 news = self._next(stops)
+                found: list[PartDone] | None
                 if isinstance(news, dict):
                     found = [PartDone(**{name: news[name] for name in news.keys() - {"worker"}})]
                 else:
@@ -159,11 +161,21 @@ class ClusterMaker:
                     if news in old and news.status == "error":  # perhaps it is mended now
                         pending |= self._sent(sorted(waiting.keys() & _frames_of([news])))
                         continue
-                    found = _result(news)
-                for done in found:
+                    found = _result(news, self._patience)
+                    if found is None:
+                        pending.add(self._awaited_again(news))
+                for done in found or ():
                     self._compare(done)
                     if done.frame in waiting:
                         yield _stored(done, waiting.pop(done.frame))
+
+    def _awaited_again(self, future: Future) -> Future:
+        """Have a task announce itself again: it is made anew, or its answer takes longer."""
+        if future.status == "finished":
+            self._patience *= 2
+        self._wait_for_workers()
+        future.add_done_callback(self._news.put)
+        return future
 
     def _taken_over(self, frames: Container[int]) -> set[Future]:
         """Return the futures of an earlier client of this export that are still of use."""
@@ -256,11 +268,21 @@ def _frames_text(future: Future) -> str:
     return str(future.key).rpartition(":")[2]
 
 
-def _result(future: Future) -> list[PartDone]:
-    """Return the frames of a task. Raises InputError with a sentence for an error of Dask."""
+def answer_of(future: Future, patience: float = 1.0) -> Any:
+    """Return what a task has found, or None if its worker has died with it, as far as is known.
+
+    The scheduler would wait for ever for a worker. `patience` is in usual limits of time.
+    """
+    with suppress(TimeoutError):
+        return future.result(timeout=patience * PATIENCE_S)
+    return None
+
+
+def _result(future: Future, patience: float) -> list[PartDone] | None:
+    """Return `answer_of` a task. Raises InputError with a sentence for an error of Dask."""
     name = f"frames {_frames_text(future)}"
     try:
-        found: list[PartDone] = future.result()
+        found: list[PartDone] | None = answer_of(future, patience)
     except HeatlensError:
         raise
     except library().scheduler.KilledWorker as error:

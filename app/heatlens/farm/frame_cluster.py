@@ -14,7 +14,7 @@ from heatlens.base.background import Threads
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import told_error
 from heatlens.defocus.line_solver import SolverName
-from heatlens.farm.cluster import PATIENCE_S, connected, is_loss, library
+from heatlens.farm.cluster import answer_of, connected, is_loss, library
 from heatlens.farm.dask_types import Client, Future
 from heatlens.farm.frame_worker import Program, program_of, program_on, rendered, sent
 from heatlens.rendered_frames.frame_filler import FrameJob
@@ -276,9 +276,9 @@ class _Service:
         told = self._programs.items()
         self._known = {it: found for it, found in self._known.items() if it in self._programs}
         for it, future in told:
-            if it not in self._known and future.status == "finished":
-                with suppress(TimeoutError):  # it has died, and its answer with it
-                    self._known[it] = future.result(timeout=PATIENCE_S)
+            is_new = it not in self._known and future.status == "finished"
+            if is_new and (found := answer_of(future)) is not None:
+                self._known[it] = found
         fit = {it: found for it, found in self._known.items() if found[:2] == self._here[:2]}
         program = self._here if self._here in fit.values() else next(iter(fit.values()), ())
         workers = tuple(it for it, found in fit.items() if found == program)
@@ -296,15 +296,10 @@ class _Service:
 
 
 def _answers(sent: _UnderWay) -> Iterator[Answer]:
-    """Yield the answer of a worker; none if the frame was recalled, or if it died with its answer.
-
-    The scheduler would wait for ever for the worker to come back.
-    """
+    """Yield the answer of a worker; none if the frame was recalled, or it died with its answer."""
     key = sent.wish.key
     try:
-        picture = sent.future.result(timeout=PATIENCE_S)
-    except TimeoutError:
-        return
+        picture = answer_of(sent.future)
     except HeatlensError as error:
         yield Answer(key, None, str(error))
     except library().scheduler.KilledWorker:
