@@ -16,7 +16,7 @@ from imgui_bundle import imgui
 from PIL import Image
 
 from heatlens.gpu.context import headless_context
-from heatlens.scene.scene_name import DEMO
+from heatlens.scene.scene_read import DEMO
 from support.gui import Gui, gui_of
 
 ASSETS = Path(__file__).parents[1] / "assets"

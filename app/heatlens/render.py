@@ -34,8 +34,7 @@ from heatlens.plate.overscan_need import frame_centre_px, room_of
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 from heatlens.scene_gpu.overscan import Overscan
-from heatlens.source.on_gpu import SourceOnGpu
-from heatlens.source.pinhole import Pinhole, optics_of, pinhole_optics
+from heatlens.source.pinhole import Pinhole, SourceOnGpu, optics_of, pinhole_optics
 from heatlens.source.plate_on_gpu import PlateOnGpu
 
 

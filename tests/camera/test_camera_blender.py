@@ -18,7 +18,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.shot.shot import Shot
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.cameras import FRAMES, SHOTS, TARGET, dolly, moving_camera
 
 

@@ -10,7 +10,7 @@ from heatlens.camera.same_discs import with_renderer_f_stop
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.shot import LensParameter, Shot
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.blender import PYTHON
 
 FRAMES = FrameRange(101, 126)

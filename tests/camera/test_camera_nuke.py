@@ -14,7 +14,7 @@ from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
 from heatlens.camera.samples import INFINITE_M
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.lens.lens_model import LensModel
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.cameras import EYE, FRAMES, SHOTS, TARGET, dolly, moving_camera, world_to_camera
 
 

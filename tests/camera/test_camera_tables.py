@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.camera.camera_file import read_camera, write_camera
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.cameras import SHOTS, moving_camera
 
 SUFFIXES = (".json", ".csv")

@@ -12,7 +12,7 @@ from pxr import Gf, Usd, UsdGeom
 from heatlens.camera.camera_file import write_camera
 from heatlens.camera.samples import INFINITE_M, LENS_TRACKS, fields_of
 from heatlens.camera.usd_read import usd_camera
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.cameras import FRAMES, SHOTS, TARGET, dolly, moving_camera
 from support.usd_cameras import SUFFIXES
 

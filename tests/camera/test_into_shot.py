@@ -13,7 +13,7 @@ from heatlens.model.curves.curve import Curve, Key
 from heatlens.model.curves.interpolation import Interpolation, Scale
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.shot import LensParameter, Shot
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.cameras import FRAMES, SHOTS, moving_camera
 
 OTHER = Shot(Lens(24.0, 8.0, 3.0, 23.5, close_focus_m=0.45, t_stop=9.0))

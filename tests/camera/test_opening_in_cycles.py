@@ -12,7 +12,7 @@ from heatlens.model.lens.disc_shape import DiscShape
 from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.shot.shot import Shot
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.blender import PYTHON
 
 SIDE = 128

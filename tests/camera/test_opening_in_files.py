@@ -17,7 +17,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.opening_picture import read_opening_image
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.opening_images import heart_path
 
 LENS = Lens(

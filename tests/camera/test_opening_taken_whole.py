@@ -19,7 +19,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import options_of, type_of
 from heatlens.model.shot.shot import Shot
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.opening_images import heart_path
 
 READERS = {".json": read_camera, ".csv": read_camera, ".usda": usd_camera, ".usdc": usd_camera}

@@ -15,7 +15,7 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.parts.header_read import read_headers
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.cameras import EYE, FRAMES, TARGET, dolly, exr_attribute, world_to_camera
 from support.exr_files import rgb, window, write_file, write_parts
 

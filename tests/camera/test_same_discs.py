@@ -14,7 +14,7 @@ from heatlens.model.focus.coc import coc_line
 from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.shot.shot import LensParameter, Shot
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 from support.cameras import FRAMES, SHOTS, moving_camera
 
 PHOTOGRAPHIC = moving_camera(lens_model=LensModel.PHOTOGRAPHIC)

@@ -15,7 +15,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import Quality
 from heatlens.model.shot.shot import LensParameter
-from heatlens.source.origin import Origin, StampedFile
+from heatlens.source.source import Origin, StampedFile
 from support.exports import FRAMES, QUICK, shot_of
 
 JOB = ExportJob(shot_of("plate.####.exr"), FRAMES, parse_output("n.####.exr"))

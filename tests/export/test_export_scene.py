@@ -24,8 +24,8 @@ from heatlens.plate.header.placement import from_exr
 from heatlens.plate.read import read_plate
 from heatlens.scene.demo import demo_scene, demo_shot
 from heatlens.scene.scene_bounds import track_of
-from heatlens.scene.scene_name import open_scene
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.scene.scene_read import open_scene
+from heatlens.source.named import camera_of_shot
 from support.exports import exported, exr, files_in, refused
 from support.gltf_files import square_scene
 

@@ -14,7 +14,7 @@ from heatlens.export.output import parse_output
 from heatlens.export.plan import PlannedFrame, fingerprint_of_movie
 from heatlens.model.lens.lens import Lens
 from heatlens.plate.picture.picture_digest import digest
-from heatlens.source.origin import Origin
+from heatlens.source.source import Origin
 from support.exports import shot_of
 from support.plates import plate_of
 

@@ -15,7 +15,7 @@ from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.picture.display import srgb_encoded
-from heatlens.preview.levels import cheaper
+from heatlens.preview.level_choice import cheaper
 from support.command_line import stderr_of_run
 from support.session_files import room_file
 

@@ -92,7 +92,7 @@ def test_a_shot_keeps_it(tmp_path):
 
 _CAMERA = """
         from heatlens.camera.camera_file import left_out_of, read_camera, write_camera
-        from heatlens.source.shot_camera import camera_of_shot
+        from heatlens.source.named import camera_of_shot
         from heatlens.camera.into_shot import with_camera
         from heatlens.camera.usd_read import usd_camera
         from heatlens.model.curves.frames import FrameRange

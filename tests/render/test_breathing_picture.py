@@ -13,7 +13,7 @@ from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.picture.picture_write import lens_header
 from heatlens.render import FrameRenderer
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 
 PINHOLE = Lens(50.0, 1e5, 0.5, 36.0, close_focus_m=0.5)
 QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 1)

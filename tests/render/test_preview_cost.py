@@ -18,8 +18,7 @@ from heatlens.model.shot.settings import (
     Quality,
 )
 from heatlens.model.shot.shot import Shot
-from heatlens.preview.level_choice import CostModel
-from heatlens.preview.levels import between, cheaper
+from heatlens.preview.level_choice import CostModel, between, cheaper
 from support.plates import FAR_M, NEAR_M, lens_blurring, moments, plate_of
 
 SETTINGS = st.builds(

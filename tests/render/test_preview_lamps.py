@@ -5,7 +5,7 @@ import pytest
 
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot
-from heatlens.preview.levels import cheaper
+from heatlens.preview.level_choice import cheaper
 from support.plates import FAR_M, NEAR_M, lens_blurring, plate_of
 
 WIDTH, HEIGHT = 384, 240  # divisible by the scale of every level

@@ -33,7 +33,7 @@ from heatlens.rendered_frames.frame_key import (
 from heatlens.rendered_frames.kept_picture import half_of
 from heatlens.rendered_frames.stamp_book import StampBook
 from heatlens.sequence.sequence import stamp_of
-from heatlens.source.origin import StampedFile, stamped
+from heatlens.source.source import StampedFile, stamped
 from support.frame_caches import PATIENCE_S
 from support.session_files import LENS, room_file
 

@@ -105,7 +105,7 @@ def test_a_scene_is_asked_for_in_listed_places_alone():
 def test_no_flag_of_the_kind_has_come_back():
     found = {name: GONE & names_in(tree) for name, tree in modules().items()}
     # Here a name is looked at; heatlens.source.kinds asks for all others.
-    del found["scene.scene_name"]
+    del found["scene.scene_read"]
     assert {name: flags for name, flags in found.items() if flags} == {}
 
 

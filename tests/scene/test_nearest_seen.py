@@ -11,10 +11,9 @@ from heatlens.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, loo
 from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.model.shot.shot import Shot
 from heatlens.scene.demo import demo_scene, demo_shot
-from heatlens.scene.nearest_seen import nearest_seen_m, with_near_plane
 from heatlens.scene.scene import SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, box_around, box_corners_m, corners_of, track_of
-from heatlens.scene.scene_view import view_of
+from heatlens.scene.scene_view import nearest_seen_m, view_of, with_near_plane
 from support.scenes import NIGHT, lamp, moved, plane, scene_of
 
 LENS = Lens(50.0, 2.0, 3.0, 36.0)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from heatlens.scene.point_cloud import POINTS_MOST, closing_radius, drawn_points
-from heatlens.scene.primitives import capsule, cube, cylinder, plane, sphere
-from heatlens.scene.tubes import tubes
+from heatlens.scene.primitives import capsule, cube, cylinder, plane, sphere, tubes
 
 SHAPES = {
     "sphere": (sphere(2.0), 4 / 3 * np.pi * 8, (4, 4, 4)),

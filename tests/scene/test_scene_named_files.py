@@ -17,7 +17,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.shot import Shot
 from heatlens.scene.gltf.file import named_files
 from heatlens.scene.scene_read import files_of_scene, read_scene
-from heatlens.session.pictures import picture_saver
+from heatlens.session.pictures import picture_commands
 from support.exports import exported, refused
 from support.gltf_files import GltfWriter, encoded, square_scene
 
@@ -115,9 +115,9 @@ def test_a_picture_is_not_rendered_over_one_that_a_scene_names(capsys, scene):
 
 
 def test_what_a_scene_names_is_guarded_though_its_file_is_gone(scene):
-    assert picture_saver._sources(scene) == files_of_scene(scene)
+    assert picture_commands._sources(scene) == files_of_scene(scene)
     scene.unlink()
-    assert picture_saver._sources(scene) == (scene,)
+    assert picture_commands._sources(scene) == (scene,)
 
 
 def test_an_export_beside_a_scene_is_written(capsys, scene):

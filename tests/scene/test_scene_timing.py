@@ -12,10 +12,9 @@ from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.framing import SceneTiming
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.scene.first_shot import first_shot, lens_with
-from heatlens.source.named import source_of
+from heatlens.source.named import camera_of_shot, source_of
 from heatlens.source.opened import Opening
 from heatlens.source.opened_scene import opened_scene
-from heatlens.source.shot_camera import camera_of_shot
 from support.gltf_files import GltfWriter
 
 BLENDER = SceneTiming("2", 25.0, 101)

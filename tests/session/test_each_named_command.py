@@ -9,9 +9,8 @@ from heatlens.model.curves.interpolation import Interpolation
 from heatlens.model.shot.grade import Grade
 from heatlens.model.shot.settings import Bokeh, Method, Quality
 from heatlens.model.view.view import Against, Compare, Overlay
-from heatlens.session.door.command import Command
 from heatlens.session.door.door import Door
-from heatlens.session.door.named_commands import named_commands
+from heatlens.session.door.named_commands import Command, named_commands
 from heatlens.session.files import window_door
 from heatlens.session.live import pull_recording
 from support.evening import FIRST, LAST, settled

@@ -5,8 +5,7 @@ from hypothesis import strategies as st
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.model.shot.settings import DefocusSettings, Quality
-from heatlens.preview.level_choice import level_at_rest, level_while_moving, recognisable
-from heatlens.preview.levels import cheaper
+from heatlens.preview.level_choice import cheaper, level_at_rest, level_while_moving, recognisable
 
 SIZE = (1920, 1080)
 WISHED = DefocusSettings(quality=Quality.FILM)

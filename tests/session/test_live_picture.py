@@ -14,8 +14,7 @@ from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
-from heatlens.preview.level_choice import soonest
-from heatlens.preview.levels import cheaper
+from heatlens.preview.level_choice import cheaper, soonest
 from heatlens.session.pictures.live_picture import LivePicture, PlateVersion
 
 SIZE = (1920, 1080)

@@ -11,7 +11,7 @@ from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.look import Look, next_look_name
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.view.view import Against, Compare
-from heatlens.preview.levels import quickest
+from heatlens.preview.level_choice import quickest
 from heatlens.preview.shown import PictureKey
 from heatlens.session.pictures.look_commands import LookCommands
 from heatlens.session.pictures.look_pictures import _Tile

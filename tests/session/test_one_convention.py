@@ -13,9 +13,8 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.read import read_plate
 from heatlens.session.marks.mark_commands import MarkCommands
-from heatlens.source.one_size import sequence_of_one_size
 from heatlens.source.opener import SourceOpener
-from heatlens.source.plate_source import PlateSource
+from heatlens.source.plate_source import PlateSource, sequence_of_one_size
 from support.exr_files import rgb, write_file
 from support.shared import shared_of
 

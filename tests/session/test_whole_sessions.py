@@ -22,8 +22,8 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import Method
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.view.view import Against, Compare
-from heatlens.preview.levels import quickest
-from heatlens.scene.scene_name import DEMO
+from heatlens.preview.level_choice import quickest
+from heatlens.scene.scene_read import DEMO
 from heatlens.session.keys.key_choice import all_keys
 from heatlens.session.keys.key_commands import KeyCommands
 from heatlens.session.keys.key_rows import RowChoice

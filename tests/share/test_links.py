@@ -7,9 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.share.address import DEFAULT_PORT, Address, parse_share_address
-from heatlens.share.hands import REST_S, WINDOW, Hands
-from heatlens.share.links import Role, kept_links, new_links
+from heatlens.share.address import (
+    DEFAULT_PORT,
+    Address,
+    Role,
+    kept_links,
+    new_links,
+    parse_share_address,
+)
+from heatlens.share.shared import REST_S, WINDOW, Hands
 
 
 def test_each_token_has_its_role_and_10000_wrong_ones_have_none():

@@ -11,7 +11,7 @@ import pytest
 
 from heatlens.share import client
 from heatlens.share import server as server_file
-from heatlens.share.links import Role
+from heatlens.share.address import Role
 from heatlens.share.server import HANDS_MOST, LOOKERS_MOST
 from heatlens.share.shared import SharedSession
 from support.share_peers import opened, peer, until

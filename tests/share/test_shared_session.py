@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from heatlens.commands.main import main
-from heatlens.share.links import Role
+from heatlens.share.address import Role
 from heatlens.share.picture import Coding, Picture
 from support import share_peers
 from support.evening import session_of

@@ -26,7 +26,7 @@ from heatlens.session.opened.picture_feed import PictureFeed
 from heatlens.source import kinds
 from heatlens.source.kinds import KINDS, SourceKind, kind_of, refused
 from heatlens.source.opened import Opened
-from heatlens.source.origin import Origin
+from heatlens.source.source import Origin
 from support.command_line import stderr_of_run
 from support.evening import begun, settled, until
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from heatlens.source.one_size import sequence_of_one_size
+from heatlens.source.plate_source import sequence_of_one_size
 from support.exr_files import write_file
 
 

@@ -14,8 +14,7 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.read import read_plate
 from heatlens.source.named import single_source, source_named
-from heatlens.source.one_size import _neighbours, sequence_of_one_size
-from heatlens.source.plate_source import black_plate
+from heatlens.source.plate_source import _neighbours, black_plate, sequence_of_one_size
 from support.exr_files import write_file
 from support.plates import coc_plate_of, plate_of
 from support.session_files import room_file

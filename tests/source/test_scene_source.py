@@ -16,12 +16,11 @@ from heatlens.model.shot.shot import Shot
 from heatlens.render import drained
 from heatlens.scene.scene_read import read_scene
 from heatlens.source.kinds import plates_word
-from heatlens.source.named import single_source, source_named, source_of
+from heatlens.source.named import camera_of_shot, single_source, source_named, source_of
 from heatlens.source.opened import Opening
 from heatlens.source.opened_scene import opened_scene
 from heatlens.source.plate_on_gpu import PlateOnGpu
 from heatlens.source.scene_on_gpu import scene_on_gpu
-from heatlens.source.shot_camera import camera_of_shot
 from support.fragment_lists import packed_lists
 from support.plates import plate_of, room
 from support.session_files import write_scene

@@ -11,10 +11,9 @@ import aiohttp
 import numpy as np
 from PIL import Image
 
-from heatlens.share.address import Address
+from heatlens.share.address import Address, Role, new_links
 from heatlens.share.client import VERSION
 from heatlens.share.headless import HeadlessLoop
-from heatlens.share.links import Role, new_links
 from heatlens.share.server import ShareServer
 from heatlens.share.shared import SharedSession
 

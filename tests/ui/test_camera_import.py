@@ -7,7 +7,7 @@ import pytest
 from heatlens.camera.camera_file import write_camera
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.shot import LensParameter, Shot
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 
 
 def pulled(gui) -> Shot:

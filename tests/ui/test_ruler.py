@@ -13,7 +13,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.view.view_geometry import PictureShape
 from heatlens.plate.depth_read import planar_depth_m
 from heatlens.session.pictures.ruler import Intrinsics, distance_m
-from heatlens.ui.picture.ruler import _ends
+from heatlens.ui.picture.pixel_values import _ends
 from support.session_files import BALL, BALL_M, LENS, POST, POST_M, SKY, WIDTH
 
 K = imgui.Key

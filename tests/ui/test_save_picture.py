@@ -17,7 +17,7 @@ from heatlens.model.shot.settings import Quality
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
 from heatlens.plate.picture.png_write import write_png
-from heatlens.session.pictures import picture_saver
+from heatlens.session.pictures import picture_commands
 from heatlens.session.pictures.clipboard import copy_png
 from support.command_line import render
 from support.exr_files import rgb, window, write_file
@@ -152,13 +152,13 @@ def test_a_picture_that_is_not_whole_is_waited_for_aloud(gui, tmp_path):
 
 
 def test_writing_holds_up_nothing_and_leaving_waits_for_it(ctx, plate, tmp_path, monkeypatch):
-    go, real = threading.Event(), picture_saver.write_picture
+    go, real = threading.Event(), picture_commands.write_picture
 
     def slow(*words, **named):
         assert go.wait(20)
         real(*words, **named)
 
-    monkeypatch.setattr(picture_saver, "write_picture", slow)
+    monkeypatch.setattr(picture_commands, "write_picture", slow)
     with gui_of(ctx, plate) as gui:
         gui.settled()
         save(gui, "a.exr")
@@ -175,7 +175,7 @@ def test_a_full_disk_is_said_and_leaves_what_stood_there(gui, tmp_path, monkeypa
         raise InputError("no room")
 
     gui.settled()
-    monkeypatch.setattr(picture_saver, "write_picture", full)
+    monkeypatch.setattr(picture_commands, "write_picture", full)
     save(gui, "a.exr")
     assert finished(gui) == "no room"
 

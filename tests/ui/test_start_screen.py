@@ -13,14 +13,14 @@ from heatlens.base.paths import data_dir
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
 from heatlens.model.shot.shot import Shot
-from heatlens.scene.scene_name import DEMO
+from heatlens.scene.scene_read import DEMO
 from heatlens.session.files.start_choices import Card, word_of
 from heatlens.session.settings.preferences import Preferences, Remembered
 from heatlens.session.shot.start import Start
 from heatlens.source.opener import SourceOpener
 from heatlens.source.stream_source import StreamSource
 from heatlens.ui.start import start_screen
-from heatlens.ui.start.start_layout import lay_out
+from heatlens.ui.start.start_card import lay_out
 from heatlens.ui.start.start_screen import hint_of
 from support.actions import listed_actions
 from support.gui import Gui, gui_of

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.ui.timeline.scale import TimeScale
+from heatlens.ui.timeline.view import TimeScale
 
 
 @given(st.integers(-50, 1000), st.integers(1, 5000), st.floats(100, 2000), st.floats(4, 60))

@@ -16,8 +16,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.view import Against, Compare
-from heatlens.preview.level_choice import CostModel
-from heatlens.preview.levels import cheaper, on_the_way
+from heatlens.preview.level_choice import CostModel, cheaper, on_the_way
 from heatlens.render import FrameRenderer
 from heatlens.session.pictures.live_picture import LivePicture
 from support.gui import gui_of

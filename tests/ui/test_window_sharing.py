@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.share.address import Address, ShareOptions
-from heatlens.share.hands import REST_S
-from heatlens.share.links import Role
+from heatlens.share.address import Address, Role, ShareOptions
+from heatlens.share.shared import REST_S
 from heatlens.share.sharing import squares_of
 from support.share_peers import peer, until
 

@@ -28,7 +28,7 @@ from heatlens.plate.parts.header_read import read_headers
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import track_of
-from heatlens.scene.scene_name import open_scene
+from heatlens.scene.scene_read import open_scene
 from heatlens.sequence.sequence import Sequence, find_sequence
 
 _ASSUMED_ASPECT = 16 / 9

@@ -33,7 +33,7 @@ from heatlens.model.shot.settings import PROXY_MIN, DefocusSettings
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
-from heatlens.preview.levels import cheaper
+from heatlens.preview.level_choice import cheaper
 from heatlens.source.kinds import kind_of
 from heatlens.source.named import source_of
 

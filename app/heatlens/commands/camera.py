@@ -30,7 +30,7 @@ from heatlens.model.timecode import Timecode
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.source.kinds import kind_of
-from heatlens.source.shot_camera import camera_of_shot
+from heatlens.source.named import camera_of_shot
 
 HELP = "write the lens of a shot as a camera for USD, Nuke, Blender and scripts"
 DESCRIPTION = """\

@@ -19,7 +19,7 @@ from heatlens.commands.output.say import say
 from heatlens.files.atomic_file import write_whole
 from heatlens.plate.picture.png_write import encoded_picture, write_png
 from heatlens.scene.demo import demo_shot
-from heatlens.scene.scene_name import DEMO
+from heatlens.scene.scene_read import DEMO
 
 _STILL, _PULL = "heatlens_still_life.png", "heatlens_pull.webp"
 _FRUIT = (290, 190)  # the pixel of the still life to focus on

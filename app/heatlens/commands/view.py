@@ -38,10 +38,9 @@ from heatlens.live.ring.midi import open_ring
 from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sender import LensSender
 from heatlens.live.stream.address import DEFAULT_PORT, parse_address
-from heatlens.scene.scene_name import DEMO, is_demo
+from heatlens.scene.scene_read import DEMO, is_demo
 from heatlens.session.files.window_door import hand_over
-from heatlens.share.address import ShareOptions, parse_share_address
-from heatlens.share.links import Role
+from heatlens.share.address import Role, ShareOptions, parse_share_address
 from heatlens.share.sharing import Sharing, code_for_terminal
 from heatlens.source.named import source_named
 

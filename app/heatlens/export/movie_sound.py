@@ -14,7 +14,7 @@ from heatlens.export.plan import ExportPlan
 from heatlens.files.movie_read import av, movie_at
 from heatlens.files.picture_formats import in_movie
 from heatlens.model.curves.frames import exact_rate
-from heatlens.source.origin import StampedFile
+from heatlens.source.source import StampedFile
 
 _RATE = 48_000
 _SAME_RATE = 1e-4  # 23.976 is not 24

@@ -29,8 +29,7 @@ from heatlens.plate.exr.exr_scan import cut_short
 from heatlens.plate.picture.picture_digest import digest, without_advice
 from heatlens.sequence.names import parse_frames
 from heatlens.source.named import source_of
-from heatlens.source.origin import Origin
-from heatlens.source.source import Source
+from heatlens.source.source import Origin, Source
 from heatlens.version import __version__
 
 _NAMED_MOST = 5  # most files named in a sentence

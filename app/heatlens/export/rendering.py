@@ -25,7 +25,7 @@ from heatlens.model.view.guides import (
 from heatlens.plate.picture.picture_write import in_display_window
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.render import FrameRenderer
-from heatlens.source.origin import Origin
+from heatlens.source.source import Origin
 
 _LINE_SHARE = 1 / 720  # thickness of a line as a part of the picture's height
 

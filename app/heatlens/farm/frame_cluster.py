@@ -272,17 +272,20 @@ class _Service:
         self._look_at = 0.0
         self._of.hear(None)
 
-    def _choose(self) -> None:
-        told = self._programs.items()
+    def _learn_programs(self) -> None:
+        """Forget the programs of workers that are gone, and keep those that workers have told."""
         self._known = {it: found for it, found in self._known.items() if it in self._programs}
-        for it, future in told:
+        for it, future in self._programs.items():
             is_new = it not in self._known and future.status == "finished"
             if is_new and (found := answer_of(future)) is not None:
                 self._known[it] = found
+
+    def _choose(self) -> None:
+        self._learn_programs()
         fit = {it: found for it, found in self._known.items() if found[:2] == self._here[:2]}
         program = self._here if self._here in fit.values() else next(iter(fit.values()), ())
         workers = tuple(it for it, found in fit.items() if found == program)
-        is_asking = any(future.status == "pending" for _, future in told)
+        is_asking = any(future.status == "pending" for future in self._programs.values())
         why = "" if workers or is_asking else f"{self._why_none} {ON_THIS_MACHINE}"
         self._of.tell(workers, why, () if program == self._here else program)
 

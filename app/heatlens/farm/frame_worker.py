@@ -18,8 +18,7 @@ from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import Stamp
-from heatlens.source.origin import StampedFile, stamped
-from heatlens.source.source import Source
+from heatlens.source.source import Source, StampedFile, stamped
 from heatlens.version import __version__
 
 Program = tuple[str, ...]

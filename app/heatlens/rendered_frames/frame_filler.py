@@ -16,8 +16,7 @@ from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import RenderedPicture
 from heatlens.sequence.sequence import Stamp, stamp_of
-from heatlens.source.origin import StampedFile
-from heatlens.source.source import Source
+from heatlens.source.source import Source, StampedFile
 
 _WAITING = "waiting for a plate"
 

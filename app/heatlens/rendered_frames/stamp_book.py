@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from heatlens.base.background import Threads
-from heatlens.source.origin import StampedFile, stamped
+from heatlens.source.source import StampedFile, stamped
 
 # The thread pauses after so many frames: thousands would keep the window waiting for the
 # interpreter, which runs one thread at a time.

@@ -19,7 +19,7 @@ from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.scene.placing import Placing, placed_first
 from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, started_framing, subject_m, track_of
-from heatlens.scene.scene_name import is_demo, open_scene
+from heatlens.scene.scene_read import is_demo, open_scene
 
 _ASSUMED = Lens(
     focal_length_mm=SceneCamera.focal_length_mm,

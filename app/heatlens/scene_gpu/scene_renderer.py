@@ -16,10 +16,16 @@ from heatlens.model.shot.settings import Method
 from heatlens.model.shot.shot import Shot
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
-from heatlens.scene.nearest_seen import nearest_seen_m, with_near_plane
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import box_around, box_corners_m, track_of
-from heatlens.scene.scene_view import SceneView, finer, pupil_of, view_of
+from heatlens.scene.scene_view import (
+    SceneView,
+    finer,
+    nearest_seen_m,
+    pupil_of,
+    view_of,
+    with_near_plane,
+)
 from heatlens.scene_gpu import antialias, peel
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.antialias import Antialias

@@ -11,10 +11,11 @@ from heatlens.session.exports.export_commands import ExportCommands
 from heatlens.session.files.file_commands import FileCommands
 from heatlens.session.files.open_reel import OpenReel
 from heatlens.session.files.shot_documents import ShotDocuments
-from heatlens.session.files.start_choices import StartChoices
+from heatlens.session.files.start_choices import RecentFiles, StartChoices
 from heatlens.session.keys.key_commands import KeyCommands
 from heatlens.session.keys.key_rows import CAMERA, Row, RowChoice
 from heatlens.session.lens.lens_commands import LensCommands
+from heatlens.session.lens.lens_imports import FramingImport
 from heatlens.session.live.pull_recording import PullRecording
 from heatlens.session.live.ring_hand import RingHand
 from heatlens.session.live.ring_out import RingOut
@@ -26,20 +27,18 @@ from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.session.marks.scene_mark_tracks import SceneMarkTracks
 from heatlens.session.pictures.color_choice import ColorChoice
 from heatlens.session.pictures.compare_sides import CompareSides
-from heatlens.session.pictures.framing_import import FramingImport
 from heatlens.session.pictures.live_picture import LivePicture
 from heatlens.session.pictures.look_commands import LookCommands
 from heatlens.session.pictures.picture_commands import PictureCommands
 from heatlens.session.pictures.picture_view import PictureDisplay, PictureView
 from heatlens.session.pictures.reference import ReferenceLoader
 from heatlens.session.pictures.view_commands import ViewCommands
+from heatlens.session.playing.cluster_frames import WholePictures
 from heatlens.session.playing.frame_player import FramePlayer
 from heatlens.session.playing.pull_jobs import PullJobs
 from heatlens.session.playing.render_scheduler import RenderScheduler, VisibleWork
 from heatlens.session.playing.rendered_pull import RenderedPull, store_of
-from heatlens.session.playing.whole_pictures import WholePictures
 from heatlens.session.scenes.scene_commands import SceneCommands
-from heatlens.session.settings.recent_files import RecentFiles
 from heatlens.session.shared import Shared
 from heatlens.session.time.focus_track import MarkTrack, MarkTracks
 from heatlens.session.time.timeline import Timeline

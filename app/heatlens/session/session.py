@@ -24,8 +24,7 @@ from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shared import Shared
 from heatlens.session.shot.editing import Editing
-from heatlens.session.shot.start import GivenOptions, Start
-from heatlens.session.shot.start_shot import first_lens, with_given_camera
+from heatlens.session.shot.start import GivenOptions, Start, first_lens, with_given_camera
 from heatlens.source.opened import Opened
 
 _SETTLING_S = 0.1  # interval of checks whether a gesture has ended or an autosave is due

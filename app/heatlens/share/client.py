@@ -11,11 +11,10 @@ from typing import Any
 from aiohttp import WSMsgType, web
 
 from heatlens.base.errors import InputError
+from heatlens.share.address import Role
 from heatlens.share.asked import parsed
-from heatlens.share.hands import REST_S
-from heatlens.share.links import Role
 from heatlens.share.picture import Line, Picture
-from heatlens.share.shared import SharedSession
+from heatlens.share.shared import REST_S, SharedSession
 
 VERSION = 1
 _HELLO_S = 5.0  # time limit for the client's hello

@@ -12,10 +12,9 @@ from aiohttp import web
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.faults import faults_reported
-from heatlens.share.address import Address
+from heatlens.share.address import Address, Links, Role
 from heatlens.share.asked import MESSAGE_MOST
 from heatlens.share.client import Client
-from heatlens.share.links import Links, Role
 from heatlens.share.shared import SharedSession
 
 HANDS_MOST, LOOKERS_MOST = 4, 16

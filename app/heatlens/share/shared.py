@@ -1,22 +1,54 @@
 """Where the session's loop and the server's thread meet: messages one way, news the other.
 
 Neither waits for the other. What the loop publishes replaces what it published before.
+
+`Hands` decides which user has the lens: the latest touch wins once the other user rests.
 """
 
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from threading import Lock
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.session.door.door import Door
 from heatlens.share.asked import check, turns_lens
-from heatlens.share.hands import Hands
 from heatlens.share.picture import Picture
 
 _WAITING_MOST = 1000  # messages of all pages that the loop has not followed yet
 _MESSAGES_A_TURN = 200
 
 Reply = Callable[[str], None]
+
+REST_S = 0.5  # time that a user keeps the lens after the last touch
+WINDOW = "the window"
+
+
+class Hands:
+    """Decides which of several users may turn the lens; any thread may ask."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._lock = Lock()
+        self._holder = ""
+        self._touched_at = 0.0
+
+    def take(self, hand: str) -> bool:
+        """Return True if `hand` may turn the lens now, and has it then."""
+        with self._lock:
+            now = self._clock()
+            if self._holder not in ("", hand) and now - self._touched_at < REST_S:
+                return False
+            self._holder, self._touched_at = hand, now
+            return True
+
+    @property
+    def holder(self) -> str:
+        """The user who has the lens; "" once it is free."""
+        with self._lock:
+            is_held = self._clock() - self._touched_at < REST_S
+            return self._holder if is_held else ""
 
 
 def _nothing() -> None:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
 from heatlens.base.folders import preferences_dir
-from heatlens.share.address import ShareOptions
-from heatlens.share.links import Role, kept_links
+from heatlens.share.address import Role, ShareOptions, kept_links
 from heatlens.share.shared import SharedSession
 
 if TYPE_CHECKING:

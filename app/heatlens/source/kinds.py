@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from heatlens.base.errors import InputError
 from heatlens.base.extras import OnUse
 from heatlens.files.picture_formats import PICTURES_READ
-from heatlens.scene.scene_name import names_scene
+from heatlens.scene.scene_read import names_scene
 
 if TYPE_CHECKING:  # they are imported on use, so that a command loads only what its source needs
     from heatlens.camera.from_shot import CameraWish

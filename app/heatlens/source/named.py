@@ -1,14 +1,19 @@
-"""Find the source for a name in a shot file or on a command line."""
+"""Find the source for a name in a shot file or on a command line.
+
+The camera of a shot is found here too, whether its source is a scene or plates.
+"""
 
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.camera.from_shot import CameraWish
+from heatlens.camera.samples import CameraSamples, UpAxis
+from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.framing import SceneTiming
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.source.kinds import kind_of
-from heatlens.source.one_size import sequence_of_one_size
-from heatlens.source.plate_source import PlateSource
+from heatlens.source.plate_source import PlateSource, sequence_of_one_size
 from heatlens.source.source import Source
 
 # A shot keeps the options for its plates; without a shot, they are found from the files.
@@ -55,3 +60,20 @@ def checked_source(shot: Shot) -> str:
     if shot.source is None:
         raise InputError("The shot names no plate. Give its files with --plate.")
     return shot.source
+
+
+def camera_of_shot(
+    shot: Shot,
+    name: str,
+    frames: FrameRange | None = None,
+    sensor_height_mm: float | None = None,
+    scene_unit_m: float | None = None,
+    up_axis: UpAxis = "y",
+) -> CameraSamples:
+    """Return the camera of `shot`, see `CameraWish`.
+
+    Raises InputError if no frames are known or the scene cannot be read, and LensError if keys lead
+    to an impossible lens.
+    """
+    wish = CameraWish(name, frames, sensor_height_mm, scene_unit_m, up_axis)
+    return kind_of(shot.source or "").camera(shot, wish)

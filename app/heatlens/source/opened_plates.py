@@ -18,9 +18,8 @@ from heatlens.plate.header.header_lens import StartLens, start_lens
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.plate import Plate
 from heatlens.sequence.sequence import MissingPolicy, Sequence
-from heatlens.source.one_size import sequence_of_one_size
 from heatlens.source.opened import Opened, Opening
-from heatlens.source.plate_source import PlateSource
+from heatlens.source.plate_source import PlateSource, sequence_of_one_size
 
 _BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
 

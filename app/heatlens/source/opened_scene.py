@@ -14,8 +14,8 @@ from heatlens.scene.first_shot import FirstShot, first_shot, lens_with
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import Stamp
 from heatlens.source.opened import Opened, Opening
-from heatlens.source.origin import stamped
 from heatlens.source.scene_source import SceneSource
+from heatlens.source.source import stamped
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,11 @@
-"""Plates as a source: a single file, or the files of a numbered sequence."""
+"""Plates as a source: a single file, or the files of a numbered sequence.
 
+Numbered files are a sequence only if their pictures have the same size: hero.0720.exr and
+hero.1080.exr may be two sizes of the same picture. The names alone cannot decide, so the headers of
+a few neighbours are read, in about a tenth of a millisecond each.
+"""
+
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,6 +16,7 @@ import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import absolute
+from heatlens.files.picture_formats import is_picture
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.neighbour_reader import NeighbourReader
 from heatlens.frame_cache.reader import SequenceReader
@@ -21,12 +28,13 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.behind import behind_paths
 from heatlens.plate.mark_distance import mark_over_plates_m
+from heatlens.plate.parts.header_read import read_headers
+from heatlens.plate.picture.picture_open import picture_info
 from heatlens.plate.plate import Plate, ReadPixels
 from heatlens.sequence.depth_files import PlateFiles, depth_path_for
 from heatlens.sequence.names import NameForm, frames_text
-from heatlens.sequence.sequence import MissingPolicy, Sequence
-from heatlens.source.origin import Origin, stamped
-from heatlens.source.source import FrameLoader, Renderer
+from heatlens.sequence.sequence import MissingPolicy, Sequence, find_sequence
+from heatlens.source.source import FrameLoader, Origin, Renderer, stamped
 
 _STILL_FRAME = 1  # frame number of a picture without a number in its name
 _AHEAD = 2  # plates that are read while one is rendered
@@ -206,3 +214,46 @@ def plate_alone(path: Path, options: PlateOptions) -> PlateSource:
     """Return the plate in one file, even if it is a frame of a sequence; the disk is not read."""
     alone = Sequence(path.parent, NameForm(path.name, 0, ""), (_STILL_FRAME,), (_STILL_FRAME,))
     return PlateSource(str(path), alone, options)
+
+
+Size = tuple[int, int]
+
+
+def sequence_of_one_size(text: str) -> Sequence:
+    """Find the sequence for `text`; a file whose neighbours have another size stands alone.
+
+    A pattern or a folder means all of its files. Raises InputError as `find_sequence` does.
+    """
+    found = find_sequence(text)
+    path = Path(os.path.expanduser(text))
+    if found.is_single or found.folder == path or not os.path.isfile(path):
+        return found
+    named = found.frame_at(path)
+    own = _size_of(path)
+    others = (_size_of(found.path_at(frame)) for frame in _neighbours(found, named))
+    if own is None or all(size in (None, own) for size in others):
+        return found
+    return find_sequence(text, whole=False)
+
+
+def _neighbours(sequence: Sequence, frame: int | None) -> set[int]:
+    """Return the first and last present frame, and the present ones next to `frame`."""
+    present = sequence.present
+    at = present.index(frame) if frame in present else 0
+    return {
+        present[0],
+        present[-1],
+        present[max(at - 1, 0)],
+        present[min(at + 1, len(present) - 1)],
+    }
+
+
+def _size_of(path: Path) -> Size | None:
+    """Return width and height of the display window; None if the header cannot be read."""
+    try:
+        if is_picture(path):
+            return picture_info(path)[0]
+        (x0, y0), (x1, y1) = read_headers(path)[0]["displayWindow"]
+    except (InputError, KeyError):  # reported when the file is opened
+        return None
+    return int(x1 - x0) + 1, int(y1 - y0) + 1

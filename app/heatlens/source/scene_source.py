@@ -19,11 +19,9 @@ from heatlens.model.shot.shot import Shot
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import object_depth_m, object_names, track_of
-from heatlens.scene.scene_name import is_demo, open_scene
-from heatlens.scene.scene_read import files_of_scene
+from heatlens.scene.scene_read import files_of_scene, is_demo, open_scene
 from heatlens.sequence.sequence import MissingPolicy
-from heatlens.source.origin import Origin, stamped
-from heatlens.source.source import FrameLoader, Renderer
+from heatlens.source.source import FrameLoader, Origin, Renderer, stamped
 
 _STILL_FRAME = 1  # the frame of a scene in which nothing moves
 

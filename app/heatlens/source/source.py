@@ -1,6 +1,10 @@
-"""The protocol of a source whose frames can be rendered again."""
+"""The protocol of a source whose frames can be rendered again.
 
-from collections.abc import Callable
+`Origin` records the files that a frame is made of, and their state when it was planned.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -10,9 +14,36 @@ from heatlens.model.marks.mark import Mark
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
-from heatlens.sequence.sequence import MissingPolicy
-from heatlens.source.origin import Origin
+from heatlens.sequence.sequence import MissingPolicy, Stamp, stamp_of
 from heatlens.source.pinhole import Pinhole
+
+
+@dataclass(frozen=True)
+class StampedFile:
+    """A file and its stamp from before it was read; None for a missing file."""
+
+    path: Path
+    stamp: Stamp | None
+
+
+def stamped(paths: Iterable[Path]) -> tuple[StampedFile, ...]:
+    """Return the files with their current stamps."""
+    return tuple(StampedFile(path, stamp_of(path)) for path in paths)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """The files that one frame of a shot is made of.
+
+    frame     number of the plate that is read for it; for a scene, the frame itself
+    is_black  True if only the size of that plate is used, and its pixels become black
+    files     the file that is read, then the files that it names or that belong to it;
+              empty for the built-in scene
+    """
+
+    frame: int
+    is_black: bool = False
+    files: tuple[StampedFile, ...] = ()
 
 
 class Renderer(Protocol):

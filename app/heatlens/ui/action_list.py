@@ -5,7 +5,7 @@ from functools import partial
 
 from imgui_bundle import imgui
 
-from heatlens.session.door.command import Command
+from heatlens.session.door.named_commands import Command
 from heatlens.session.files.file_commands import PURPOSES
 from heatlens.session.settings.preferences import Theme
 from heatlens.ui.actions import Action, chord_of

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from imgui_bundle import imgui
 
-from heatlens.session.door.command import Command
+from heatlens.session.door.named_commands import Command
 
 _K = imgui.Key
 CTRL, SHIFT = int(_K.mod_ctrl), int(_K.mod_shift)

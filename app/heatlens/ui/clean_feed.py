@@ -14,8 +14,8 @@ from heatlens.ui.devices import GlfwHandle, monitor_of
 import glfw  # isort: skip
 
 from heatlens.model.view.view import ViewState
+from heatlens.ui.picture.grid import Pictures
 from heatlens.ui.picture.picture_alone import PictureAlone
-from heatlens.ui.picture.pictures import Pictures
 
 _SIZE = 1280, 720
 _TITLE = "heatlens picture"

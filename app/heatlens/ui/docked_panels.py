@@ -35,7 +35,7 @@ from heatlens.ui.panels.reel_stills import ReelStills
 from heatlens.ui.panels.ring_panel import ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
-from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.grid import Pictures
 from heatlens.ui.probe import listening
 from heatlens.ui.state import UiState
 from heatlens.ui.timeline.dope_sheet import lens_dots

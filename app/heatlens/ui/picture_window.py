@@ -25,12 +25,12 @@ from heatlens.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.ui.panels.focus_bar import focus_bar, focus_bar_height
 from heatlens.ui.panels.marks_panel import draw_point_marks, mark_in_window
 from heatlens.ui.picture.fade import PictureFade
+from heatlens.ui.picture.grid import Pictures
 from heatlens.ui.picture.held_alone import HeldAlone
 from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
 from heatlens.ui.picture.lessons import draw_lessons
 from heatlens.ui.picture.loupe import Loupe, over_flag
-from heatlens.ui.picture.pictures import Pictures
-from heatlens.ui.picture.ruler import draw_ruler
+from heatlens.ui.picture.pixel_values import draw_ruler
 from heatlens.ui.picture.seen_pictures import SeenPictures
 from heatlens.ui.picture.stream_notice import StreamNotice, draw_waiting
 from heatlens.ui.picture.viewport import ViewportPanel, ViewportResult

@@ -8,13 +8,13 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.errors import HeatlensError
 from heatlens.session.door.door import Door
 from heatlens.session.session import Session
+from heatlens.share.address import Role
 from heatlens.share.composed import Seen
-from heatlens.share.hands import WINDOW
-from heatlens.share.links import Role
+from heatlens.share.shared import WINDOW
 from heatlens.share.sharing import Sharing, squares_of
 from heatlens.share.tap import Tap
 from heatlens.ui import probe, theme, widgets
-from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.grid import Pictures
 
 _POPUP = "Share with a tablet"
 _WORDS = {Role.HAND: "This link turns the lens:", Role.LOOK: "This one may only look:"}

@@ -14,7 +14,7 @@ from heatlens.model.units import format_distance
 from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.scene.placing import placed
 from heatlens.scene.same_size import KeptSize, crop_words
-from heatlens.scene.scene_name import open_scene
+from heatlens.scene.scene_read import open_scene
 from heatlens.source.kinds import kind_of
 
 HELP = "keep the size of what is on a mark, by the camera or by the focal length"

@@ -32,7 +32,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
-from heatlens.preview.levels import cheaper
+from heatlens.preview.level_choice import cheaper
 from heatlens.render import FrameRenderer
 
 Shown = NDArray[np.float32]

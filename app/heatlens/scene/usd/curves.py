@@ -7,8 +7,8 @@ from heatlens.base.errors import InputError
 from heatlens.files.usd_library import UsdObject, numbers, usd_module, whole_numbers
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
+from heatlens.scene.primitives import tubes
 from heatlens.scene.scene import Mesh
-from heatlens.scene.tubes import tubes
 from heatlens.scene.usd.material import UsdMaterials
 
 Array = NDArray[np.float64]

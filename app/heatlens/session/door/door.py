@@ -20,8 +20,7 @@ from heatlens.files.json_record import JsonEntry, record_to_json
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.view.view import ViewState
-from heatlens.session.door.command import Command
-from heatlens.session.door.named_commands import named_commands
+from heatlens.session.door.named_commands import Command, named_commands
 from heatlens.session.door.requests import Request
 from heatlens.session.door.state import State, state_of
 from heatlens.session.session import Session

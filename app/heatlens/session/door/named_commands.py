@@ -1,15 +1,19 @@
-"""List the named commands of a session, which menus, keys, palette and other front ends offer."""
+"""List the named commands of a session, which menus, keys, palette and other front ends offer.
+
+A command is one thing that the user can do without further values, known by its name.
+"""
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
+from heatlens.base.errors import InputError
 from heatlens.model.curves.interpolation import Interpolation
 from heatlens.model.shot.settings import Method, barred_methods
 from heatlens.model.view.guides import MATTES
 from heatlens.model.view.view import Against, Compare, Overlay, ViewState
-from heatlens.scene.scene_name import DEMO
-from heatlens.session.door.command import Command
+from heatlens.scene.scene_read import DEMO
 from heatlens.session.session import Session
 
 LOOKS_NAMED = 9  # looks with a command of their own
@@ -26,6 +30,42 @@ _DOLLY_ZOOMS: dict[str, Literal["camera", "length"]] = {
     "Focal length follows the camera": "length",
 }
 _GUIDE_LINES = {"safe_areas": "Safe areas", "thirds": "Thirds", "centre": "Centre cross"}
+
+
+@dataclass(frozen=True, eq=False)
+class Command:
+    """One thing the user can do.
+
+    name    unique name
+    menu    title of its menu
+    run     the function that does it
+    is_on   returns the state of a switch; None for commands that switch nothing
+    barred  returns the reason why the command is unavailable now, or ""
+    label   returns the text that a menu shows instead of the name
+    """
+
+    name: str
+    menu: str
+    run: Callable[[], object]
+    is_on: Callable[[], bool] | None = None
+    barred: Callable[[], str] | None = None
+    label: Callable[[], str] | None = None
+
+    @property
+    def shown(self) -> str:
+        """The text in the menu: `label()` where the command has one, else the name."""
+        return self.name if self.label is None else self.label()
+
+    def why_not(self) -> str:
+        """Return the reason, a sentence, why the command is unavailable now; else ""."""
+        return "" if self.barred is None else self.barred()
+
+    def do(self) -> None:
+        """Run the command. Raise InputError with the reason if it is unavailable."""
+        why = self.why_not()
+        if why:
+            raise InputError(why)
+        self.run()
 
 
 def named_commands(session: Session) -> tuple[Command, ...]:

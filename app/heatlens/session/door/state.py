@@ -8,7 +8,7 @@ from heatlens.model.focus.coc import far_limit_m, near_limit_m
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.view.view import ViewState
-from heatlens.session.door.command import Command
+from heatlens.session.door.named_commands import Command
 from heatlens.session.session import Session
 
 

@@ -18,9 +18,13 @@ from heatlens.session.files.folder_walk import Chosen, Purpose
 from heatlens.session.files.open_reel import OpenReel
 from heatlens.session.files.plate_reading import PlateReading
 from heatlens.session.files.shot_documents import ShotDocuments
-from heatlens.session.lens.lens_imports import camera_import, grade_import, opening_import
+from heatlens.session.lens.lens_imports import (
+    FramingImport,
+    camera_import,
+    grade_import,
+    opening_import,
+)
 from heatlens.session.loop.worker import Worker
-from heatlens.session.pictures.framing_import import FramingImport
 from heatlens.session.pictures.picture_commands import PictureCommands
 from heatlens.session.pictures.reference import ReferenceLoader
 from heatlens.session.shared import Commands, Shared

@@ -15,7 +15,7 @@ from heatlens.session.loop.messages import Problem
 from heatlens.session.loop.worker import Worker
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.shot.shot_store import Found, ShotStore, proposed_name, unnamed_path
-from heatlens.session.shot.start_shot import shot_with_camera
+from heatlens.session.shot.start import shot_with_camera
 from heatlens.session.time.timeline import Timeline
 from heatlens.source.opened import Opened
 

@@ -13,7 +13,7 @@ from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.session.lens.lens_commands import LensCommands
 from heatlens.session.loop.worker import Worker
 from heatlens.session.shared import Commands, Shared
-from heatlens.session.shot.start_shot import first_lens
+from heatlens.session.shot.start import first_lens
 from heatlens.source.stream_source import OpenedStream
 
 _FOLLOWED = ("focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm")

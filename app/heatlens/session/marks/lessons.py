@@ -3,7 +3,7 @@
 from enum import StrEnum
 
 from heatlens.base.paths import data_dir
-from heatlens.scene.scene_name import DEMO
+from heatlens.scene.scene_read import DEMO
 from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.session.shot.editing import Editing
 

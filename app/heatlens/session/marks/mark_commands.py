@@ -30,12 +30,12 @@ from heatlens.session.marks.focus_pulls import FocusPulls
 from heatlens.session.marks.live_following import LiveFollowing
 from heatlens.session.marks.mark_distances import MarkDistances
 from heatlens.session.marks.mark_measuring import (
+    SurfaceTracking,
     on_thing,
     plates_at,
     reading_options,
     smoothed,
 )
-from heatlens.session.marks.surface_tracking import SurfaceTracking
 from heatlens.session.scenes.point_following import Following
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shared import Commands, Shared

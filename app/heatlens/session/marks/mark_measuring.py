@@ -1,19 +1,28 @@
-"""Measure marks on plates, on a thread: pick the thing at a pixel, read frames to follow one."""
+"""Measure marks on plates, on a thread: pick the thing at a pixel, read frames to follow one.
 
-from collections.abc import Iterator
+A mark on a surface follows it through the frames of the sequence.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
 from math import inf
 
+from heatlens.base.background import Background
 from heatlens.base.errors import InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.live_focus import Distances
 from heatlens.model.marks.mark import Mark
 from heatlens.model.marks.marks import MatteMark, PointMark, distance_at_m
+from heatlens.model.marks.track_mark import TrackMark
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.mattes.mattes import thing_at
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
+from heatlens.plate.tracking.tracked_mark import tracked
+from heatlens.session.loop.worker import Worker
 from heatlens.session.opened.open_source import OpenSource
+from heatlens.session.shared import Commands, Shared
 
 
 def on_thing(plate: Plate, point: PointMark) -> PointMark | MatteMark:
@@ -53,3 +62,38 @@ def plate_at(cache: FrameCache, options: PlateOptions, frame: int) -> Plate:
     if isinstance(found, Damaged):
         raise InputError(found.sentence)
     return found or read_plate(cache.sequence.path_at(stands_in), options)
+
+
+class SurfaceTracking(Commands, Worker):
+    """Tracks one mark at a time; a newer one replaces it."""
+
+    def __init__(self, shared: Shared, take: Callable[[Mark, TrackMark], None]) -> None:
+        """Create it; `take` is given the mark as it was at the start, and the tracked one."""
+        super().__init__(shared)
+        self._take = take
+        self._tracker: Background[tuple[Mark, TrackMark]] = Background(self._wake)
+        self._reached = self._said = ""  # how far the thread is
+
+    @property
+    def is_busy(self) -> bool:
+        """True while a surface is followed."""
+        return self._tracker.is_busy
+
+    def start(self, before: Mark, mark: TrackMark, cache: FrameCache, frames: FrameRange) -> None:
+        """Follow a mark that will take the place of `before`."""
+        read = partial(plate_at, cache, reading_options(self._source))
+        self._tracker.start(lambda: (before, tracked(mark, frames, read, self._show)))
+
+    def _show(self, words: str) -> None:
+        """Note how far it is; called on the thread."""
+        self._reached = words
+        self._wake()
+
+    def poll(self) -> None:
+        """Say how far it is, and hand over the mark; call this once a frame."""
+        if self._reached != self._said:
+            self._said = self._reached
+            self._say(self._said)
+        found = self._tracker.poll()
+        if found is not None:
+            self._take(*found)

@@ -16,7 +16,7 @@ from heatlens.defocus.steps import Steps
 from heatlens.gpu.textures import new_texture
 from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.shot import Shot
-from heatlens.preview.levels import quickest
+from heatlens.preview.level_choice import quickest
 from heatlens.preview.shown import PictureKey, Shown, whole_picture
 from heatlens.render import FrameRenderer
 from heatlens.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion

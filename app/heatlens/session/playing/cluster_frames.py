@@ -1,13 +1,22 @@
-"""Have the frames ahead rendered by a cluster, if the place of exports is one."""
+"""Have the frames ahead rendered by a cluster, if the place of exports is one.
+
+The whole picture at rest is rendered by a worker too, if that is chosen.
+"""
 
 from collections.abc import Container, Iterable, Iterator, Sequence
 from itertools import islice
 
+import moderngl
+
+from heatlens.defocus.steps import Steps
 from heatlens.farm.frame_cluster import ON_THIS_MACHINE, Answer, FrameCluster, Wish
 from heatlens.model.shot.shot import Shot
+from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.frame_store import FrameStore
+from heatlens.rendered_frames.kept_picture import RenderedPicture
 from heatlens.session.loop.messages import Problem, passing
+from heatlens.session.pictures.elsewhere import Elsewhere
 from heatlens.session.playing.pull_jobs import PullJobs
 from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.session.shared import Commands, Shared
@@ -148,3 +157,37 @@ class ClusterFrames(Commands):
 
 def _wish(job: FrameJob) -> Wish:
     return Wish(job.key, lambda: job)
+
+
+class WholePictures(Elsewhere):
+    """Whole pictures of one renderer, from the workers of `cluster`."""
+
+    def __init__(self, renderer: FrameRenderer, cluster: ClusterFrames) -> None:
+        self._renderer, self._cluster = renderer, cluster
+        self._is_asked = False
+
+    @property
+    def is_waiting(self) -> bool:
+        return self._is_asked and self._cluster.is_coming
+
+    def steps(self, shot: Shot, frame: int, slot: int) -> Steps[moderngl.Texture] | None:
+        if shot.defocus.method.needs_scene or not self._cluster.ask_whole(shot, frame):
+            return None
+        self._is_asked = True
+        return self._steps(shot, frame, slot)
+
+    def recall(self) -> None:
+        if self._is_asked:
+            self._is_asked = False
+            self._cluster.recall_whole()
+
+    def _steps(self, shot: Shot, frame: int, slot: int) -> Steps[moderngl.Texture]:
+        """Wait, and upload the picture; if no worker can render it, render it here."""
+        while self._cluster.is_coming:
+            yield "waiting for a worker"
+        answer = self._cluster.whole
+        self.recall()
+        found = None if answer is None else answer.picture
+        if isinstance(found, RenderedPicture):
+            return (yield from self._renderer.uploading(found.pixels, slot))
+        return (yield from self._renderer.steps(shot, frame, slot))

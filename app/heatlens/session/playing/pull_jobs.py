@@ -18,7 +18,7 @@ from heatlens.sequence.sequence import Sequence
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
-from heatlens.source.origin import StampedFile, stamped
+from heatlens.source.source import StampedFile, stamped
 
 _SIZES = 16  # scales are multiples of 1/16, so that a slightly larger window changes nothing
 _EVERY_S = 2.0  # time between two checks of the files

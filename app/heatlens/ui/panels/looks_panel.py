@@ -16,8 +16,8 @@ from heatlens.session.facts import Facts
 from heatlens.session.pictures.compare_sides import grid_names, is_look_b
 from heatlens.session.pictures.look_commands import pixels_of_still, still_of
 from heatlens.ui import probe, theme, widgets
+from heatlens.ui.picture.grid import Pictures
 from heatlens.ui.picture.picture_alone import PictureAlone
-from heatlens.ui.picture.pictures import Pictures
 
 _STILL_PX = 256, 144
 _STILL_EM = 9.6, 5.4

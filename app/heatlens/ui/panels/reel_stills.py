@@ -10,8 +10,8 @@ from heatlens.model.view.view import Compare
 from heatlens.session.desks import PictureDesk
 from heatlens.session.facts import Facts
 from heatlens.session.files.open_reel import OpenReel
+from heatlens.ui.picture.grid import Pictures
 from heatlens.ui.picture.picture_alone import PictureAlone
-from heatlens.ui.picture.pictures import Pictures
 
 _UPLOADS_MOST = 2  # in one frame of the window
 _DRAWN_PX = 128, 72

@@ -17,7 +17,7 @@ from heatlens.plate.coc_line import Surface
 from heatlens.session.facts import Facts
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import probe, theme
-from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.grid import Pictures
 
 Pixel = tuple[int, int]
 LookAt = Callable[[Pixel], Sequence[Surface]]

@@ -1,12 +1,22 @@
-"""Draw the whole picture into a texture, for the second window and for stills of looks."""
+"""Draw the whole picture into a texture, for the second window and for stills of looks.
+
+The labels of the grid are textures there, because the second window has no ImGui.
+"""
+
+from collections.abc import Sequence
 
 import moderngl
+import numpy as np
+from imgui_bundle import imgui
+from PIL import Image, ImageDraw, ImageFont
 
+from heatlens.display.picture_pass import PlacedPicture
+from heatlens.model.boxes import Box
 from heatlens.model.view.view import ViewState
+from heatlens.model.view.view_geometry import Viewport
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import theme
-from heatlens.ui.picture.pictures import Pictures
-from heatlens.ui.picture.tile_labels import TileLabels
+from heatlens.ui.picture.grid import Pictures, Tile
 from heatlens.ui.picture.viewport import ViewportPanel
 
 
@@ -64,3 +74,70 @@ class PictureAlone:
             self._target.release()
             self.texture.release()
         self._target = self.texture = None
+
+
+_HEIGHT_SHARE, _SIZE_LEAST = 1 / 45, 12.0  # font size: share of window height; least, in pixels
+_ASIDE_EM, _BELOW_EM, _PAD_EM = 0.9, 0.8, 0.4  # the same as in `draw_tiles`
+
+
+class TileLabels:
+    """The textures of the labels, kept from frame to frame."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._made: dict[tuple[str, int], moderngl.Texture] = {}
+
+    def placed(
+        self, tiles: Sequence[Tile], cells: Sequence[Viewport], height_px: int
+    ) -> list[PlacedPicture]:
+        """Return the labels, each placed at the lower left of its cell, in pixels of the window."""
+        size = round(max(height_px * _HEIGHT_SHARE, _SIZE_LEAST))
+        self._keep({(tile.words, size) for tile in tiles})
+        return [
+            _at_lower_left(self._texture(tile.words, size), cell, size)
+            for tile, cell in zip(tiles, cells, strict=True)
+        ]
+
+    def _texture(self, words: str, size: int) -> moderngl.Texture:
+        key = words, size
+        if key not in self._made:
+            pixels = label_pixels(words, size)
+            height, width = pixels.shape[:2]
+            made = self._ctx.texture((width, height), 4, pixels.tobytes())
+            made.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._made[key] = made
+        return self._made[key]
+
+    def _keep(self, wanted: set[tuple[str, int]]) -> None:
+        for key in self._made.keys() - wanted:
+            self._made.pop(key).release()
+
+    def release(self) -> None:
+        """Release the textures."""
+        self._keep(set())
+
+
+def label_pixels(words: str, size: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    """Return a label as (H, W, 4) bytes, straight alpha: text of `size` px on dark ground."""
+    font = ImageFont.truetype(str(theme.FONT_FILE), size)
+    pad, (ascent, descent) = round(_PAD_EM * size), font.getmetrics()
+    wide = round(font.getlength(words)) + 2 * pad
+    ground, ink = (_bytes_of(c) for c in (theme.OVER_PICTURE.shadow, theme.OVER_PICTURE.handle))
+    image = Image.new("RGBA", (wide, ascent + descent + pad), ground)
+    ImageDraw.Draw(image).text((pad, pad // 2), words, fill=ink, font=font)
+    return np.asarray(image, np.uint8)
+
+
+def _bytes_of(color: int) -> tuple[int, int, int, int]:
+    parts = imgui.color_convert_u32_to_float4(color)
+    red, green, blue, alpha = (round(255 * part) for part in (parts.x, parts.y, parts.z, parts.w))
+    return red, green, blue, alpha
+
+
+def _at_lower_left(texture: moderngl.Texture, cell: Viewport, size: int) -> PlacedPicture:
+    (x, y), (width, height) = cell.corner, cell.size
+    left, low = round(x + _ASIDE_EM * size), round(y + height - _BELOW_EM * size)
+    first = float(left), float(low - texture.height)
+    clip = Box(round(x), round(y), round(x + width), round(y + height))
+    last = float(left + texture.width), float(low)
+    return PlacedPicture(texture, first, last, clip, is_nearest=True, is_opaque=False)

@@ -19,8 +19,7 @@ from heatlens.session.desks import PictureDesk
 from heatlens.session.facts import Facts
 from heatlens.session.pictures.compare_sides import grid_names, is_look_b, look_called
 from heatlens.session.playing.kept_screen import KeptFrame, KeptScreen
-from heatlens.ui.picture.grid import Tile
-from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.grid import Pictures, Tile
 
 
 class SeenPictures:

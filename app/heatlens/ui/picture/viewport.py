@@ -24,8 +24,7 @@ from heatlens.model.view.view_geometry import (
 )
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.scenes.scene_commands import CameraDrag
-from heatlens.ui.picture.grid import Tile, cell_at, cells, draw_tiles
-from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.grid import Pictures, Tile, cell_at, cells, draw_tiles
 from heatlens.ui.picture.pixel_values import (
     SideValues,
     draw_display_window,

@@ -6,11 +6,17 @@ from dataclasses import dataclass
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.scene.scene_name import DEMO
+from heatlens.scene.scene_read import DEMO
 from heatlens.session.files.start_choices import Card
 from heatlens.ui import probe, theme
-from heatlens.ui.start.start_card import CardPictures, Place, column_width, draw_card
-from heatlens.ui.start.start_layout import StartLayout, lay_out
+from heatlens.ui.start.start_card import (
+    CardPictures,
+    Place,
+    StartLayout,
+    column_width,
+    draw_card,
+    lay_out,
+)
 from heatlens.ui.widgets import fitted
 
 _K = imgui.Key

@@ -24,11 +24,9 @@ from heatlens.ui import probe, theme
 from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.curve_axis import AXES, CurveAxis, raised
 from heatlens.ui.timeline.curve_handles import Heights, curve_handles
-from heatlens.ui.timeline.dope_sheet import draw_keys, hold_keys
+from heatlens.ui.timeline.dope_sheet import draw_keys, hold_keys, stretch_grips
 from heatlens.ui.timeline.recording_row import draw_recorded, recorded_places
-from heatlens.ui.timeline.scale import TimeScale
-from heatlens.ui.timeline.stretch_grips import stretch_grips
-from heatlens.ui.timeline.view import TimelineView
+from heatlens.ui.timeline.view import TimelineView, TimeScale
 
 _SAMPLE_PX, _ROOM = 4.0, 0.12
 _GRIP_EM = 1.4  # room at the edges for the grip of the chosen keys

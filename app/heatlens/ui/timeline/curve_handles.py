@@ -13,7 +13,7 @@ from heatlens.session.keys.key_choice import checked, frames_of
 from heatlens.session.loop.messages import reported
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.curve_axis import CurveAxis
-from heatlens.ui.timeline.scale import TimeScale
+from heatlens.ui.timeline.view import TimeScale
 
 _TIP_EM, _CATCH_EM = 0.36, 0.9  # radius of a tip, and of the circle in which it is caught
 _LEAST_EM = 1.7  # least distance of a tip from its key on the screen, so that both can be caught

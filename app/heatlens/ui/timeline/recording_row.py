@@ -15,8 +15,8 @@ from heatlens.session.live.pull_recording import (
 )
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.curve_handles import Heights
-from heatlens.ui.timeline.scale import TimeScale
 from heatlens.ui.timeline.tool_row import Tool, push, tool_row, word
+from heatlens.ui.timeline.view import TimeScale
 
 _TOLERANCE_EM, _FIGURE_EM = 7.0, 7.2
 _ARMED = "Ready to record: play (Space) and move the focus. Escape leaves."

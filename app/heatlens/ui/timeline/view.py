@@ -1,12 +1,86 @@
-"""Keep the state of the timeline panel between frames of the window."""
+"""Keep the state of the timeline panel between frames of the window.
 
-from dataclasses import dataclass, field
+`TimeScale` maps frames to screen positions: visible range, zoom, pan and ruler numbers.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
 
 from heatlens.session.keys.key_drag import KeyDrag
 from heatlens.session.keys.key_stretch import KeyStretch
 from heatlens.session.time.focus_track import FocusTrack
 from heatlens.ui.timeline.curve_axis import CurveLine
-from heatlens.ui.timeline.scale import TimeScale
+
+_FRAMES_LEAST = 4.0  # smallest visible number of frames
+_STEPS = 1, 2, 5  # times a power of ten: frames between two numbers on the ruler
+
+
+@dataclass(frozen=True)
+class TimeScale:
+    """Frames `first` to `last` over `width` screen units from `x` on; each frame has a cell.
+
+    `first` and `last` are times: the cell of frame n is centred at time n.
+    """
+
+    first: float
+    last: float
+    x: float
+    width: float
+
+    @classmethod
+    def over(cls, first: float, last: float, x: float, width: float) -> "TimeScale":
+        """Return a scale that shows the whole cells of the frames first to last."""
+        return cls(first - 0.5, last + 0.5, x, max(width, 1.0))
+
+    @property
+    def per_frame(self) -> float:
+        """Screen units per frame."""
+        return self.width / (self.last - self.first)
+
+    def x_at(self, frame: float) -> float:
+        """Return the x position of a time."""
+        return self.x + (frame - self.first) * self.per_frame
+
+    def time_at(self, x: float) -> float:
+        """Return the time at a position, which may lie between two frames."""
+        return self.first + (x - self.x) / self.per_frame
+
+    def frame_at(self, x: float) -> int:
+        """Return the frame in whose cell `x` lies."""
+        return math.floor(self.time_at(x) + 0.5)
+
+    def words_x(self, frame: float, width: float) -> float:
+        """Return the x at which a text of `width` begins: centred on its frame if it fits."""
+        at = self.x_at(frame) - width / 2
+        return max(min(at, self.x + self.width - width), self.x)
+
+    def zoomed(self, factor: float, about_x: float, least: float, most: float) -> "TimeScale":
+        """Return the scale zoomed about the time at `about_x`, within `least` to `most`."""
+        here = self.time_at(about_x)
+        frames = (self.last - self.first) / factor
+        frames = min(max(frames, _FRAMES_LEAST), most - least)
+        first = here - (here - self.first) * frames / (self.last - self.first)
+        return replace(self, first=first, last=first + frames)._within(least, most)
+
+    def panned(self, by_x: float, least: float, most: float) -> "TimeScale":
+        """Return the scale moved by so many screen units."""
+        by = -by_x / self.per_frame
+        return replace(self, first=self.first + by, last=self.last + by)._within(least, most)
+
+    def _within(self, least: float, most: float) -> "TimeScale":
+        frames = self.last - self.first
+        first = min(max(self.first, least), max(most - frames, least))
+        return replace(self, first=first, last=first + frames)
+
+    def ticks(self, least_apart: float) -> range:
+        """Return the frames that get a number, at least `least_apart` screen units apart."""
+        step = next(
+            s * 10**power
+            for power in range(10)
+            for s in _STEPS
+            if s * 10**power * self.per_frame >= least_apart or power == 9
+        )
+        return range(math.ceil(self.first / step) * step, math.floor(self.last) + 1, step)
 
 
 @dataclass
