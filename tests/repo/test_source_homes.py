@@ -28,7 +28,7 @@ MAY_ASK_THE_KIND = {
 MAY_ASK_FOR_A_SCENE = {
     "commands.output.picture_progress": "counts the steps in which a scene is drawn",
     "session.pictures.look_pictures": "looks of a scene are drawn by a renderer of their own",
-    "session.scenes.point_following": "another scene ends the following",
+    "session.scenes.scene_commands": "another scene ends the following",
     "session.playing.pull_jobs": "the place of the camera is part of a frame's key",
     "session.playing.rendered_pull": "the scene is shared with the renderer of frames ahead",
 }

@@ -11,7 +11,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.session.time.focus_track import FocusTrack, MarkTracks, ThingDistances, mark_m
-from heatlens.session.time.frame_states import Run
+from heatlens.session.time.timeline import Run
 from support.evening import FIRST, LEFT, RIGHT, until
 from support.plates import plate_of
 

@@ -8,7 +8,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.pull import PullShape, shaped_pull
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.keys.key_choice import KeyId, all_keys
-from heatlens.session.keys.key_stretch import Ends, ends_of, stretched
+from heatlens.session.keys.key_drag import Ends, ends_of, stretched
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 

@@ -6,7 +6,7 @@ import pytest
 
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.shot import LensParameter, Shot
-from heatlens.session.lens.kit_commands import KitCommands
+from heatlens.session.lens.lens_commands import KitCommands
 from heatlens.session.shot.editing import Editing
 from support.shared import shared_of
 

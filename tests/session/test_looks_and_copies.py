@@ -14,8 +14,8 @@ from heatlens.model.shot.look import Look
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.plate.exr.exr_read import read_parts
-from heatlens.session.pictures.clipboard import copy_png, tools
 from heatlens.session.pictures.look_commands import LookCommands, pixels_of_still, still_of
+from heatlens.session.pictures.picture_commands import copy_png, tools
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences

@@ -5,8 +5,7 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.shot import LensParameter
-from heatlens.session.time.frame_states import FrameStates, Run, runs_of
-from heatlens.session.time.timeline import Timeline, _range
+from heatlens.session.time.timeline import FrameStates, Run, Timeline, _range, runs_of
 from support.evening import FIRST, LAST, begun, settled, until
 from support.session_files import room_file
 

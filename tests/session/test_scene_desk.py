@@ -12,10 +12,9 @@ from heatlens.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.shot.framing import Framing, SceneTiming, WorldAxis
 from heatlens.model.shot.shot import LensParameter
 from heatlens.render import FrameRenderer
-from heatlens.session.scenes import point_following
+from heatlens.session.scenes import scene_commands
 from heatlens.session.scenes.clip_choice import ALL_CLIPS
-from heatlens.session.scenes.point_following import Following
-from heatlens.session.scenes.scene_commands import CameraDrag
+from heatlens.session.scenes.scene_commands import CameraDrag, Following
 from heatlens.session.session import Session
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.start import Start
@@ -192,7 +191,7 @@ def test_the_camera_has_keys_where_they_are_set(session, scenes):
 
 
 def test_a_point_is_followed_through_a_scene(session, scenes, monkeypatch):
-    monkeypatch.setattr(point_following, "_SLICE_S", 0.0)  # one frame a turn
+    monkeypatch.setattr(scene_commands, "_SLICE_S", 0.0)  # one frame a turn
     mark = PointMark("A", 20.0, 16.0)
     marks = session.time.marks
     marks.follow(mark)

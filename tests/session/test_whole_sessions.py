@@ -26,8 +26,8 @@ from heatlens.preview.level_choice import quickest
 from heatlens.scene.scene_read import DEMO
 from heatlens.session.keys.key_choice import all_keys
 from heatlens.session.keys.key_commands import KeyCommands
+from heatlens.session.keys.key_drag import Ends, KeyStretch
 from heatlens.session.keys.key_rows import RowChoice
-from heatlens.session.keys.key_stretch import Ends, KeyStretch
 from heatlens.session.marks.lessons import Lesson, Lessons
 from heatlens.session.pictures.look_pictures import LookPictures
 from heatlens.session.session import Session

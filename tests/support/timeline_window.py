@@ -10,8 +10,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.shot.pull import EASE_PERCENT
 from heatlens.model.shot.shot import LensParameter
-from heatlens.session.keys.key_drag import KeyDrag
-from heatlens.session.keys.key_stretch import KeyStretch
+from heatlens.session.keys.key_drag import KeyDrag, KeyStretch
 from heatlens.session.marks.focus_pulls import PULL_FRAMES
 from heatlens.session.time.playback import Ending
 from heatlens.ui.timeline.view import TimelineView

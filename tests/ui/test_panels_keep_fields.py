@@ -19,7 +19,7 @@ from heatlens.model.value_bins import bins_of, depth_histogram
 from heatlens.model.view.view import Against, ViewState
 from heatlens.plate.read import read_plate
 from heatlens.session.exports.export_settings import ExportSettings
-from heatlens.session.pictures.color_choice import ColorChoice
+from heatlens.session.pictures.picture_view import ColorChoice
 from heatlens.ui.panels.display_panel import display_panel
 from heatlens.ui.panels.export_panel import export_panel
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel

@@ -18,7 +18,7 @@ from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
 from heatlens.plate.picture.png_write import write_png
 from heatlens.session.pictures import picture_commands
-from heatlens.session.pictures.clipboard import copy_png
+from heatlens.session.pictures.picture_commands import copy_png
 from support.command_line import render
 from support.exr_files import rgb, window, write_file
 from support.gui import gui_of

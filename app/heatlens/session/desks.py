@@ -21,18 +21,16 @@ from heatlens.session.live.ring_hand import RingHand
 from heatlens.session.live.ring_out import RingOut
 from heatlens.session.live.ring_take import RingTake
 from heatlens.session.live.sent_lens import SentLens
+from heatlens.session.loop.messages import Worker
 from heatlens.session.loop.speed import Speed
-from heatlens.session.loop.worker import Worker
 from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.session.marks.scene_mark_tracks import SceneMarkTracks
-from heatlens.session.pictures.color_choice import ColorChoice
 from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.pictures.live_picture import LivePicture
 from heatlens.session.pictures.look_commands import LookCommands
 from heatlens.session.pictures.picture_commands import PictureCommands
-from heatlens.session.pictures.picture_view import PictureDisplay, PictureView
-from heatlens.session.pictures.reference import ReferenceLoader
-from heatlens.session.pictures.view_commands import ViewCommands
+from heatlens.session.pictures.picture_view import ColorChoice, PictureDisplay, PictureView
+from heatlens.session.pictures.view_commands import ReferenceLoader, ViewCommands
 from heatlens.session.playing.cluster_frames import WholePictures
 from heatlens.session.playing.frame_player import FramePlayer
 from heatlens.session.playing.pull_jobs import PullJobs

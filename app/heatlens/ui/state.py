@@ -3,8 +3,7 @@
 from collections.abc import Callable
 
 from heatlens.session.desks import FileDesk, TimeDesk
-from heatlens.session.keys.key_drag import KeyDrag
-from heatlens.session.keys.key_stretch import KeyStretch
+from heatlens.session.keys.key_drag import KeyDrag, KeyStretch
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.editing import Editing
 from heatlens.ui.appearance import ThemeChoice, UiScale

@@ -14,8 +14,7 @@ from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sources import Heard, Numbered
 from heatlens.model.lens.lens import Lens, MeasuredFrom, from_pupil_m
 from heatlens.model.option import Values
-from heatlens.session.loop.messages import Problem
-from heatlens.session.loop.worker import Worker
+from heatlens.session.loop.messages import Problem, Worker
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.editing import Editing
 

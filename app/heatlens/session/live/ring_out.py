@@ -8,8 +8,7 @@ from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.sender import SOURCE, LensOutput, Sender
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
-from heatlens.session.loop.messages import Problem
-from heatlens.session.loop.worker import Worker
+from heatlens.session.loop.messages import Problem, Worker
 from heatlens.session.shot.editing import Editing
 
 _RESTING_S = 0.5  # interval between samples of a resting lens; after one second it counts as silent

@@ -1,4 +1,7 @@
-"""Keep the message in the status bar: one sentence at a time, shown for a while."""
+"""The parts of the session that are polled in each frame of the window, such as its messages.
+
+The status bar shows one message at a time, for a while.
+"""
 
 import re
 import time
@@ -7,7 +10,25 @@ from contextlib import contextmanager
 
 from heatlens.base.errors import HeatlensError
 from heatlens.base.printable import printable
-from heatlens.session.loop.worker import Worker
+
+
+class Worker:
+    """The base of every worker, which has nothing to do.
+
+    A session holds its workers in one tuple, so that none is polled but forgotten when the loop
+    sleeps.
+    """
+
+    def poll(self) -> None:
+        """Take over arrived results, and continue. Raise HeatlensError if that fails."""
+
+    def seconds_until_needed(self) -> float | None:
+        """Return how many seconds the loop may sleep; None to sleep until an event."""
+        return None
+
+    def close(self) -> None:
+        """Finish writing, and end all threads."""
+
 
 SHOWN_S = 12.0
 

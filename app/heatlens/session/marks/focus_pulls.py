@@ -13,7 +13,7 @@ from heatlens.model.shot.pull import (
 )
 from heatlens.session.loop.messages import reported
 from heatlens.session.marks.live_following import LiveFollowing
-from heatlens.session.marks.mark_distances import MarkDistances
+from heatlens.session.marks.mark_measuring import MarkDistances
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
 

@@ -8,8 +8,7 @@ from heatlens.model.focus.live_focus import Follow, LiveFocus, Pursuit
 from heatlens.model.marks.mark import Mark
 from heatlens.model.shot.pull import baked
 from heatlens.model.shot.shot import Shot
-from heatlens.session.loop.messages import Problem, reported
-from heatlens.session.loop.worker import Worker
+from heatlens.session.loop.messages import Problem, Worker, reported
 from heatlens.session.shared import Commands, Shared
 from heatlens.source.live_focus import measured
 

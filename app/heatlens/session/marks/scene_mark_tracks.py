@@ -7,7 +7,7 @@ from heatlens.base.errors import HeatlensError
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.marks.marks import ObjectMark, PointMark
 from heatlens.model.shot.shot import LensParameter, Shot
-from heatlens.session.loop.worker import Worker
+from heatlens.session.loop.messages import Worker
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.focus_track import MarkTrack, mark_track

@@ -1,15 +1,118 @@
-"""Keep how the picture is viewed, and where it lies on the screen."""
+"""Keep how the picture is viewed, where it lies on the screen, and its view transform.
 
+The view transform is chosen by name and rebuilt on change; its faults are only reported.
+"""
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.base.errors import HeatlensError
+from heatlens.color.color_config import ColorConfig, default_view, load_color_config
+from heatlens.color.input_space import InputSpace, input_space_of
+from heatlens.color.view_transform import srgb_transform, view_transform
+from heatlens.display.screen_pictures import ScreenPictures
+from heatlens.model.shot.grade import Grade
 from heatlens.model.view.display_options import NO_GRADE, DisplayOptions
 from heatlens.model.view.view import Compare, ViewState
 from heatlens.model.view.view_geometry import ViewGeometry, Viewport
-from heatlens.session.pictures.color_choice import ColorChoice
+from heatlens.session.loop.messages import reported
 from heatlens.session.shot.editing import Editing
+
+_NOT_YET = ("", "", None, None)  # no view has such an input space
+
+
+class ColorChoice:
+    """Keeps the display pass set to the chosen display and view."""
+
+    def __init__(self, path: str | None, say: Callable[[str], None]) -> None:
+        """Load the config at `path`, None for $OCIO or the built-in one. Raises InputError."""
+        self._say = say
+        self.path = path
+        self.config: ColorConfig | None = None
+        try:
+            self.config = load_color_config(path)
+        except HeatlensError as error:
+            if path is not None:
+                raise
+            say(f"{error} Pictures are shown through the plain sRGB curve.")
+        self._inputs = self.config.input_spaces() if self.config else ()
+        self.attributes: Mapping[str, object] = {}  # header entries of the open plate
+        self._current: tuple[str, str, InputSpace | None, Grade | None] = _NOT_YET
+        self.transform = srgb_transform()  # the transform in use
+
+    def displays(self) -> tuple[str, ...]:
+        """Return the displays to choose from."""
+        return self.config.displays() if self.config else ("sRGB",)
+
+    def views(self, display: str) -> tuple[str, ...]:
+        """Return the views to choose from for a display."""
+        return self.config.views(display) if self.config else ("sRGB curve",)
+
+    def input_spaces(self) -> tuple[str, ...]:
+        """Return the input color spaces to choose from, the default one first.
+
+        The plain sRGB curve has none: it uses the colour space of the header.
+        """
+        return self._inputs
+
+    def usual_view(self, display: str) -> str:
+        """Return the default view of a display for the open plate, the same as in `render`."""
+        if self.config is None:
+            return self.views(display)[0]
+        return default_view(self.config, display, self.attributes)
+
+    def of_plate(self, view: ViewState, attributes: Mapping[str, object]) -> ViewState:
+        """Take the header entries of a plate; return `view`, adapted unless the user chose it."""
+        was = self.usual_view(view.display)
+        self.attributes = attributes
+        return replace(view, view=self.usual_view(view.display)) if view.view == was else view
+
+    def chosen_view(self, view: ViewState) -> str:
+        """Return the view that the user chose; "" if it is the default one."""
+        return "" if view.view == self.usual_view(view.display) else view.view
+
+    def with_names(self, view: ViewState) -> ViewState:
+        """Return `view` with display, view and input space limited to those of the config."""
+        displays = self.displays()
+        if view.display not in displays:
+            first = self.config.default_display if self.config else displays[0]
+            view = replace(view, display=first, view="")
+        if view.view not in self.views(view.display):
+            view = replace(view, view=self.usual_view(view.display))
+        return view if view.input_space in self._inputs else replace(view, input_space="")
+
+    def input_of(self, chosen: str) -> InputSpace:
+        """Return the input space of the plate: `chosen`, otherwise the one its header names."""
+        return input_space_of(self.config, self.attributes, chosen)
+
+    def draw_again(self) -> None:
+        """Build the transform again at the next `apply`."""
+        self._current = _NOT_YET
+
+    def apply(self, view: ViewState, screen: ScreenPictures, grade: Grade | None = None) -> None:
+        """Set the transform that `view` names on `screen`, with the grade of the shot.
+
+        One that cannot be built is reported.
+        """
+        light, grade = self.input_of(view.input_space), grade if view.is_graded else None
+        requested = (view.display, view.view, light, grade)
+        if requested == self._current:
+            return
+        self._current = requested
+        with reported(self._say):
+            if self.config is None:
+                transform = srgb_transform(light.name, light.turned_from)
+            else:
+                transform = view_transform(
+                    *(self.config, view.display, view.view, light.name),
+                    *(light.turned_from, grade),
+                )
+            screen.display.set_transform(transform)
+            self.transform = transform
+        screen.transform_version += 1
 
 
 @dataclass

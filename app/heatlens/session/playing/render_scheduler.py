@@ -5,8 +5,8 @@ from collections.abc import Callable
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
 from heatlens.preview.shown import Shown
+from heatlens.session.loop.messages import Worker
 from heatlens.session.loop.speed import Speed
-from heatlens.session.loop.worker import Worker
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.compare_sides import CompareSides, Side
 from heatlens.session.pictures.live_picture import PlateVersion

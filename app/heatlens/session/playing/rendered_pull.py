@@ -17,7 +17,7 @@ from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.rendered_frames.frame_key import frames_from, runs_of
 from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
 from heatlens.rendered_frames.memory_store import MemoryStore
-from heatlens.session.loop.worker import Worker
+from heatlens.session.loop.messages import Worker
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.cluster_frames import ClusterFrames
 from heatlens.session.playing.pull_jobs import PullJobs

@@ -18,8 +18,8 @@ from heatlens.model.shot.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
 from heatlens.plate.mattes.matte_distance import thing_m
 from heatlens.plate.plate import Plate
-from heatlens.session.loop.worker import Worker
-from heatlens.session.time.frame_states import Run
+from heatlens.session.loop.messages import Worker
+from heatlens.session.time.timeline import Run
 
 MarkLine = tuple[tuple[int, float], ...]  # (frame, 1/m)
 _WARNED_MOST = 2000  # frames that are checked for a focus that is too close

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 from heatlens.model.shot.grade import Grade
 from heatlens.model.shot.settings import Method, barred_methods
 from heatlens.model.view.view import Against, Compare, Overlay, ViewState
-from heatlens.session.pictures.color_choice import ColorChoice
+from heatlens.session.pictures.picture_view import ColorChoice
 from heatlens.ui import probe, widgets
 
 _OVERLAYS = {

@@ -27,8 +27,7 @@ from heatlens.model.shot.settings import PARTS, DefocusSettings, barred_methods
 from heatlens.model.shot.shot import LensParameter
 from heatlens.model.units import format_distance
 from heatlens.model.value_bins import DepthHistogram
-from heatlens.session.lens.kit_commands import KitCommands
-from heatlens.session.lens.lens_commands import nudged
+from heatlens.session.lens.lens_commands import KitCommands, nudged
 from heatlens.session.loop.messages import reported, window_words
 from heatlens.ui import probe, theme, widgets
 

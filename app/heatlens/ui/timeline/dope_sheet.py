@@ -12,9 +12,8 @@ from heatlens.model.curves.interpolation import Interpolation
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import Chosen, KeyId, key_of, moved
-from heatlens.session.keys.key_drag import KeyDrag, Move, Places
+from heatlens.session.keys.key_drag import KeyDrag, KeyStretch, Move, Places
 from heatlens.session.keys.key_rows import CAMERA, Row, key_frames, shown_rows
-from heatlens.session.keys.key_stretch import KeyStretch
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.view import TimelineView, TimeScale

@@ -17,7 +17,7 @@ from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import key_of
 from heatlens.session.keys.key_rows import CAMERA
 from heatlens.session.live.pull_recording import RecordingState
-from heatlens.session.time.frame_states import Run
+from heatlens.session.time.timeline import Run
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.curve_editor import curve_editor
 from heatlens.ui.timeline.dope_sheet import dope_sheet

@@ -6,8 +6,7 @@
 import math
 from dataclasses import dataclass, field, replace
 
-from heatlens.session.keys.key_drag import KeyDrag
-from heatlens.session.keys.key_stretch import KeyStretch
+from heatlens.session.keys.key_drag import KeyDrag, KeyStretch
 from heatlens.session.time.focus_track import FocusTrack
 from heatlens.ui.timeline.curve_axis import CurveLine
 
