@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.camera_file import write_camera
-from heatlens.camera.same_discs import with_renderer_f_stop
-from heatlens.camera.samples import INFINITE_M
+from heatlens.camera.samples import INFINITE_M, with_renderer_f_stop
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.lens_model import LensModel

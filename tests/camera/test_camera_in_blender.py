@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 from heatlens.camera.blender_write import blender_text
-from heatlens.camera.same_discs import with_renderer_f_stop
+from heatlens.camera.samples import with_renderer_f_stop
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.shot import LensParameter, Shot

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from heatlens.camera.camera_file import write_camera
 from heatlens.camera.nuke_write import left_out, nuke_text
-from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
-from heatlens.camera.samples import INFINITE_M
+from heatlens.camera.samples import INFINITE_M, with_nominal_f_stop, with_renderer_f_stop
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.lens.lens_model import LensModel
 from heatlens.source.named import camera_of_shot

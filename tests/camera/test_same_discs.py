@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.nuke_write import nuke_text
-from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
+from heatlens.camera.samples import with_nominal_f_stop, with_renderer_f_stop
 from heatlens.model.focus.coc import coc_line
 from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.lens_model import LensModel

@@ -22,7 +22,7 @@ from heatlens.model.option import options_of, type_of, words_of
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.model.shot.shot import LensParameter
-from heatlens.model.view.display_options import DisplayOptions
+from heatlens.model.view.view import DisplayOptions
 from support.other_values import with_all_fields_other, with_other_fields
 
 NAMES_OF_PLATES = {field.name for field in fields(PlateOptions)}

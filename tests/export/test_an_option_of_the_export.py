@@ -16,8 +16,8 @@ from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.export.job import job_text, read_job
 from heatlens.export.options import ExportOptions
-from heatlens.model.view.display_options import DisplayOptions
 from heatlens.model.view.guides import Guides
+from heatlens.model.view.view import DisplayOptions
 from support.other_values import with_all_fields_other
 
 _BEGIN = """
@@ -83,7 +83,7 @@ def test_the_job_of_the_window_and_its_panel_have_it(tmp_path):
         from heatlens.commands.export_options import add_export_options
         from heatlens.commands.options.field_options import fill_fields
         from heatlens.export.job import read_job
-        from heatlens.model.view.display_options import DisplayOptions
+        from heatlens.model.view.view import DisplayOptions
         from heatlens.session.exports.export_settings import ExportSettings
         from heatlens.ui import widgets
         from heatlens.ui.panels.export_panel import export_panel

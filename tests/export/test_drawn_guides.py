@@ -9,7 +9,6 @@ from heatlens.base.errors import InputError
 from heatlens.export.job import job_text
 from heatlens.export.options import ExportOptions
 from heatlens.export.rendering import with_guides
-from heatlens.model.view.display_options import DisplayOptions
 from heatlens.model.view.guides import (
     NO_GUIDES,
     Canvas,
@@ -18,6 +17,7 @@ from heatlens.model.view.guides import (
     inner_rect,
     parse_desqueeze,
 )
+from heatlens.model.view.view import DisplayOptions
 from support.exports import HEIGHT, WIDTH, exported, refused, write_plates
 from support.written_pictures import pixels
 

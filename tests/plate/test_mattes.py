@@ -12,8 +12,14 @@ from heatlens.base.errors import InputError
 from heatlens.model.marks.marks import DistanceMark, MatteMark, MattePart, ObjectMark, PointMark
 from heatlens.plate.mark_distance import mark_on_plate_m, mark_over_plates_m
 from heatlens.plate.mattes.cryptomatte import bits_of, hashed
-from heatlens.plate.mattes.matte_distance import distance_m, thing_m
-from heatlens.plate.mattes.mattes import UnknownThingError, has_things, matte_of, thing_at
+from heatlens.plate.mattes.mattes import (
+    UnknownThingError,
+    distance_m,
+    has_things,
+    matte_of,
+    thing_at,
+    thing_m,
+)
 from heatlens.plate.read import read_plate
 from support.exr_files import rgb, write_file
 from support.mattes import CARD, HEIGHT, HERO, WIDTH, as_float, matte_plate

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.rows import json_text
 from heatlens.color.color_config import load_color_config

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from heatlens.base import free_memory
 from heatlens.model.boxes import Box
-from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.frame_store import FrameStore
 from heatlens.rendered_frames.kept_picture import (
     _HEAD,
@@ -23,7 +22,7 @@ from heatlens.rendered_frames.kept_picture import (
     encoded,
     half_of,
 )
-from heatlens.rendered_frames.memory_store import MemoryStore, default_memory_bytes
+from heatlens.rendered_frames.limited_stores import DiskStore, MemoryStore, default_memory_bytes
 
 WINDOWS = Box(-2, 3, 10, 9), Box(0, 0, 12, 8)
 

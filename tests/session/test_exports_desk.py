@@ -9,8 +9,8 @@ from heatlens.export.options import in_panel
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import Quality
 from heatlens.model.shot.shot import Shot
-from heatlens.model.view.display_options import DisplayOptions
 from heatlens.model.view.guides import Guides
+from heatlens.model.view.view import DisplayOptions
 from heatlens.session.exports.export_settings import (
     CAMERA_KINDS,
     FRAME_KINDS,

@@ -24,8 +24,8 @@ from heatlens.model.boxes import Box
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.model.shot.shot import LensParameter
-from heatlens.model.view.display_options import DisplayOptions
 from heatlens.model.view.guides import NO_GUIDES, Guides
+from heatlens.model.view.view import DisplayOptions
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import write_exr
 from heatlens.session.exports.export_process import ExportState, _take

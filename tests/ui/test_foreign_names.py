@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.session.settings.preferences import Preferences
 from support.command_line import CAMERA, channels
 from support.exr_files import rgb, write_file

@@ -21,7 +21,7 @@ from heatlens.render import FrameRenderer
 from heatlens.session.shot.start import Start
 from heatlens.source.kinds import NO_FILES
 from heatlens.source.stream_source import StreamSource
-from heatlens.ui.picture import stream_notice
+from heatlens.ui.picture import notices
 from support.gui import Gui
 from support.plates import room
 from support.session_files import LENS, QUICK
@@ -116,8 +116,8 @@ def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
 
 def test_why_nothing_is_shown_is_told_in_the_picture_before_one_is_up_and_after(ctx, monkeypatch):
     values, told = frame_of_room(), []
-    monkeypatch.setattr(stream_notice.imgui, "text_wrapped", told.append)
-    monkeypatch.setattr(stream_notice, "_draw_wrapped", lambda text, *_: told.append(text))
+    monkeypatch.setattr(notices.imgui, "text_wrapped", told.append)
+    monkeypatch.setattr(notices, "_draw_wrapped", lambda text, *_: told.append(text))
     with listening(ctx) as gui:
         with Ipc(*address(gui)) as client:
             client.create_image("flat", WIDTH, HEIGHT, list("RGB"))

@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.shot.settings import Quality
 from heatlens.session.loop.messages import Messages, Problem, passing
-from heatlens.ui.panels.speed_panel import speed_panel
+from heatlens.ui.docked_panels import speed_panel
 from support.gui import gui_of
 from support.sequences import sequence_files
 from support.session_files import QUICK

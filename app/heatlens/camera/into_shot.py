@@ -4,8 +4,13 @@ from collections.abc import Collection
 from dataclasses import fields, replace
 
 from heatlens.base.errors import InputError
-from heatlens.camera.same_discs import with_nominal_f_stop
-from heatlens.camera.samples import PLAIN_OPENING, CameraSamples, Track, is_constant
+from heatlens.camera.samples import (
+    PLAIN_OPENING,
+    CameraSamples,
+    Track,
+    is_constant,
+    with_nominal_f_stop,
+)
 from heatlens.model.curves.key_reduction import linear_keys
 from heatlens.model.lens.lens import Lens
 from heatlens.model.option import Values, type_of

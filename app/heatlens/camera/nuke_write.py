@@ -20,8 +20,13 @@ compare.
 from collections.abc import Iterator, Mapping, Sequence
 
 from heatlens.camera.placement import camera_to_world, euler_deg
-from heatlens.camera.same_discs import with_renderer_f_stop
-from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, finite_m
+from heatlens.camera.samples import (
+    LENS_TRACKS,
+    OPENING_TRACKS,
+    CameraSamples,
+    finite_m,
+    with_renderer_f_stop,
+)
 
 _KNOBS = {
     "focal_length_mm": "focal",

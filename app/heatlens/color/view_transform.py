@@ -17,7 +17,7 @@ from heatlens.base.paths import data_dir
 from heatlens.color.color_config import ColorConfig, check_known, one_line
 from heatlens.files.ocio_library import ocio
 from heatlens.model.shot.grade import Grade
-from heatlens.model.view.display_options import PLAIN_VIEW
+from heatlens.model.view.view import PLAIN_VIEW
 from heatlens.plate.header.primaries import KNOWN, REC709, XYZ, Primaries
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage

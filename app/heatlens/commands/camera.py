@@ -10,15 +10,13 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.camera.camera_file import WRITTEN, left_out_of, read_camera, write_camera
 from heatlens.camera.ring_samples import ring_samples
-from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
-from heatlens.camera.samples import CameraSamples
+from heatlens.camera.samples import CameraSamples, with_nominal_f_stop, with_renderer_f_stop
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
 from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.options.lens_options import lens_words
 from heatlens.commands.options.scene_options import add_timing_options, timing_of
-from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.options.value_types import number
-from heatlens.commands.output.plate_words import first_plate, overscan_of_shot
+from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, shot_timecodes
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.shots.following import measured_now
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot

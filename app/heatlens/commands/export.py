@@ -16,9 +16,13 @@ from heatlens.commands.export_options import add_export_options, job_of, part_of
 from heatlens.commands.options.display_options import say_seen_through
 from heatlens.commands.options.farm_options import renderer_of, use_device
 from heatlens.commands.options.field_options import fill_fields
-from heatlens.commands.options.shot_timecode import shot_timecodes
 from heatlens.commands.output.export_progress import failure_reported, progress_of
-from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
+from heatlens.commands.output.plate_words import (
+    first_plate,
+    overscan_of_shot,
+    say_doubts_of_shot,
+    shot_timecodes,
+)
 from heatlens.commands.output.say import say
 from heatlens.commands.reels.reel_export import ShotToExport, export_reel
 from heatlens.commands.reels.reel_options import add_reel_options, refuse_reel_options

@@ -19,11 +19,11 @@ from heatlens.commands.options.field_options import (
     typed_fields,
 )
 from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
-from heatlens.commands.options.kept_option import kept_names
 from heatlens.commands.options.lens_options import add_lens_options, add_plate_options
 from heatlens.commands.options.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
+    kept_names,
     pinhole_options,
 )
 from heatlens.commands.options.scene_options import (

@@ -8,7 +8,7 @@ from itertools import count
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.commands.options.lens_options import add_plate_options, plate_options
 from heatlens.commands.options.scene_options import add_placing_options
 from heatlens.commands.options.value_types import number

@@ -22,7 +22,7 @@ from typing import Any, NoReturn
 
 from heatlens.base.errors import FAULT_CODE, FaultError, HeatlensError, InputError
 from heatlens.base.faults import told_error
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.base.stopping import stop_was_said
 from heatlens.commands.options.command_parser import add_command
 from heatlens.commands.output.say import say_nothing

@@ -17,11 +17,12 @@ from heatlens.commands.options.display_options import (
 from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.frame_command import add_frame_options, take_one_frame
 from heatlens.commands.options.given_options import given, refuse_unused
-from heatlens.commands.options.kept_option import add_keep_option, kept_names
 from heatlens.commands.options.lens_options import plate_options
 from heatlens.commands.options.pinhole_output import (
+    add_keep_option,
     add_pinhole_options,
     check_pinhole_options,
+    kept_names,
     rendered_plate,
 )
 from heatlens.commands.output.picture_progress import picture_progress

@@ -17,8 +17,8 @@ import numpy as np
 
 import heatlens
 from heatlens.base.errors import GpuError
+from heatlens.base.outside_text import one_line
 from heatlens.base.paths import data_dir
-from heatlens.base.printable import one_line
 from heatlens.base.stopping import temporary_folder
 from heatlens.doctor.finding import Finding
 from heatlens.model.boxes import Box

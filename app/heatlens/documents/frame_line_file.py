@@ -6,8 +6,8 @@ from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
+from heatlens.base.outside_text import one_line
 from heatlens.base.paths import file_bytes, unreadable
-from heatlens.base.printable import one_line
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
 from heatlens.model.view.guides import Canvas, FrameLine, Part

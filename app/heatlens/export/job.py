@@ -11,8 +11,8 @@ from heatlens.export.output import Output
 from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.files.json_record import read_json, record_to_json
 from heatlens.model.shot.shot import Shot
-from heatlens.model.view.display_options import DisplayOptions
 from heatlens.model.view.guides import NO_GUIDES, Guides
+from heatlens.model.view.view import DisplayOptions
 from heatlens.source.named import checked_source
 
 _STOPS_MOST = 30.0  # beyond this, everything is white or black

@@ -6,7 +6,7 @@ from types import ModuleType
 
 from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
-from heatlens.base.printable import one_line
+from heatlens.base.outside_text import one_line
 
 
 def check_pages(purpose: str, is_pdf: bool = False) -> None:

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
+from heatlens.base.outside_text import one_line
 from heatlens.base.paths import unreadable
-from heatlens.base.printable import one_line
 
 if TYPE_CHECKING:
     from av import VideoFrame, VideoStream

@@ -10,8 +10,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.marks.mark import Mark
 from heatlens.model.marks.marks import DistanceMark, MatteMark, PointMark, WorldMark
 from heatlens.plate.coc_line import depth_at_m
-from heatlens.plate.mattes.matte_distance import thing_m
-from heatlens.plate.mattes.mattes import UnknownThingError
+from heatlens.plate.mattes.mattes import UnknownThingError, thing_m
 from heatlens.plate.plate import Plate
 
 

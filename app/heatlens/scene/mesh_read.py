@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
+from heatlens.base.outside_text import one_line
 from heatlens.base.paths import file_bytes, unreadable
-from heatlens.base.printable import one_line
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.obj_files import FilesBeside
 from heatlens.scene.picture_read import read_picture

@@ -15,7 +15,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.base.host_port import host_and_port
+from heatlens.base.outside_text import host_and_port
 from heatlens.base.paths import file_and_status
 from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 

@@ -5,7 +5,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from imgui_bundle import imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.option import options_of, type_of
 from heatlens.ui import widgets
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.session.desks import FileDesk
 from heatlens.session.settings.ui_sizes import scaled_layout
 from heatlens.ui import probe, topmost, widgets

@@ -6,7 +6,7 @@ from dataclasses import replace
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.display.picture_pass import PlacedPicture
 from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.model.focus.coc import sharp_px
@@ -30,9 +30,9 @@ from heatlens.ui.picture.held_alone import HeldAlone
 from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
 from heatlens.ui.picture.lessons import draw_lessons
 from heatlens.ui.picture.loupe import Loupe, over_flag
+from heatlens.ui.picture.notices import StreamNotice, draw_waiting
 from heatlens.ui.picture.pixel_values import draw_ruler
 from heatlens.ui.picture.seen_pictures import SeenPictures
-from heatlens.ui.picture.stream_notice import StreamNotice, draw_waiting
 from heatlens.ui.picture.viewport import ViewportPanel, ViewportResult
 from heatlens.ui.start.start_screen import StartScreen
 from heatlens.ui.state import UiState

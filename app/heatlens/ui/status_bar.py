@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.display.probe import PictureReader, probe_at, probe_text
 from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown

@@ -15,7 +15,7 @@ import moderngl
 
 from heatlens.base.errors import NoWindowError
 from heatlens.base.folders import preferences_dir, rendered_frames_dir
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.base.stopping import StopSignals
 from heatlens.gpu.context import is_software
 from heatlens.live.ring.ring_input import PadInput

@@ -17,7 +17,7 @@ from heatlens.export.job import DisplayLook
 from heatlens.model.shot.grade import Grade
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
-from heatlens.model.view.display_options import NO_GRADE, PLAIN_VIEW, DisplayOptions
+from heatlens.model.view.view import NO_GRADE, PLAIN_VIEW, DisplayOptions
 from heatlens.plate.header.channels import Header
 from heatlens.plate.parts.header_read import read_color_header
 from heatlens.source.named import source_of

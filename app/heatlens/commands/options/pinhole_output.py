@@ -1,14 +1,23 @@
-"""The options for writing a scene as a plate, and the plate itself."""
+"""The options for what else an EXR holds: a scene as a plate, and channels of the input.
+
+`--pinhole` writes a scene without a lens, as the plate that is made here; `--keep-channels` copies
+channels of the plate to an EXR.
+"""
 
 import argparse
 
 from heatlens.base.errors import InputError
+from heatlens.commands.options.field_options import add_fields
 from heatlens.commands.output.say import say
+from heatlens.export.options import ExportOptions
 from heatlens.export.pinhole_plate import AUTO, PinholeOptions, pinhole_plate
+from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
+from heatlens.plate.kept_channels import check_kept
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene_gpu.overscan import fineness
+from heatlens.source.source import Source
 
 
 def add_pinhole_options(parser: argparse.ArgumentParser) -> None:
@@ -99,3 +108,26 @@ def _smaller(renderer: FrameRenderer, plate: Plate) -> str:
         f"; the scene itself is blurred at {fine} times its size: for the same quality, write the "
         f"plate with --size {larger} and reduce the picture"
     )
+
+
+def add_keep_option(parser: "argparse.ArgumentParser | argparse._ArgumentGroup") -> None:
+    """Add it to the options of a command that writes EXR files."""
+    add_fields(parser, ExportOptions, ["keep_channels"])
+
+
+def kept_names(
+    args: argparse.Namespace, source: Source, options: PlateOptions, proxy: float
+) -> tuple[str, ...]:
+    """Return the given names, checked in the first existing plate.
+
+    Raises InputError for a scene, for a proxy and for names that the file does not have.
+    """
+    if not args.keep_channels:
+        return ()
+    if source.first_file is None:
+        raise InputError(f"{source.text} is a 3D scene: it has no channels to keep.")
+    if proxy != 1.0:
+        raise InputError("--keep-channels keeps every pixel as it is: leave --proxy out.")
+    wanted = tuple(name.strip() for name in args.keep_channels.split(",") if name.strip())
+    check_kept(source.first_file, options, wanted)
+    return wanted

@@ -1,6 +1,10 @@
-"""Print how a plate was read, and doubts about the lens, before a command starts to work."""
+"""Print how a plate was read, and doubts about the lens, before a command starts to work.
 
-from collections.abc import Iterable
+Also what the plates of a shot tell: the first of them, the surroundings that the lens needs, and
+the timecode of frames, from the shot or else from the header of its first file.
+"""
+
+from collections.abc import Callable, Iterable
 
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
@@ -8,10 +12,13 @@ from heatlens.commands.output.say import say
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
+from heatlens.model.timecode import Timecode
 from heatlens.plate.overscan_need import OverscanNeed, overscan_need
+from heatlens.plate.parts.header_read import first_timecode
 from heatlens.plate.plate import Plate
 from heatlens.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
 from heatlens.plate.read import read_plate
+from heatlens.sequence.sequence import find_sequence
 from heatlens.source.named import source_of
 
 
@@ -62,5 +69,25 @@ def first_plate(shot: Shot) -> Plate | None:
     try:
         first = None if shot.source is None else source_of(shot).first_file
         return None if first is None else read_plate(first, shot.plate_options)
+    except InputError:
+        return None
+
+
+def shot_timecodes(shot: Shot, first: int) -> Callable[[int], Timecode | None]:
+    """Return a function for the timecode of a frame; `first` is the first frame of a still shot."""
+    started = None if shot.start_timecode is not None else _first_of(shot)
+    rate = shot.frames_per_second
+
+    def timecode_at(frame: int) -> Timecode | None:
+        told = None if started is None else started[1].later(frame - started[0], rate)
+        return shot.timecode_at(frame, told, first)
+
+    return timecode_at
+
+
+def _first_of(shot: Shot) -> tuple[int, Timecode] | None:
+    """Return a frame and its timecode; None for scenes and plates that cannot be read yet."""
+    try:
+        return None if shot.source is None else first_timecode(find_sequence(shot.source))
     except InputError:
         return None

@@ -3,7 +3,7 @@
 import sys
 from typing import TextIO
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 
 _is_quiet = False
 

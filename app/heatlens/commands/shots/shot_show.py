@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.commands.output.say import tell
 from heatlens.documents.shot_file import read_shot, shot_to_json
 from heatlens.files.json_record import plain

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from heatlens.base.errors import InputError
-from heatlens.base.host_port import host_and_port
+from heatlens.base.outside_text import host_and_port
 
 DEFAULT_HOST = "127.0.0.1"  # only this machine; a camera on the network must be named
 OPENTRACKIO_PORT = 55555

@@ -3,7 +3,7 @@
 import socket
 
 from heatlens.base.errors import InputError
-from heatlens.base.host_port import host_and_port
+from heatlens.base.outside_text import host_and_port
 
 DEFAULT_HOST = "127.0.0.1"  # only this machine, because the protocol has no password
 DEFAULT_PORT = 14158

@@ -5,7 +5,7 @@ import socket
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.files.picture_formats import is_picture
 
 _LETTERS_SAID = 200

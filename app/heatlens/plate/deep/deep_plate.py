@@ -33,8 +33,7 @@ from heatlens.plate.exr.deep_file import DeepChannels, deep_channels
 from heatlens.plate.fragments import LEAST_COVERAGE, OPAQUE
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.header.channels import Header, Part, list_channels, views_of
-from heatlens.plate.parts.carried import carried
-from heatlens.plate.parts.header_read import read_headers
+from heatlens.plate.parts.header_read import carried, read_headers
 from heatlens.plate.plate import BehindReport, DepthReport, Plate, ReadPixels
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
 

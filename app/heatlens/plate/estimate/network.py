@@ -15,8 +15,8 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
+from heatlens.base.outside_text import one_line
 from heatlens.base.paths import file_bytes, unreadable
-from heatlens.base.printable import one_line
 from heatlens.model.depth_words import DepthModelOutput
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.mattes.matte_distance import SURE
-from heatlens.plate.mattes.mattes import UnknownThingError, matte_of
+from heatlens.plate.mattes.mattes import SURE, UnknownThingError, matte_of
 from heatlens.plate.plate import Cutout, FloatImage, Pixels, Plate, read_pixels
 from heatlens.plate.windows import moved_to_window
 

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.plate.coc_line import no_distances
-from heatlens.plate.mattes.matte_distance import SURE
-from heatlens.plate.mattes.mattes import UnknownThingError, matte_of
+from heatlens.plate.mattes.mattes import SURE, UnknownThingError, matte_of
 from heatlens.plate.plate import FloatImage, Plate, ReadPixels
 
 _PLANE, _NEAREST = "plane:", "nearest:"

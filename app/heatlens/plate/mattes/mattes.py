@@ -1,7 +1,8 @@
 """Find the matte of an object in a plate: Cryptomatte, a channel of ids, or a plain matte.
 
 A matte is named by where it is found and what it shows, with a colon between:
-`cryptomatte:hero`, `CryptoAsset:car`, `objectId:7`, `matte:mask.R`.
+`cryptomatte:hero`, `CryptoAsset:car`, `objectId:7`, `matte:mask.R`. The distance of the object is
+measured by its matte and the depth of the plate.
 """
 
 import re
@@ -14,6 +15,8 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
 from heatlens.model.boxes import Box
+from heatlens.model.marks.marks import MattePart
+from heatlens.plate.coc_line import no_distances
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.channels import ChannelRef, Part, flat_channels, listed, pixels_of
 from heatlens.plate.mattes.cryptomatte import Cryptomatte, bits_of, cryptomattes
@@ -163,3 +166,38 @@ def _unknown(path: Path, parts: Sequence[Part], where: str, what: str) -> Unknow
     near = get_close_matches(what, names, 1)
     hint = f"Did you mean {near[0]}?" if near else f"It has: {listed(names)}."
     return UnknownThingError(f"{path}: no Cryptomatte has {what!r}. {hint}")
+
+
+_LEAST_PX = 4.0  # coverage below which an object counts as hidden
+SURE = 0.5  # coverage from which the depth of a pixel is the object's
+_NEAREST = 0.98  # share of the coverage behind the nearest part: ignores stray pixels
+
+
+def thing_m(plate: Plate, text: str, part: MattePart) -> float | None:
+    """Return the distance of an object in metres; None where it is hidden or out of the frame.
+
+    Its middle is the median of what is seen of it, in dioptres, and its nearest part is that
+    behind which 98 % of it lies; both are weighted by coverage. Raises InputError for a plate
+    without distances, and as `matte_of` does.
+    """
+    if not plate.has_distances:
+        raise no_distances(plate)
+    depth_m = plate.depth_m
+    assert depth_m is not None
+    return distance_m(matte_of(plate, text), depth_m, part)
+
+
+def distance_m(matte: FloatImage, depth_m: FloatImage, part: MattePart) -> float | None:
+    """Return what `thing_m` does, from a matte and depths in metres, both (H, W)."""
+    is_there = matte > 0
+    if float(matte.sum()) < _LEAST_PX:
+        return None
+    # Pixels at an edge may have the depth of something else.
+    if (matte >= SURE).sum() >= _LEAST_PX:
+        is_there = matte >= SURE
+    dioptres, weights = 1.0 / depth_m[is_there].astype(np.float64), matte[is_there]
+    order = np.argsort(dioptres)
+    passed = np.cumsum(weights[order], dtype=np.float64)
+    share = _NEAREST if part is MattePart.NEAREST else 0.5
+    found = float(dioptres[order[np.searchsorted(passed, share * passed[-1])]])
+    return 1.0 / found if found > 0 else float("inf")

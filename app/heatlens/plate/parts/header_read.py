@@ -1,6 +1,7 @@
 """Read the headers of a file without its pixels, in about a tenth of a millisecond.
 
-Also the timecode of a sequence, which is in the header of its first file.
+Also the timecode of a sequence, which is in the header of its first file, and the choice of entries
+that are copied to the output.
 """
 
 import os
@@ -15,10 +16,12 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.timecode import Timecode
 from heatlens.plate.exr.deep_file import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_limits import check_exr, for_library
+from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import Header
 from heatlens.plate.header.timecode import timecode_of
-from heatlens.plate.parts.picture_parts import picture_header
+from heatlens.plate.parts.picture_parts import PICTURE_FACTS, picture_header
+from heatlens.plate.picture.portrait import FOCUS_POINT
 from heatlens.sequence.sequence import Sequence
 
 _AS_FOUND = PlateOptions()
@@ -71,3 +74,21 @@ def headers_of(path: Path) -> list[Header]:
     if in_movie(path) is not None:
         return [picture_header(path)]
     return [] if is_picture(path) else read_headers(path)
+
+
+# The writer writes these itself, or they describe parts, channels and layouts of the input alone.
+_NOT_CARRIED = {
+    *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
+    *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
+    *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
+    *("deepImageState", JOB_ATTRIBUTE, FOCUS_POINT, PICTURE_FACTS),
+}
+
+
+def carried(header: Header) -> dict[str, object]:
+    """Return the metadata worth keeping in the output."""
+    return {
+        name: value
+        for name, value in header.items()
+        if name not in _NOT_CARRIED and not name.startswith("cryptomatte/")
+    }

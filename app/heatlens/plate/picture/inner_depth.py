@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.base.printable import one_line
+from heatlens.base.outside_text import one_line
 from heatlens.model.depth_words import DepthConvention
 from heatlens.plate.plate import FloatImage
 

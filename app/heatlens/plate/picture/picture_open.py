@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError, features
 
 from heatlens.base.errors import InputError
+from heatlens.base.outside_text import one_line
 from heatlens.base.paths import unreadable
-from heatlens.base.printable import one_line
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
 from heatlens.files.picture_formats import in_movie

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.scene.usd.stage import UsdStage, kind_of
 

@@ -8,8 +8,8 @@ from heatlens.export.job import job_text
 from heatlens.export.options import ExportOptions, in_panel
 from heatlens.model.shot.settings import Quality
 from heatlens.model.shot.shot import Shot
-from heatlens.model.view.display_options import DisplayOptions
 from heatlens.model.view.guides import NO_GUIDES, Guides
+from heatlens.model.view.view import DisplayOptions
 from heatlens.session.settings.export_place import HERE, ExportPlace
 
 FRAME_KINDS = {

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from heatlens.base.errors import HeatlensError
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 
 
 class Worker:

@@ -15,8 +15,7 @@ from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.model.shot.grade import Grade
-from heatlens.model.view.display_options import NO_GRADE, DisplayOptions
-from heatlens.model.view.view import Compare, ViewState
+from heatlens.model.view.view import NO_GRADE, Compare, DisplayOptions, ViewState
 from heatlens.model.view.view_geometry import ViewGeometry, Viewport
 from heatlens.session.loop.messages import reported
 from heatlens.session.shot.editing import Editing

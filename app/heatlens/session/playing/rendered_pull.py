@@ -12,11 +12,10 @@ from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
 from heatlens.model.curves.frames import FrameRange
 from heatlens.preview.shown import Shown
-from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.rendered_frames.frame_key import frames_from, runs_of
 from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
-from heatlens.rendered_frames.memory_store import MemoryStore
+from heatlens.rendered_frames.limited_stores import DiskStore, MemoryStore
 from heatlens.session.loop.messages import Worker
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.cluster_frames import ClusterFrames

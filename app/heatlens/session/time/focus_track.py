@@ -16,7 +16,7 @@ from heatlens.model.marks.track_mark import TrackMark
 from heatlens.model.shot.pull import frames_too_close
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
-from heatlens.plate.mattes.matte_distance import thing_m
+from heatlens.plate.mattes.mattes import thing_m
 from heatlens.plate.plate import Plate
 from heatlens.session.loop.messages import Worker
 from heatlens.session.time.timeline import Run

@@ -10,7 +10,7 @@ from pathlib import Path
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.errors import HeatlensError
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.files.file_commands import PURPOSES, FileCommands
 from heatlens.session.files.folder_walk import Chosen, FolderWalk

@@ -6,7 +6,7 @@ from enum import Enum
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.session.exports.export_process import ExportRun
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.ui import topmost, widgets

@@ -8,7 +8,7 @@ from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.export.options import ExportOptions, in_panel
 from heatlens.farm.cluster import checked_address
 from heatlens.model.curves.frames import FrameRange

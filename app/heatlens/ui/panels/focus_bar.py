@@ -7,7 +7,7 @@ the scale.
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.focus.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.lens.lens import Lens, measured_text
 from heatlens.model.value_bins import DepthHistogram

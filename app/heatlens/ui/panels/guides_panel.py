@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.option import Values
 from heatlens.model.view.guides import (
     BLUR_RANGE,

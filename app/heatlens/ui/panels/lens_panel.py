@@ -8,7 +8,7 @@ from functools import partial
 
 from imgui_bundle import imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.focus.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.focus.plausibility import About, Doubt
 from heatlens.model.lens.filmback import FILMBACKS, Filmback

@@ -7,7 +7,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.lens.lens import measured_text
 from heatlens.model.shot.look import Look
 from heatlens.model.view.view import GRID_MOST, Compare

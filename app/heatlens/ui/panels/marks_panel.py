@@ -6,7 +6,7 @@ from functools import partial
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.focus.live_focus import Follow
 from heatlens.model.lens.lens import measured_text, parse_measured_m
 from heatlens.model.marks.mark import Mark

@@ -12,7 +12,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.lens import opening
 from heatlens.model.lens.aperture import APERTURE_FIELDS, LEAN_FIELDS, Aperture
 from heatlens.model.lens.disc_shape import DiscShape

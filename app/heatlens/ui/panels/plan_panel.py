@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.focus.coc import sharp_dioptres
 from heatlens.model.lens.lens import Lens, measured_text
 from heatlens.model.units import FOOT_M

@@ -18,9 +18,8 @@ from heatlens.plate.header.channel_choice import color_layers_among, depth_chann
 from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.session.loop.messages import window_words
 from heatlens.ui import probe, theme, widgets
-from heatlens.ui.panels.behind_rows import behind_rows
 from heatlens.ui.panels.depth_scale import draw_histogram, draw_scale
-from heatlens.ui.panels.matte_rows import matte_rows
+from heatlens.ui.panels.plate_rows import behind_rows, matte_rows
 
 _BAR_EM = 4.2
 _BY_NAME = "found by name"

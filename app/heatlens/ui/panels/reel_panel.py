@@ -2,7 +2,7 @@
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.shot.reel import ReelShot
 from heatlens.model.units import format_distance
 from heatlens.session.files.open_reel import CutFocus, OpenReel

@@ -8,7 +8,7 @@ from uuid import UUID
 
 from imgui_bundle import imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.live.ring.channel_map import ChannelMap, Ring, channels_of, maps_for, usual_map
 from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sources import Heard

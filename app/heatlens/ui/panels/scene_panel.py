@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.scene.placing import lacks_placing
 from heatlens.scene.scene_bounds import object_names
 from heatlens.session.loop.messages import reported

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.display.picture_pass import PlacedPicture
 from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import measured_text

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import moderngl
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.display.picture_pass import Detail
 from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
 from heatlens.model.boxes import Box

@@ -10,8 +10,8 @@ import moderngl
 from imgui_bundle import ImVec2, imgui
 from PIL import Image
 
+from heatlens.base.outside_text import printable
 from heatlens.base.paths import data_dir
-from heatlens.base.printable import printable
 from heatlens.session.files.start_choices import Card
 from heatlens.ui import theme
 from heatlens.ui.widgets import fitted

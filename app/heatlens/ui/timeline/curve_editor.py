@@ -11,7 +11,7 @@ from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.base.printable import printable
+from heatlens.base.outside_text import printable
 from heatlens.model.curves.curve import Key
 from heatlens.model.marks.marks import DistanceMark
 from heatlens.model.shot.shot import LensParameter, Shot

@@ -1,6 +1,11 @@
-"""Make text from files safe to show, so that names cannot control a terminal or fake a line."""
+"""Take text from outside apart, and make it safe to show.
+
+Names in files must not control a terminal or fake a line. The text of a network address is split
+into host and port.
+"""
 
 import unicodedata
+from urllib.parse import urlsplit
 
 # Cc: control characters, including the escape that begins terminal commands. Cf contains the marks
 # that change the direction of text, Zl and Zp end a line, Cs is half of a character.
@@ -29,3 +34,14 @@ def _escape(letter: str) -> str:
 def one_line(said: object, most: int = 160) -> str:
     """Return the first `most` characters of a library's message, without line breaks."""
     return " ".join(str(said).split())[:most]
+
+
+def host_and_port(text: str) -> tuple[str, int | None]:
+    """Split "HOST", "HOST:PORT" or ":PORT"; what is not given is "" or None.
+
+    An IPv6 host stands in brackets. Raises ValueError for any other text.
+    """
+    parts = urlsplit(f"//{text.strip()}")
+    if parts.path or parts.query or parts.fragment or parts.username is not None:
+        raise ValueError(text)
+    return parts.hostname or "", parts.port
