@@ -28,9 +28,8 @@ from heatlens.ui.picture.fade import PictureFade
 from heatlens.ui.picture.grid import Pictures
 from heatlens.ui.picture.held_alone import HeldAlone
 from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
-from heatlens.ui.picture.lessons import draw_lessons
 from heatlens.ui.picture.loupe import Loupe, over_flag
-from heatlens.ui.picture.notices import StreamNotice, draw_waiting
+from heatlens.ui.picture.notices import StreamNotice, draw_lessons, draw_waiting
 from heatlens.ui.picture.pixel_values import draw_ruler
 from heatlens.ui.picture.seen_pictures import SeenPictures
 from heatlens.ui.picture.viewport import ViewportPanel, ViewportResult
