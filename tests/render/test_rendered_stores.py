@@ -274,7 +274,8 @@ def test_pictures_that_cannot_be_kept_leave_room_for_others_and_a_sentence(
     def no_memory(*_):
         raise MemoryError
 
-    whose = "limited_stores.encoded" if failing == "encoded" else "kept_picture.RenderedPicture.kept"
+    is_encoding = failing == "encoded"
+    whose = "limited_stores.encoded" if is_encoding else "kept_picture.RenderedPicture.kept"
     monkeypatch.setattr(f"heatlens.rendered_frames.{whose}", no_memory)
     store = FrameStore(MemoryStore(10**6), DiskStore(tmp_path / "frames"))
     store.wait()
