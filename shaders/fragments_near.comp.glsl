@@ -2,6 +2,7 @@
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx, two lists    as fragments_find.comp.glsl leaves them
+//   with LISTS: fragment lists, which may know what shines through
 // Read on the far rim, and on the near rim as fragments_own.comp.glsl leaves it; written on the near rim
 //   far_img       far rim: rgb far fragment; near rim: rgb own colour, a its coverage
 //   near_img      near rim: a signed coc of the light that shines through
@@ -9,6 +10,9 @@
 #include "lib/two_lists.lib.glsl"
 #include "lib/rim.lib.glsl"
 #include "lib/tone.lib.glsl"
+#ifdef LISTS
+#include "lib/known_behind.lib.glsl"
+#endif
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
@@ -38,7 +42,7 @@ void split_near(uint word) {
     }
     vec4 through = vec4(0.0);  // a coc
     vec3 squares = vec3(0.0);
-    float count = 0.0, farther = 0.0;
+    float count = 0.0;
     for (int k = 0; k < 9; ++k) {
         ivec2 p = neighbour(at, k);
         float other = coc_at(p);
@@ -46,12 +50,18 @@ void split_near(uint word) {
         vec3 color = far_color(p);
         through += vec4(color, other);
         squares += color * color;
-        farther += 0.5 * OUTLINE_WEIGHT[k];
         count += 1.0;
     }
     through /= count;
     float variance = variance_of(through.rgb, squares / count);
-    float coverage = coverage_of(x, near, through.rgb, variance, 1.0 - farther);
+#ifdef LISTS
+    Fragment behind;
+    if (find_behind(at, coc, behind)) {
+        through = vec4(behind.color, behind.coc);
+        variance = 0.0;
+    }
+#endif
+    float coverage = coverage_of(x, near, through.rgb, variance, own_outline(at, coc));
     coverage = clamp(coverage, LEAST_COVERAGE, 1.0);
     coverage = 1.0 - unmixed_part(coc) * (1.0 - coverage);
     vec3 own = max((x - (1.0 - coverage) * through.rgb) / coverage, 0.0);

@@ -1,7 +1,9 @@
-// Finds the colour of each near rim pixel without the background, where its surface goes on beside it.
+// Finds the colour of each near rim pixel without the background, where its surface goes on beside it or
+// what lies behind it is known.
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx, two lists    as fragments_find.comp.glsl leaves them
+//   with LISTS: fragment lists, which may know what lies behind
 // Outputs (near rim only, for the passes up to fragments_near.comp.glsl)
 //   out_far_img   rgb own colour, a OWN_FOUND; 0 if there is none
 //   out_near_img  rgb what a half float leaves of that colour
@@ -10,17 +12,34 @@
 #include "lib/two_lists.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"
+#ifdef LISTS
+#include "lib/known_behind.lib.glsl"
+#endif
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 layout(rgba16f) uniform writeonly image2D out_far_img;
 layout(rgba16f) uniform writeonly image2D out_near_img;
 
+#ifdef LISTS
+// The same for a wire, which has no pixel further in, if the light behind it is known.
+bool unmixed_known(ivec2 at, out vec3 color) {
+    float coc = coc_at(at), coverage = own_outline(at, coc);
+    Fragment behind;
+    bool is_known = find_behind(at, coc, behind);
+    color = max((color_at(at) - (1.0 - coverage) * behind.color) / coverage, 0.0);
+    return is_known;
+}
+#endif
+
 void find_own(uint word) {
     ivec2 at = pixel_of_word(word);
     stand_at(at);
     vec3 own;
     bool is_found = unmixed_near(at, own);
+#ifdef LISTS
+    if (!is_found) is_found = unmixed_known(at, own);
+#endif
     if (!is_found && abs(coc_at(at)) > SPLIT_FROM_PX) list_append(at);
     own = min(own, HALF_MAX);
     vec3 in_half = vec3(unpackHalf2x16(packHalf2x16(own.rg)), unpackHalf2x16(packHalf2x16(own.bb)).x);

@@ -28,6 +28,14 @@ bool unmixed_near(ivec2 at, out vec3 color) {
     return sum.a > 0.0;
 }
 
+// Share of a near rim pixel that a box filter over the depth outline sees as its own surface, at least a half.
+float own_outline(ivec2 at, float coc) {
+    float farther = 0.0;
+    for (int k = 0; k < 9; ++k)
+        if (is_in_front(coc, coc_at(neighbour(at, k)))) farther += 0.5 * OUTLINE_WEIGHT[k];
+    return 1.0 - farther;
+}
+
 // How far a near surface of this coc is unmixed, 0..1.
 float unmixed_part(float coc) { return smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)); }
 

@@ -115,6 +115,21 @@ def test_a_known_far_side_decides_the_far_colour_of_a_rim(
     assert off_known < 0.6 * off_guessed if is_used else np.array_equal(known, guessed)
 
 
+def test_a_wire_before_a_known_wall_has_its_own_colour_and_coverage(
+    ctx: moderngl.Context, rng: np.random.Generator
+) -> None:
+    """All pixels of a thin wire are rims: the wall and the outline tell what is its own."""
+    wall, wire = rng.random((12, 16, 3), np.float32), np.array((0.5, 0.6, 0.7), np.float32)
+    color, coc = wall.copy(), np.full((12, 16), 20.0, np.float32)
+    color[:, 8], coc[:, 8] = 0.75 * wire + 0.25 * wall[:, 8], -20.0
+    lists = known_behind(ctx, coc < 0, wall, 20.0)
+    parts, guessed = split(ctx, color, coc, lists), split(ctx, color, coc)
+    assert np.all(parts["kind"][:, 8] == NEAR_RIM) and np.all(guessed["far"][:, 8, 3] == 1.0)
+    np.testing.assert_allclose(parts["far"][:, 8] - (*wire, 0.75), 0.0, atol=0.002)
+    np.testing.assert_allclose(parts["near"][:, 8, 3], 20.0, atol=0.01)
+    np.testing.assert_allclose(parts["near"][1:-1, 9, :3] - wire, 0.0, atol=0.002)
+
+
 def test_the_rim_of_a_thing_in_focus_ends_as_its_own_pixel(ctx: moderngl.Context) -> None:
     """Its own part differs from its neighbours: taking theirs would give it bristles."""
     color, coc = edge(0.0)

@@ -61,10 +61,10 @@ class FragmentPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._find = ListProgram(ctx, "fragments_find.comp.glsl")
-        self._own = ComputeProgram(ctx, "fragments_own.comp.glsl")
+        self._own = ListProgram(ctx, "fragments_own.comp.glsl")
         self._far = ListProgram(ctx, "fragments_far.comp.glsl")
         self._thin = ComputeProgram(ctx, "fragments_thin.comp.glsl")
-        self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
+        self._near = ListProgram(ctx, "fragments_near.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
     def steps(
@@ -78,19 +78,20 @@ class FragmentPass:
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
         lists = picture.lists
         yield from self._found(picture, uniforms, rims | list_buffers(lists))
+        programs = self._own, self._far, self._near
+        own, far, near = (each.version(lists is not None) for each in programs)
         split: _Images = {"far_img": picture.far, "near_img": picture.near}
-        own: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
-        to_thin = rims | {"pixel_list_block": thin}
-        known = to_thin | list_buffers(lists), list_uniforms(lists)
-        far = self._far.version(lists is not None)
+        begun: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
+        to_thin: _Buffers = {"pixel_list_block": thin}
+        known, of_lists = rims | list_buffers(lists), list_uniforms(lists)
         on_rims: tuple[
             tuple[ComputeProgram, moderngl.Buffer, int, _Images, _Buffers, _Uniforms], ...
         ]
         on_rims = (
-            (self._own, pixels, OF_BACK, own, to_thin, {}),
-            (far, pixels, OF_FRONT, split, *known),
-            (self._thin, thin, OF_FRONT, split, {"pixel_list_block": thin}, {}),
-            (self._near, pixels, OF_BACK, split, rims, {}),
+            (own, pixels, OF_BACK, begun, known | to_thin, of_lists),
+            (far, pixels, OF_FRONT, split, known | to_thin, of_lists),
+            (self._thin, thin, OF_FRONT, split, to_thin, {}),
+            (near, pixels, OF_BACK, split, known, of_lists),
         )
         for program, listed, offset, images, buffers, more in on_rims:
             for part in self._slices.of(picture.color.size):

@@ -114,8 +114,8 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "fragments",  # the picture is split at its silhouettes
-        _comp("fragments_find", "fragments_far", variants=_LISTS)
-        | _comp("fragments_own", "fragments_thin", "fragments_near"),
+        _comp("fragments_find", "fragments_own", "fragments_far", "fragments_near", variants=_LISTS)
+        | _comp("fragments_thin"),
         pass_costs.fragments_bytes,
         _own("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
         alone={"rim list": "pixel list", "thin list": "hidden blocks"},
