@@ -14,13 +14,8 @@ PACKAGE = Path(heatlens.__file__).parent
 MAY_ASK_THE_KIND = {
     "api.opening": "opens a source by the record of its kind",
     "commands.bench_scene": "a truth is for sources with many views alone",
-    "commands.camera": "the world of a scene is known, so options for it are refused",
     "commands.options.given_options": "refuses the options of other kinds, which the record names",
-    "commands.shots.shot_size": "a camera that can move is for scenes alone",
     "commands.sources.source_commands": "reads a source on the command line by its record",
-    "commands.study": "an option is for sources with many views alone",
-    "session.opened.open_source": "tells what the record says of the open source",
-    "session.opened.picture_feed": "pictures of each kind come to the GPU in another way",
     "session.live.sent_lens": "a renderer may send its lens after its picture",
     "session.files.start_choices": "the start screen names the kind of a recent file",
 }

@@ -45,7 +45,7 @@ def live(session):
 
 def following(session, name="A"):
     marks = session.time.marks
-    marks.live.follow(marks.distances.named(name))
+    marks.live.follow(session.editing.shot.mark_named(name))
     until(session, lambda: live(session) is not None and live(session).measured, "the distances")
 
 
@@ -84,7 +84,7 @@ def test_changed_plates_change_the_focus(walk, tmp_path):
 
 def test_a_changed_mark_is_measured_anew(walk):
     following(walk)
-    mark = walk.time.marks.distances.named("A")
+    mark = walk.editing.shot.mark_named("A")
     walk.time.marks.change(mark, replace(mark, name="C", matte="cryptomatte:card"))
     assert live(walk).marks == ("C",)
     until(walk, lambda: focus_at(walk, 3) == pytest.approx(CARD_M), "the card")
@@ -109,8 +109,8 @@ def test_a_hand_is_told_and_keys_can_be_made(walk):
     assert walk.editing.shot == before and "follows A" in walk.messages.text
     walk.editing.edit_lens(replace(lens, f_stop=lens.f_stop * 2))
     assert live(walk) is not None and walk.editing.lens.f_stop == lens.f_stop * 2
-    walk.time.marks.delete(walk.time.marks.distances.named("A"))
-    assert walk.time.marks.distances.named("A") is not None and "let it go" in walk.messages.text
+    walk.time.marks.delete(walk.editing.shot.mark_named("A"))
+    assert walk.editing.shot.mark_named("A") is not None and "let it go" in walk.messages.text
     walk.time.keys.set_here()  # no key of the focus, and no fault
     assert live(walk) is not None
     walk.time.marks.live.make_keys()
@@ -142,7 +142,7 @@ def test_it_can_be_let_go(walk):
 
 def test_a_thing_that_is_nowhere_is_told_once(walk):
     walk.editing.do(replace(walk.editing.shot, marks=(MatteMark("Z", "cryptomatte:nobody"),)))
-    walk.time.marks.live.follow(walk.time.marks.distances.named("Z"))
+    walk.time.marks.live.follow(walk.editing.shot.mark_named("Z"))
     until(walk, lambda: "nobody" in walk.messages.text, "the reason")
     assert walk.time.marks.live.seconds_until_needed() is None
     assert not live(walk).measured

@@ -38,8 +38,8 @@ def test_marks_are_set_on_what_is_seen_and_on_the_focus(walls, marks):
     walls.editing.undo()
     assert (
         named(walls) == ["A"]
-        and marks.distances.named("A") == a
-        and marks.distances.named("B") is None
+        and walls.editing.shot.mark_named("A") == a
+        and walls.editing.shot.mark_named("B") is None
     )
     marks.set_point((4000, 4000))
     assert named(walls) == ["A"] and "Mark" not in walls.messages.text
@@ -67,8 +67,8 @@ def test_a_renamed_mark_is_still_the_one_to_pull_to(walls, marks):
     marks.change(a, PointMark("door", a.x_px, a.y_px))
     assert (marks.pulls.origin, marks.pulls.target) == ("door", "actor")
     with pytest.raises(HeatlensError):
-        marks.change(marks.distances.named("door"), DistanceMark("actor", 1.0))
-    marks.delete(marks.distances.named("door"))
+        marks.change(walls.editing.shot.mark_named("door"), DistanceMark("actor", 1.0))
+    marks.delete(walls.editing.shot.mark_named("door"))
     assert named(walls) == ["actor"]
 
 
@@ -134,7 +134,7 @@ def test_a_pull_is_offered_to_the_next_mark(walls, marks):
     walls.lens.commands.focus(5.0)
     marks.set_here()
     offered = []
-    marks.go(marks.distances.named("A"))
+    marks.go(walls.editing.shot.mark_named("A"))
     marks.pulls.lengthen(6)
     for _ in range(3):
         marks.pulls.begin()
@@ -163,7 +163,7 @@ def test_a_leaning_focus_is_set_so_that_the_mark_is_sharp(walls, marks):
     marks.set_here()
     leaning = replace(walls.editing.lens, tilt_deg=2.0, tilt_direction_deg=90.0)
     walls.editing.edit_lens(leaning)
-    a = marks.distances.named("A")
+    a = walls.editing.shot.mark_named("A")
     wanted_m = focused_at_pixel(walls.source.plate, leaning, *LEFT).focus_distance_m
     assert abs(wanted_m - 2.0) > 0.1
     marks.go(a)

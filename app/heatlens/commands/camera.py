@@ -27,8 +27,7 @@ from heatlens.model.curves.frames import FrameRange, parse_frame_range
 from heatlens.model.timecode import Timecode
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.scene.first_shot import FirstShot, first_shot
-from heatlens.source.kinds import kind_of
-from heatlens.source.named import camera_of_shot
+from heatlens.source.named import camera_of_shot, has_camera
 
 HELP = "write the lens of a shot as a camera for USD, Nuke, Blender and scripts"
 DESCRIPTION = """\
@@ -192,7 +191,7 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
         camera = read_camera(args.source, unit_m or 1.0, args.up_axis or "y")
         _check_frames(args, camera)
         return camera
-    if shot.source is not None and kind_of(shot.source).has_camera:
+    if has_camera(shot.source):
         why = f"{shot.source} is a 3D scene, in metres and y up"
         refuse_given(args, ("scene_unit", "up_axis"), why)
     camera = camera_of_shot(
@@ -213,7 +212,7 @@ def _is_scene(source: str) -> bool:
     A USD file may hold nothing but a camera.
     """
     path, _ = split_prim(source)
-    return kind_of(source).has_camera and path.suffix.lower() not in USD_SUFFIXES
+    return has_camera(source) and path.suffix.lower() not in USD_SUFFIXES
 
 
 def _said_of(first: FirstShot) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.units import format_distance
 from heatlens.render import headless_renderer
-from heatlens.source.kinds import SourceKind, kind_of
+from heatlens.source.named import has_camera
 
 _TRUTH_VIEWS = 1024
 _FINER = 4  # the truth has this many times the views of the judged methods
@@ -130,20 +130,19 @@ def _study(args: argparse.Namespace) -> None:
 def _subject(args: argparse.Namespace) -> Subject:
     """Load plate or scene to the GPU, with the lens that the options describe."""
     settings = settings_of(args)
-    kind = kind_of(str(args.plate))
     refuse_unused(args, str(args.plate))
-    _check_truth(args, kind, settings.views)
+    _check_truth(args, settings.views)
     renderer = headless_renderer()
     shot, frame = commands_for(args.plate).load(args, renderer, settings)
     return Subject(args.plate.name, renderer, shot, frame)
 
 
-def _check_truth(args: argparse.Namespace, kind: SourceKind, judged: int) -> None:
+def _check_truth(args: argparse.Namespace, judged: int) -> None:
     """Refuse a truth of too few views, which would be as wrong as the methods are."""
     views, least = args.truth_views, _FINER * judged
     if views is None:
         return
-    if args.truth is not None or not kind.has_camera:
+    if args.truth is not None or not has_camera(str(args.plate)):
         truth = "--truth is it" if args.truth is not None else f"{args.plate} is a plate"
         raise InputError(f"--views is for the truth of a 3D scene, and {truth}: leave it out.")
     if not least <= views <= VIEWS_MAX:

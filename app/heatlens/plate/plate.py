@@ -228,6 +228,10 @@ class Plate:
             self.beyond.counted()
         return self
 
+    def shows(self, x: int, y: int) -> bool:
+        """Return True for a pixel, counted from the corner of the display window, that it has."""
+        return self.data_window.contains(x + self.display_window.x0, y + self.display_window.y0)
+
     @property
     def has_distances(self) -> bool:
         """True for a plate with distances, False for one with circles of confusion.

@@ -55,6 +55,11 @@ def source_of(shot: Shot) -> Source:
     return source_named(checked_source(shot), shot.plate_options, timing)
 
 
+def has_camera(source: str | None) -> bool:
+    """Return True if the source of this name has a camera that can move, as a 3D scene has."""
+    return source is not None and kind_of(source).has_camera
+
+
 def checked_source(shot: Shot) -> str:
     """Return the name of a shot's source. Raises InputError if it has none."""
     if shot.source is None:

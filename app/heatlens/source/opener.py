@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError
@@ -135,3 +136,13 @@ class SourceOpener:
 @faults_reported("The file could not be opened")
 def _opened(opening: Opening) -> Opened:
     return kind_of(opening.text).opened(opening)
+
+
+def once_only(opened: Opened) -> str:
+    """Return why the frames of an opened source cannot be rendered again later; "" if they can."""
+    return "" if opened.again is not None else kind_of(opened.text).refusal
+
+
+def feed_of(opened: Opened, picture: object) -> Any:
+    """Return the feed that brings the pictures of an opened source to the GPU, for the window."""
+    return kind_of(opened.text).feed(picture, opened)

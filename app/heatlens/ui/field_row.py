@@ -1,7 +1,8 @@
 """Draw the control for a field of a dataclass that fits its type and option."""
 
+from dataclasses import replace
 from enum import StrEnum
-from typing import Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
 
 from imgui_bundle import imgui
 
@@ -9,12 +10,22 @@ from heatlens.base.outside_text import printable
 from heatlens.model.option import options_of, type_of
 from heatlens.ui import widgets
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
-def field_row(kind: type, name: str, value: Any) -> Any:
-    """Draw the row of a field of `kind`; return its value as the user left it.
+Record = TypeVar("Record", bound="DataclassInstance")
+
+
+def field_row(record: Record, name: str) -> Record:
+    """Draw the row of a field; return the record with its value as the user left it.
 
     A value without a control is shown as text; its tooltip says where to set it.
     """
+    changed: dict[str, Any] = {name: _value(type(record), name, getattr(record, name))}
+    return replace(record, **changed)
+
+
+def _value(kind: type, name: str, value: Any) -> Any:
     told, of_type = options_of(kind)[name], type_of(kind, name)
     low, high = told.slider or (told.least, told.most)
     if of_type is bool:

@@ -15,7 +15,7 @@ from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.scene.placing import placed
 from heatlens.scene.same_size import KeptSize, crop_words
 from heatlens.scene.scene_read import open_scene
-from heatlens.source.kinds import kind_of
+from heatlens.source.named import has_camera
 
 HELP = "keep the size of what is on a mark, by the camera or by the focal length"
 DESCRIPTION = """\
@@ -52,12 +52,11 @@ def run(args: argparse.Namespace) -> int:
     if not args.output.name.endswith(SHOT_SUFFIX):
         raise InputError(f"{args.output}: the name of a shot file must end in {SHOT_SUFFIX}.")
     shot = read_shot(args.shot)
-    mark = next((mark for mark in shot.marks if mark.name == args.mark), None)
-    if mark is None:
+    if shot.mark_named(args.mark) is None:
         names = ", ".join(mark.name for mark in shot.marks) or "none"
         raise InputError(f"{args.shot} has no mark {args.mark!r}; its marks: {names}.")
     frame = args.frame if args.frame is not None else shot.span.first if shot.span else 1
-    if shot.source is None or not kind_of(shot.source).has_camera:
+    if not has_camera(shot.source):
         length_mm = args.focal_length or shot.lens_at(frame).focal_length_mm
         raise InputError(f"{args.shot}: {crop_words(shot, frame, length_mm)}")
     kept = _kept(shot, frame, args.mark)
@@ -82,7 +81,8 @@ def _made(kept: KeptSize, args: argparse.Namespace) -> Shot:
 def _kept(shot: Shot, frame: int, name: str) -> KeptSize:
     framing = shot.framing or Framing()
     scene = placed(open_scene(str(shot.source), framing.timing), framing)
-    mark = next(mark for mark in shot.marks if mark.name == name)
+    mark = shot.mark_named(name)
+    assert mark is not None
 
     @cache
     def renderer() -> FrameRenderer:

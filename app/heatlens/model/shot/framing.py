@@ -320,6 +320,11 @@ class Framing:
         """(width, height) in pixels."""
         return self.width_px, self.height_px
 
+    def scaled(self, scale: float) -> "Framing":
+        """Return the framing with a picture scaled by `scale`, of at least one pixel."""
+        width, height = (max(1, round(side * scale)) for side in self.size)
+        return replace(self, width_px=width, height_px=height)
+
     def at(self, pose: Pose, frame: float) -> "Framing":
         """Return the framing from another pose.
 

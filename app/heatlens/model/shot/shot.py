@@ -210,6 +210,10 @@ class Shot:
         except LensError as error:
             raise LensError(f"Frame {frame:g}: {error}") from None
 
+    def mark_named(self, name: str | None) -> Mark | None:
+        """Return the mark of this name; None if the shot has no such mark."""
+        return next((mark for mark in self.marks if mark.name == name), None)
+
     def through(self, look: Look) -> "Shot":
         """Return the shot as it is seen through the lens of a look, at every frame."""
         return replace(self, lens=look.lens, curves=LensCurves())

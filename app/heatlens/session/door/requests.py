@@ -110,7 +110,7 @@ class Pull(Request):
 
     def run(self, session: Session) -> None:
         marks = session.time.marks
-        if marks.distances.named(self.mark) is None:
+        if session.facts.shot.mark_named(self.mark) is None:
             raise InputError(f"There is no mark {self.mark!r}.")
         if self.frames < 1:
             raise InputError(f"A pull must last at least 1 frame, not {self.frames}.")

@@ -116,11 +116,10 @@ class LensCommands(Commands):
         A press takes something near whose blur covers the pixel; a drag goes on with what the
         pinhole picture has.
         """
-        plate, pixel = self._source.plate, self._source.frame_px(self._editing.lens, pixel)
-        pixel = self._source.feed.plate_px(self._editing.shot, pixel)
-        if plate is None or not _is_inside(plate, pixel):
+        plate, before, lens = self._source.plate, self._aim, self._editing.lens
+        pixel = self._source.plate_px(lens, self._editing.shot, pixel)
+        if plate is None or not plate.shows(*pixel):
             return
-        before, lens = self._aim, self._editing.lens
         is_held = before is not None and before.lens == lens and self._editing.is_unsettled
         if is_held and before is not None and before.pixel == pixel:
             return
@@ -134,9 +133,8 @@ class LensCommands(Commands):
         `focus_on_other` then takes that one. Return nothing outside the picture.
         """
         plate, lens = self._source.plate, self._editing.lens
-        pixel = self._source.frame_px(lens, pixel)
-        pixel = self._source.feed.plate_px(self._editing.shot, pixel)
-        if plate is None or not (plate.has_distances and _is_inside(plate, pixel)):
+        pixel = self._source.plate_px(lens, self._editing.shot, pixel)
+        if plate is None or not (plate.has_distances and plate.shows(*pixel)):
             return ()
         aim = self._aim
         is_same = aim is not None and aim.plate is plate and (aim.pixel, aim.lens) == (pixel, lens)
@@ -216,11 +214,6 @@ def nudged(lens: Lens, histogram: DepthHistogram, notches: float) -> Lens:
 
 def _next(choices: list[Choice], now: Choice) -> Choice:
     return choices[(choices.index(now) + 1) % len(choices)]
-
-
-def _is_inside(plate: Plate, pixel: tuple[int, int]) -> bool:
-    window = plate.display_window
-    return plate.data_window.contains(pixel[0] + window.x0, pixel[1] + window.y0)
 
 
 _Names = tuple[str, ...]

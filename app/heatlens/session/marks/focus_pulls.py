@@ -62,7 +62,7 @@ class FocusPulls(Commands):
         before = (
             away[nearest]
             if nearest <= sharp_dioptres(lens)
-            else self._distances.named(self._pulled_to)
+            else self._editing.shot.mark_named(self._pulled_to)
         )
         return marks[(marks.index(before) + 1) % len(marks)] if before in marks else marks[0]
 
@@ -86,7 +86,7 @@ class FocusPulls(Commands):
 
     def make(self) -> None:
         """Set keys for a pull from the playhead to the chosen mark."""
-        named = self._distances.named
+        named = self._editing.shot.mark_named
         target, origin = named(self.target), named(self.origin)
         if target is None:
             self._say("Choose the mark to pull to.")

@@ -90,7 +90,7 @@ class MarkCommands(Commands, Worker):
             pixel = pixel if self._source.has_camera else (seen.x, seen.y)
             name = next_mark_name(self._editing.shot.marks)
             point = PointMark(name, float(pixel[0]), float(pixel[1]))
-            corrected, self.corrected = self.distances.named(self.corrected), None
+            corrected, self.corrected = self._editing.shot.mark_named(self.corrected), None
             if isinstance(corrected, TrackMark):
                 self.track(corrected, point)
             elif self._thing_asked is not None and not has_things(plate):
@@ -164,7 +164,7 @@ class MarkCommands(Commands, Worker):
 
     def put(self, name: str, distance_m: float) -> None:
         """Move a distance mark, as part of the current gesture."""
-        shot, named = self._editing.shot, self.distances.named(name)
+        shot, named = self._editing.shot, self._editing.shot.mark_named(name)
         if isinstance(named, DistanceMark):
             moved = replace(named, distance_m=distance_m)
             marks = tuple(moved if mark == named else mark for mark in shot.marks)
@@ -182,9 +182,7 @@ class MarkCommands(Commands, Worker):
         """Focus on the mark."""
         with reported(self._say):
             distance_m = self.distances.asked_focus_m(mark, None)
-            self._editing.settle()
-            self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=distance_m))
-            self._editing.settle()
+            self._editing.choose_lens(replace(self._editing.lens, focus_distance_m=distance_m))
 
     def follow(self, mark: Mark) -> None:
         """Keep the focus on a mark from in to out; read or draw frames that are not in memory."""

@@ -116,10 +116,6 @@ class MarkDistances(Commands):
         super().__init__(shared)
         self._timeline, self._scenes, self._things = timeline, scenes, things
 
-    def named(self, name: str | None) -> Mark | None:
-        """Return the mark with this name."""
-        return next((mark for mark in self._editing.shot.marks if mark.name == name), None)
-
     def of_m(self, mark: Mark, frame: int | None = None) -> float | None:
         """Return the distance of a mark in m, on the loaded plate or at another frame.
 

@@ -18,10 +18,10 @@ from heatlens.render import FrameRenderer
 from heatlens.scene.placing import Placing
 from heatlens.scene.scene import Scene
 from heatlens.session.opened.gpu_picture import GpuPicture
-from heatlens.session.opened.picture_feed import PictureFeed, feed_of
-from heatlens.source.kinds import kind_of
+from heatlens.session.opened.picture_feed import PictureFeed
+from heatlens.source.named import has_camera
 from heatlens.source.opened import Opened
-from heatlens.source.opener import SourceOpener
+from heatlens.source.opener import SourceOpener, feed_of, once_only
 from heatlens.source.stream_source import StreamSource
 
 _EVERY_S = 2.0
@@ -96,7 +96,7 @@ class OpenSource:
         opened = self.opener.poll()
         if opened is None:
             return None
-        feed = feed_of(opened, self.picture)
+        feed: PictureFeed = feed_of(opened, self.picture)
         self.picture.begin_axis()
         try:
             feed.begin()
@@ -124,10 +124,7 @@ class OpenSource:
     @property
     def once_only(self) -> str:
         """A sentence why frames cannot be rendered again later; "" if they can."""
-        opened = self.opened
-        if opened is None or opened.again is not None:
-            return ""
-        return kind_of(opened.text).refusal
+        return "" if self.opened is None else once_only(self.opened)
 
     @property
     def is_sequence(self) -> bool:
@@ -138,7 +135,7 @@ class OpenSource:
     @property
     def has_camera(self) -> bool:
         """True if the open source has a camera that can move, as a 3D scene has."""
-        return self.opened is not None and kind_of(self.opened.text).has_camera
+        return self.opened is not None and has_camera(self.opened.text)
 
     def picture_shape(self, shot: Shot) -> PictureShape:
         """Return the shape of the display window; one pixel while nothing is open."""
@@ -169,6 +166,10 @@ class OpenSource:
         """
         is_cut = self.plate is not None and not self.has_camera
         return plate_pixel(self.plate, lens, pixel) if is_cut and self.plate else pixel
+
+    def plate_px(self, lens: Lens, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
+        """Return the pixel of the loaded plate that is visible at a pixel of the picture."""
+        return self.feed.plate_px(shot, self.frame_px(lens, pixel))
 
     def picture_point(self, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
         """Return where a point of the frame lies in the picture, the inverse of `frame_px`."""

@@ -16,8 +16,6 @@ from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.opened.gpu_picture import GpuPicture
 from heatlens.session.opened.scene_preview import ScenePreview
-from heatlens.source.kinds import kind_of
-from heatlens.source.opened import Opened
 from heatlens.source.opened_plates import OpenedPlates
 from heatlens.source.opened_scene import OpenedScene
 from heatlens.source.stream_source import OpenedStream
@@ -244,9 +242,7 @@ class SceneFeed(PictureFeed):
 
     def sized(self, shot: Shot, scale: float) -> Shot:
         """Return the shot with pictures scaled by `scale`: the scene is drawn at that size."""
-        framing = shot.framing or Framing()
-        width, height = (max(1, round(side * scale)) for side in framing.size)
-        return replace(shot, framing=replace(framing, width_px=width, height_px=height))
+        return replace(shot, framing=(shot.framing or Framing()).scaled(scale))
 
     def seconds_until_needed(self) -> float | None:
         return None if self.is_whole else self._preview.seconds_to_rest()
@@ -267,9 +263,3 @@ class StreamFeed(PictureFeed):
         plate = self._opened.stream.poll()
         if plate is not None:
             self.picture.load(plate)
-
-
-def feed_of(opened: Opened, picture: GpuPicture) -> PictureFeed:
-    """Return the feed that brings the pictures of `opened` to the GPU."""
-    feed: PictureFeed = kind_of(opened.text).feed(picture, opened)
-    return feed

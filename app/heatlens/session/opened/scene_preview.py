@@ -79,9 +79,7 @@ class ScenePreview:
 
     def seen(self, shot: Shot) -> Shot:
         """Return the shot that is drawn now, which may be smaller."""
-        framing = shot.framing or Framing()
-        width, height = (max(1, round(side * self._scale)) for side in framing.size)
-        return replace(shot, framing=replace(framing, width_px=width, height_px=height))
+        return replace(shot, framing=(shot.framing or Framing()).scaled(self._scale))
 
     def look(self, shot: Shot, frame: int, is_held: bool = False) -> Pinhole:
         """Draw the pinhole picture at the frame, as well as time allows.

@@ -65,10 +65,8 @@ class LookCommands(Commands):
 
     def _take(self, lens: Lens) -> None:
         """Change to a lens as one undo step, and remember the previous one."""
-        self._editing.settle()
         before = self._editing.lens
-        self._editing.edit_lens(lens)
-        self._editing.settle()
+        self._editing.choose_lens(lens)
         if before != lens:
             self._before = before
 

@@ -42,9 +42,7 @@ class _Tile:
     @property
     def quick_key(self) -> PictureKey:
         """The key of the quick picture of a scene, shown until the whole one is finished."""
-        framing = self.key.shot.framing or Framing()
-        width, height = (max(1, round(side * _QUICK_SCALE)) for side in framing.size)
-        small = replace(framing, width_px=width, height_px=height)
+        small = (self.key.shot.framing or Framing()).scaled(_QUICK_SCALE)
         settings = quickest(self.key.settings)
         shot = replace(self.key.shot, framing=small, defocus=settings)
         return PictureKey(_QUICK, self.key.frame, shot, settings)

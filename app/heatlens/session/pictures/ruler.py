@@ -114,10 +114,7 @@ class Ruler(Commands):
         plate = self._source.plate
         if plate is None or not plate.has_distances:
             return False
-        frame_px = self._source.frame_px(self._editing.lens, pixel)
-        x, y = self._source.feed.plate_px(self._editing.shot, frame_px)
-        window = plate.display_window
-        return plate.data_window.contains(x + window.x0, y + window.y0)
+        return plate.shows(*self._source.plate_px(self._editing.lens, self._editing.shot, pixel))
 
     @property
     def _camera_mm(self) -> tuple[float, float] | None:

@@ -88,7 +88,6 @@ class SizeKeeping(Commands):
         def depth_at(x: int, y: int) -> float:
             return self._renderer.scene_depth_m(shot, frame, x, y)
 
-        return KeptSize(scene, shot, frame, self._mark(shot), depth_at)
-
-    def _mark(self, shot: Shot) -> Mark:
-        return next(mark for mark in shot.marks if mark.name == self.chosen)
+        mark = shot.mark_named(self.chosen)
+        assert mark is not None
+        return KeptSize(scene, shot, frame, mark, depth_at)

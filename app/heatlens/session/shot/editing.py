@@ -148,6 +148,12 @@ class Editing:
             self._tried = None if kept == lens else lens
             self._tell(before, lens)
 
+    def choose_lens(self, lens: Lens) -> None:
+        """Do the same as `edit_lens`, as an undo step of its own."""
+        self.settle()
+        self.edit_lens(lens)
+        self.settle()
+
     def _check_hand(self, before: Lens, lens: Lens) -> None:
         """Raise InputError for a focus by hand while it follows a mark."""
         live = self.shot.curves.live

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
@@ -135,10 +134,7 @@ def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSetti
     settings = replace(settings, frames=frames.strip(), quality=quality)
     for name in in_panel(settings.is_linear):
         if name != "frames":
-            changed: dict[str, Any] = {
-                name: field_row(ExportOptions, name, getattr(settings, name))
-            }
-            settings = replace(settings, **changed)
+            settings = field_row(settings, name)
     if settings.is_linear:
         return settings
     with_guides = widgets.check("guides and desqueeze of the window", settings.with_guides)

@@ -12,7 +12,7 @@ from heatlens.model.lens.lens import measured_text, parse_measured_m
 from heatlens.model.marks.mark import Mark
 from heatlens.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.model.marks.track_mark import TrackMark, TrackPlace
-from heatlens.model.option import Values, options_of
+from heatlens.model.option import options_of
 from heatlens.model.shot.pull import PullShape
 from heatlens.model.shot.shot import LensParameter
 from heatlens.model.view.view_geometry import Point
@@ -78,8 +78,7 @@ def _live_rows(desk: TimeDesk) -> None:
     probe.note("focus follows")
     follow = following.live.follow
     for name in options_of(Follow):
-        changed: Values = {name: field_row(Follow, name, getattr(follow, name))}
-        follow = replace(follow, **changed)
+        follow = field_row(follow, name)
     if follow != following.live.follow:
         following.change(follow)
     with widgets.disabled(not following.live.measured):

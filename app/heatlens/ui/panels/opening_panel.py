@@ -59,7 +59,7 @@ def _leaning(lens: Lens) -> Lens:
     probe.note("tilt and split diopter")
     for name in LEAN_FIELDS if is_open else ():
         with widgets.disabled(name not in _HEADS and not getattr(lens, _head_of(name))):
-            lens = _slid(lens, name)
+            lens = field_row(lens, name)
     return lens
 
 
@@ -78,7 +78,7 @@ def _opening(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
     lens = _blades(_image(lens, ask_image))
     for name in APERTURE_FIELDS:
         if name not in _DRAWN_ELSEWHERE:
-            lens = _slid(lens, name)
+            lens = field_row(lens, name)
     return _widest(lens, say)
 
 
@@ -104,14 +104,9 @@ def _blades(lens: Lens) -> Lens:
     with widgets.disabled(has_image):
         lens = replace(lens, blades=widgets.pick("blades", lens.blades, words))
     with widgets.disabled(lens.blades == 0 and not has_image):
-        lens = _slid(lens, "blade_rotation_deg")
+        lens = field_row(lens, "blade_rotation_deg")
     with widgets.disabled(lens.blades == 0 or has_image):
-        return _slid(lens, "blade_curvature")
-
-
-def _slid(lens: Lens, name: str) -> Lens:
-    changed: dict[str, Any] = {name: field_row(Lens, name, getattr(lens, name))}
-    return replace(lens, **changed)
+        return field_row(lens, "blade_curvature")
 
 
 def _widest(lens: Lens, say: Say) -> Lens:
