@@ -287,7 +287,7 @@ class FrameRenderer:
     ) -> Steps[moderngl.Texture]:
         """Blur the picture with as much around it as reaches the frame, and return the frame."""
         plate, peeled = self.loaded.plate, None
-        if shot.defocus.quality is not Quality.FILM:
+        if shot.defocus.quality in (Quality.DRAFT, Quality.PREVIEW):
             overscan = overscan.in_own_pixels  # a preview has to come soon
         if layers_for(shot.defocus) > 1 and overscan is self.loaded.overscan:
             peeled = self.loaded.peeled

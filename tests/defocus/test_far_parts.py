@@ -9,7 +9,7 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.defocus.far_parts import FAR_FROM_PX, part_centres, with_far_cut
 from heatlens.defocus.quality import unused_behind_notes
-from heatlens.model.shot.settings import LAYERS_MAX, PARTS, DefocusSettings
+from heatlens.model.shot.settings import LAYERS_MAX, PARTS, DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.behind import with_behind
 from heatlens.plate.plate import Plate
@@ -122,6 +122,17 @@ def test_nothing_changes_where_no_surfaces_overlap(ctx, renderer):
     in_focus = with_behind(wall(row, FOCUS_M), [wall(1 - row, FAR_M)])
     sharp = through(renderer, in_focus, parts=7)
     assert np.array_equal(sharp[HEIGHT // 2, :, 0], row)
+
+
+def test_the_quality_final_is_film_in_37_parts_or_as_many_as_are_given(ctx, renderer):
+    final, plate = Quality.FINAL, card_before(hidden_stripe())
+    most, few = (through(renderer, plate, parts=parts) for parts in (37, 7))
+    assert np.array_equal(through(renderer, plate, quality=final), most)
+    assert np.array_equal(through(renderer, plate, quality=final, parts=7), few)
+    assert not np.array_equal(most, few)
+    flat = plate_of(*room())
+    assert np.array_equal(through(renderer, flat, quality=final), through(renderer, flat))
+    assert unused_behind_notes(flat, DefocusSettings(quality=final)) == ()
 
 
 def test_surfaces_of_like_blur_need_more_parts(ctx, renderer):

@@ -69,7 +69,7 @@ class RenderOptions(TypedDict, total=False):
     split_direction_deg: float
     split_softness: float
     bokeh: Bokeh | Literal["heat", "gaussian", "disc"]
-    quality: Quality | Literal["draft", "preview", "film"]
+    quality: Quality | Literal["draft", "preview", "film", "final"]
     layers: int | None
     proxy: float
     method: (

@@ -18,6 +18,7 @@ from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import Cut, LayerCut
 from heatlens.defocus.listed_fragments import ListedFragments
 from heatlens.defocus.optics import Optics
+from heatlens.defocus.quality import parts_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.pixel_bands import PixelBands
@@ -58,7 +59,7 @@ def is_in_parts(optics: Optics, settings: DefocusSettings, has_alpha: bool) -> b
     is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
     is_level = optics.line is None or optics.line.lean.is_level
     is_simple = is_level and optics.disc.is_plain and not has_alpha
-    return settings.parts > 1 and is_far and is_simple
+    return parts_for(settings) > 1 and is_far and is_simple
 
 
 def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:

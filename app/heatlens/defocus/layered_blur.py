@@ -28,7 +28,7 @@ from heatlens.defocus.listed_fragments import ListedFragments
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.passes import DefocusPasses
 from heatlens.defocus.pixel_list import list_bytes
-from heatlens.defocus.quality import kernel_for, layers_for
+from heatlens.defocus.quality import kernel_for, layers_for, parts_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
 from heatlens.model.shot.settings import DefocusSettings, Quality
@@ -145,7 +145,7 @@ class LayeredBlur:
         what = FarSurfaces(color, coc, lists, least_px)
         return (
             yield from self._passes.far_parts.steps(
-                what, optics, settings.parts, draft, poles, self._scratch
+                what, optics, parts_for(settings), draft, poles, self._scratch
             )
         )
 

@@ -1,20 +1,24 @@
 """Define the cost of each quality: kernel, steps and number of layers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import assert_never
 
 from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel, rim_kernel
-from heatlens.model.shot.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot.settings import LAYERS_MAX, PARTS, Bokeh, DefocusSettings, Method, Quality
 from heatlens.plate.plate import Plate
 
 
 @dataclass(frozen=True)
 class _Spent:
-    """The cost of a quality: kernel of the disc, steps of a Gaussian, largest number of layers."""
+    """The cost of a quality: kernel of the disc, steps of a Gaussian, largest number of layers.
+
+    parts  parts of the lens, where surfaces behind the focus are known
+    """
 
     disc: str
     gaussian_steps: int
     layers: int
+    parts: int = 1
 
 
 def _spent(quality: Quality) -> _Spent:
@@ -25,6 +29,8 @@ def _spent(quality: Quality) -> _Spent:
             return _Spent("disc_3", gaussian_steps=3, layers=LAYERS_MAX)
         case Quality.FILM:
             return _Spent("disc_4", gaussian_steps=5, layers=LAYERS_MAX)
+        case Quality.FINAL:
+            return replace(_spent(Quality.FILM), parts=PARTS[-1])
         case _:
             assert_never(quality)
 
@@ -53,6 +59,11 @@ def layers_for(settings: DefocusSettings) -> int:
     if settings.method is not Method.DIFFUSION:
         return 1
     return settings.layers or _spent(settings.quality).layers
+
+
+def parts_for(settings: DefocusSettings) -> int:
+    """Return the number of parts of the lens; a number above 1 overrides that of the quality."""
+    return settings.parts if settings.parts > 1 else _spent(settings.quality).parts
 
 
 def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, ...]:

@@ -22,6 +22,7 @@ class Quality(StrEnum):
     DRAFT = "draft"
     PREVIEW = "preview"
     FILM = "film"
+    FINAL = "final"
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,8 @@ class DefocusSettings:
     quality: Quality = option_field(
         Quality.FILM,
         "quality",
-        "how closely that shape is matched; the amount of blur is the same (default film)",
+        "how closely that shape is matched; the amount of blur is the same (default film); final "
+        "is film in 37 parts of the lens, see --parts",
         **_ONLY_DIFFUSION,
     )
     layers: int | None = option_field(
@@ -155,8 +157,9 @@ class DefocusSettings:
     parts: int = option_field(
         1,
         "parts",
-        "parts of the lens, 1 (default), 7, 19 or 37, that blur the surfaces behind the focus "
-        "separately: known surfaces then overlap correctly, but it takes longer",
+        "parts of the lens, 1, 7, 19 or 37, that blur the surfaces behind the focus separately: "
+        "known surfaces then overlap correctly, but it takes longer (default: 37 for the quality "
+        "final, else 1)",
         metavar="N",
         least=PARTS[0],
         most=PARTS[-1],
