@@ -24,6 +24,8 @@ def opened(renderer, folder, path):
     session.begin()
     until(session, lambda: session.source.opened is not None, "the source")
     shot = replace(session.editing.shot, marks=(DistanceMark("A", 3.0), DistanceMark("B", 40.0)))
+    if shot.framing is not None:  # a small picture is whole soon
+        shot = replace(shot, framing=replace(shot.framing, width_px=320, height_px=180))
     lens = replace(shot.lens, focal_length_mm=35.0, focus_distance_m=4.0)
     session.editing.begin(replace(shot, lens=lens))
     settled(session)
