@@ -4,6 +4,7 @@
 // at that depth there hides the highlight. Surfaces nearer by less than a margin are ignored here;
 // with LISTS, highlight_split has already accounted for them.
 
+#define SOFT_RIM
 #include "lib/aperture.lib.glsl"
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"

@@ -9,6 +9,7 @@
 // COUNT output   tally_buf        a tally a block
 // WRITE inputs   plan, offset_buf  output  sprite_buf
 
+#define SOFT_RIM
 #include "lib/aperture.lib.glsl"
 #include "lib/highlights.lib.glsl"
 #include "lib/pixel_cover.lib.glsl"

@@ -11,6 +11,19 @@
 
 uniform vec2 aperture_axes;  // half axes of the opening: of a disc of radius 1, or of the lens in metres
 
+// Share of a pixel inside the rim, where the rim is `to_rim` pixels farther out: a ramp of half the width
+// `ramp`. With SOFT_RIM it may be a smooth one of the same variance, so that growing discs do not jerk.
+#ifdef SOFT_RIM
+#define SMOOTH_WIDTH 1.29099445  // sqrt(5/3), of the linear one
+float rim_softness = 0.0;        // 0..1, how smooth it is
+float within_rim(float to_rim, float ramp) {
+    float smoothly = smoothstep(-SMOOTH_WIDTH * ramp, SMOOTH_WIDTH * ramp, to_rim);
+    return mix(clamp((to_rim + ramp) / (2.0 * ramp), 0.0, 1.0), smoothly, rim_softness);
+}
+#else
+float within_rim(float to_rim, float ramp) { return clamp((to_rim + ramp) / (2.0 * ramp), 0.0, 1.0); }
+#endif
+
 #ifdef SHAPED
 #include "lib/shaped_aperture.lib.glsl"
 #else
@@ -24,11 +37,10 @@ Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 place) {
     float from_centre = max(length(unsqueezed), CENTRE_PX);
     float gradient = length(unsqueezed / aperture_axes) / from_centre;
     if (from_centre <= CENTRE_PX) gradient = 1.0 / min(aperture_axes.x, aperture_axes.y);
-    float to_rim = (abs(radius) - from_centre) / gradient;
-    return clamp((to_rim + ramp) / (2.0 * ramp), 0.0, 1.0);
+    return within_rim((abs(radius) - from_centre) / gradient, ramp);
 }
 
-// Half the width and height of the box around a disc.
+// Half the width and height of the box around a disc, without what a smooth ramp adds (0.3 of the ramp).
 vec2 aperture_reach(float radius, float ramp) { return abs(radius) * aperture_axes + ramp; }
 
 // The least distance from the centre to the box, of any colour.

@@ -1,6 +1,6 @@
 // Share of a pixel that the disc of a highlight covers. Small discs are sampled at several points of each
 // pixel: their rim bends within a pixel, and with a straight one they would grow in steps, from one ring of
-// pixels to the next. Include lib/aperture.lib.glsl first.
+// pixels to the next. Include lib/aperture.lib.glsl with SOFT_RIM first.
 
 #define FINE_ACROSS 3           // points across a pixel, each way
 #define FINE_RADIUS_PX 3.0      // up to this radius the points fill the pixel;
@@ -11,6 +11,7 @@ Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
     // The variance of the points and that of their ramp make up that of the pixel's box and of the light.
     float of_points = apart * apart * (1.0 - 1.0 / float(FINE_ACROSS * FINE_ACROSS)) / 12.0;
     float narrow = apart > 0.0 ? sqrt(max(ramp * ramp - 3.0 * of_points, 1e-3)) : ramp;
+    rim_softness = apart;
     int points = apart > 0.0 ? FINE_ACROSS * FINE_ACROSS : 1, i = 0;
     Cover sum = Cover(0.0);
     do {

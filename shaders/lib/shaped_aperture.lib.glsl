@@ -81,13 +81,13 @@ float cover_of_color(vec2 offset, float radius, float ramp, vec2 place) {
     float inside = image_light(p, ramp / (aperture_axes * abs(radius)));
     if (aperture_barrel > 0.0) {
         float to_barrel = to_rim(past_barrel(p, barrel_shift(place)), aperture_axes);
-        inside *= clamp((to_barrel * abs(radius) + ramp) / (2.0 * ramp), 0.0, 1.0);
+        inside *= within_rim(to_barrel * abs(radius), ramp);
     }
 #else
     float inside = to_rim(past_blades(p), aperture_axes);
     if (aperture_barrel > 0.0)
         inside = min(inside, to_rim(past_barrel(p, barrel_shift(place)), aperture_axes));
-    inside = clamp((inside * abs(radius) + ramp) / (2.0 * ramp), 0.0, 1.0);
+    inside = within_rim(inside * abs(radius), ramp);
 #endif
     return inside * profile(min(dot(p, p), 1.0), radius < 0.0 ? -aperture_rim : aperture_rim);
 }
