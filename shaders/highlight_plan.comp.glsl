@@ -1,70 +1,55 @@
-// Chooses how far highlights are merged, and where each block writes its own. One workgroup adds up
-// the tallies, so that drawing has a bounded cost and the list is deterministic.
+// Chooses how far highlights are merged, and where each row of blocks writes its own: drawing has a bounded
+// cost, and the list is in the picture's order. One workgroup.
 //
 // Input
-//   tally_buf    highlight_sprites.comp.glsl, COUNT
-// Outputs
-//   plan, offset_buf
+//   plan      the sums of highlight_sprites.comp.glsl, COUNT
+// Output
+//   plan      the rest
+// Read and written
+//   row_buf   for the chosen level: sprites of each row of blocks; then of all rows before it
 
 #include "lib/highlights.lib.glsl"
 
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;
 
-layout(std430) readonly buffer tally_block { BlockTally tally_buf[]; };
-layout(std430) writeonly buffer plan_block { Plan plan; };
-layout(std430) writeonly buffer offset_block { uint offset_buf[]; };
+layout(std430) buffer plan_block { Plan plan; };
+layout(std430) buffer row_block { uint row_buf[]; };
 
-uniform int block_count;
+uniform ivec2 blocks;           // across, down
 uniform uint sprites_max;
-uniform float area_max;         // largest area to draw, pixels
 uniform uint restore_groups_x;  // workgroups of highlight_restore, unless all highlights are drawn
 uniform uint restore_groups_y;
 
-shared uint sprites_sh[WORKERS][LEVELS];
-shared float area_sh[WORKERS][LEVELS];
+shared uint sprites_sh[WORKERS];
 shared int level_sh;
 
+bool is_too_much(int level) { return plan.sprites[level] > sprites_max || (plan.too_large >> level & 1u) != 0u; }
+
+void choose_level() {
+    int level = 0;
+    while (level < HIGHLIGHT_LEVELS && is_too_much(level)) ++level;
+    level_sh = min(level, HIGHLIGHT_LEVELS - 1);
+    plan.draw = uint[4](4u, level < HIGHLIGHT_LEVELS ? plan.sprites[level_sh] : 0u, 0u, 0u);
+    plan.level = uint(level);
+    bool whole = level < HIGHLIGHT_LEVELS - 1;  // no block is returned to the diffusion
+    plan.restore_groups = uint[3](whole ? 0u : restore_groups_x, whole ? 0u : restore_groups_y, 1u);
+}
+
 void main() {
-    int worker = int(gl_LocalInvocationID.x);
-    int each = (block_count + WORKERS - 1) / WORKERS;
-    int first = min(worker * each, block_count), last = min(first + each, block_count);
-    for (int level = 0; level < LEVELS; ++level) {
-        uint sprites = 0u;
-        float area = 0.0;
-        for (int i = first; i < last; ++i) {
-            sprites += tally_buf[i].sprites[level];
-            area += tally_buf[i].area[level];
-        }
-        sprites_sh[worker][level] = sprites;
-        area_sh[worker][level] = area;
-    }
+    int worker = int(gl_LocalInvocationID.x), each = (blocks.y + WORKERS - 1) / WORKERS;
+    int first = min(worker * each, blocks.y), last = min(first + each, blocks.y);
+    if (worker == 0) choose_level();
     barrier();
-    if (worker == 0) {
-        int level = 0;
-        uint drawn_sprites = 0u;
-        for (; level < LEVELS; ++level) {
-            uint sprites = 0u;
-            float area = 0.0;
-            for (int i = 0; i < WORKERS; ++i) {
-                sprites += sprites_sh[i][level];
-                area += area_sh[i][level];
-            }
-            if (sprites > sprites_max || area > area_max) continue;
-            drawn_sprites = sprites;
-            break;
-        }
-        plan.draw = uint[4](4u, drawn_sprites, 0u, 0u);
-        plan.level = uint(level);
-        bool whole = level < LEVELS - 1;  // no block is returned to the diffusion
-        plan.restore_groups = uint[3](whole ? 0u : restore_groups_x, whole ? 0u : restore_groups_y, 1u);
-        level_sh = min(level, LEVELS - 1);
-    }
+    uint sprites = 0u;
+    for (int row = first; row < last; ++row) sprites += row_buf[row_of(level_sh, row, blocks)];
+    sprites_sh[worker] = sprites;
     barrier();
-    uint offset = 0u;
-    for (int i = 0; i < worker; ++i) offset += sprites_sh[i][level_sh];
-    for (int i = first; i < last; ++i) {
-        offset_buf[i] = offset;
-        offset += tally_buf[i].sprites[level_sh];
+    uint before = 0u;
+    for (int i = 0; i < worker; ++i) before += sprites_sh[i];
+    for (int row = first; row < last; ++row) {
+        uint here = row_buf[row_of(level_sh, row, blocks)];
+        row_buf[row_of(level_sh, row, blocks)] = before;
+        before += here;
     }
 }

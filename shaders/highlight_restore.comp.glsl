@@ -27,14 +27,13 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D high_tx;
 layout(rgba32f) uniform image2D low_img;
-layout(std430) readonly buffer tally_block { BlockTally tally_buf[]; };
+layout(std430) readonly buffer tally_block { uint tally_buf[]; };
 layout(std430) readonly buffer plan_block { Plan plan; };
 
 bool is_drawn(ivec2 at) {
-    if (plan.level == uint(LEVELS)) return false;
-    int blocks = (textureSize(high_tx, 0).x + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
-    ivec2 block = at / HIGHLIGHT_BLOCK;
-    return tally_buf[block.y * blocks + block.x].sprites[plan.level] > 0u;
+    if (plan.level == uint(HIGHLIGHT_LEVELS)) return false;
+    ivec2 blocks = (textureSize(high_tx, 0) + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
+    return tally_buf[tally_of(int(plan.level), at / HIGHLIGHT_BLOCK, blocks)] > 0u;
 }
 
 void main() {

@@ -1,13 +1,14 @@
 // Merges the highlights of a block of 8 x 8 pixels, one block an invocation. Built twice: COUNT tallies every
-// level's list, WRITE writes the chosen one where highlight_plan says, in the picture's order.
+// level's list, LEVELS_AT_ONCE of them in neighbouring invocations; WRITE writes the chosen one where
+// highlight_plan says, in the picture's order.
 //
 // Inputs
 //   pixel list   the blocks with highlights (highlight_blocks.comp.glsl)
 //   high_tx      rgb of the removed light, a signed coc (highlight_split.comp.glsl)
 //   places_tx    if `has_places`: r, g position of the light in its pixel, from the middle, b its variance
 //                along an axis, pixels
-// COUNT output   tally_buf        a tally a block
-// WRITE inputs   plan, offset_buf  output  sprite_buf
+// COUNT outputs  tally_buf, row_buf, and the sums of the plan
+// WRITE inputs   plan, tally_buf, row_buf (highlight_plan.comp.glsl)  output  sprite_buf
 
 #define SOFT_RIM
 #include "lib/aperture.lib.glsl"
@@ -15,17 +16,24 @@
 #include "lib/pixel_cover.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 
-layout(local_size_x = PIXELS_PER_GROUP) in;
+#ifndef LEVELS_AT_ONCE
+#define LEVELS_AT_ONCE 1
+#endif
+layout(local_size_x = PIXELS_PER_GROUP, local_size_y = LEVELS_AT_ONCE) in;
 
 uniform sampler2D high_tx;
 uniform sampler2D places_tx;
 uniform bool has_places;
 
 #ifdef COUNT
-layout(std430) writeonly buffer tally_block { BlockTally tally_buf[]; };
+layout(std430) writeonly buffer tally_block { uint tally_buf[]; };
+layout(std430) buffer row_block { uint row_buf[]; };
+layout(std430) buffer plan_block { Plan plan; };
+uniform float area_max;  // largest area to draw, pixels
 #else
+layout(std430) readonly buffer tally_block { uint tally_buf[]; };
+layout(std430) readonly buffer row_block { uint row_buf[]; };
 layout(std430) readonly buffer plan_block { Plan plan; };
-layout(std430) readonly buffer offset_block { uint offset_buf[]; };
 layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #endif
 
@@ -151,7 +159,7 @@ bool is_surface() { return lit_count > HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / 2; }
 // for the block: such discs would show as a grid of spots. The light of such a block is diffused
 // instead (highlight_restore.comp.glsl).
 bool is_given_back(int level) {
-    if (level < LEVELS - 1 || !is_surface()) return false;
+    if (level < HIGHLIGHT_LEVELS - 1 || !is_surface()) return false;
     taken[0] = taken[1] = 0u;
     float widest = abs(coc[brightest(ivec2(0), HIGHLIGHT_BLOCK)]);
     return float(HIGHLIGHT_BLOCK) > SURFACE_SHARE * widest;
@@ -179,18 +187,39 @@ uint make_sprites(int level, uint offset, out float area) {
     return count;
 }
 
+#ifdef COUNT
+// Adds to the sums. They are whole numbers, so that the order of the blocks does not matter. Whoever comes
+// first past the area allowed says so, before the sum can overflow.
+void tally(int level, ivec2 block, ivec2 blocks, uint sprites, float area) {
+    tally_buf[tally_of(level, block, blocks)] = sprites;
+    if (sprites == 0u) return;
+    atomicAdd(row_buf[row_of(level, block.y, blocks)], sprites);
+    atomicAdd(plan.sprites[level], sprites);
+    uint parts = uint(ceil(min(area / area_max, 1.0) * float(AREA_PARTS)));
+    if (atomicAdd(plan.area[level], parts) + parts > AREA_PARTS) atomicOr(plan.too_large, 1u << level);
+}
+#else
+// The sprites of all blocks before this one, row by row.
+uint sprites_before(ivec2 block, ivec2 blocks, int level) {
+    uint before = row_buf[row_of(level, block.y, blocks)];
+    for (int x = 0; x < block.x; ++x) before += tally_buf[tally_of(level, ivec2(x, block.y), blocks)];
+    return before;
+}
+#endif
+
 void merge_block(ivec2 block) {
     corner = block * HIGHLIGHT_BLOCK;
-    int index = block.y * ((size.x + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK) + block.x;
+    ivec2 blocks = (size + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
     float area;
     load_block();
 #ifdef COUNT
-    for (int level = 0; level < LEVELS; ++level) {
-        tally_buf[index].sprites[level] = make_sprites(level, 0u, area);
-        tally_buf[index].area[level] = area;
+    for (int level = int(gl_LocalInvocationID.y); level < HIGHLIGHT_LEVELS; level += LEVELS_AT_ONCE) {
+        uint sprites = make_sprites(level, 0u, area);
+        tally(level, block, blocks, sprites, area);
     }
 #else
-    if (plan.level < LEVELS) make_sprites(int(plan.level), offset_buf[index], area);
+    int level = int(plan.level);
+    if (level < HIGHLIGHT_LEVELS) make_sprites(level, sprites_before(block, blocks, level), area);
 #endif
 }
 

@@ -11,10 +11,10 @@
 //   ------[ S ]--------[ i ]--[ i ]--[ i ]--[ i ]------------[ S ]------
 //            `----------- c: conductance to the current pixel
 //
-// Several lines share a workgroup (LINES_PER_GROUP, fastest index), so columns load coalesced.
-// Pixels beyond the line's end, and those in inactive tiles, are connected to nothing, and are neither
-// read nor written. A workgroup with no other pixels ends at once; in all others every invocation
-// reaches every barrier.
+// A workgroup solves a segment, tiles of a line that follow each other and that are active, in as many
+// lines as its invocations are enough for (lib/line_segment.lib.glsl); so short segments leave few
+// invocations idle, and columns load coalesced. Around a segment, and beyond the line's end, pixels are
+// connected to nothing, and are neither read nor written. Every invocation reaches every barrier.
 //
 // SYSTEM names the network, a lib file that follows the contract in shaders/README.md. To save registers
 // its channels are solved in PARTS, and each pixel is requested in two steps, as the contract says.
@@ -23,19 +23,25 @@
 #ifndef Link
 #include "lib/one_part.lib.glsl"
 #endif
-#include "lib/tile_mask.lib.glsl"
+#include "lib/line_segment.lib.glsl"
 
-layout(local_size_x = LINES_PER_GROUP, local_size_y = RUNS) in;
+layout(local_size_x = SLOTS) in;
 
-#define SLOTS (LINES_PER_GROUP * RUNS)  // 56 bytes each must fit 32 KiB, the least GL 4.3 allows
+layout(std430) readonly buffer segment_block {
+    uint segment_groups[3];
+    uint segment_count;
+    uvec2 segment_buf[];
+};
 
 shared Value r_sh[SLOTS];
 shared Num g_sh[SLOTS];
 shared Num left_sh[SLOTS];
 shared Num right_sh[SLOTS];
-shared int has_work_sh;  // 0 or 1
 
-int slot_of(int run) { return run * LINES_PER_GROUP + int(gl_LocalInvocationID.x); }
+int lines, lane;  // lines that this workgroup solves at once, and the number of this one; the fastest index
+int runs;         // of each line
+
+int slot_of(int run) { return run * lines + lane; }
 
 Num inverse_sum_of(int slot) { return inverted(g_sh[slot] + left_sh[slot] + right_sh[slot]); }
 
@@ -46,7 +52,7 @@ void reduce_onto(int run, int reach) {
     g_sh[me] += mul(g_sh[i], share);
     r_sh[me] += mul(share, r_sh[i]);
     left_sh[me] = mul(left_sh[i], share);
-    if (run + reach >= RUNS) return;
+    if (run + reach >= runs) return;
     int k = slot_of(run + reach);
     share = mul(left_sh[k], inverse_sum_of(k));
     g_sh[me] += mul(g_sh[k], share);
@@ -58,7 +64,7 @@ void substitute_between(int run, int reach) {
     int me = slot_of(run);
     Value sum = r_sh[me];
     if (run >= reach) sum += mul(left_sh[me], r_sh[slot_of(run - reach)]);
-    if (run + reach < RUNS) sum += mul(right_sh[me], r_sh[slot_of(run + reach)]);
+    if (run + reach < runs) sum += mul(right_sh[me], r_sh[slot_of(run + reach)]);
     r_sh[me] = mul(inverse_sum_of(me), sum);
 }
 
@@ -66,9 +72,9 @@ void substitute_between(int run, int reach) {
 // whole waves are idle when few separators are left.
 void solve_separators(int worker) {
     int reach = 1;
-    for (; 2 * reach <= RUNS; reach *= 2) {
+    for (; 2 * reach <= runs; reach *= 2) {
         int run = (worker + 1) * 2 * reach - 1;
-        if (run < RUNS) reduce_onto(run, reach);
+        if (run < runs) reduce_onto(run, reach);
         barrier();
     }
     int last = slot_of(reach - 1);
@@ -76,84 +82,84 @@ void solve_separators(int worker) {
     barrier();
     for (reach /= 2; reach > 0; reach /= 2) {
         int run = (2 * worker + 1) * reach - 1;
-        if (run < RUNS) substitute_between(run, reach);
+        if (run < runs) substitute_between(run, reach);
         barrier();
     }
 }
 
 // The run of consecutive pixels that one invocation solves.
 struct Run {
-    int line, first, last;  // its first and last readable pixel, including connected neighbours
-    int in_work[RUN];       // 0 or 1: some drivers take no bools in an array
+    int line, start;        // its line, and its first pixel
+    int first, last;        // its first and last readable pixel, including connected neighbours
+    int count;              // pixels to solve, 0 to RUN
     Link link[RUN];
     float b[RUN + 1];       // conductances: to the pixel before, between the pixels, to the pixel after
 };
 
-bool is_in_work(int line, int i) {
-    if (line >= first_line + line_count || i < 0 || i >= line_length) return false;
-    return is_tile_active(i / TILE * axis + line / TILE * axis.yx);
-}
-
 ivec2 place_in(Run r, int i) { return pixel_at(r.line, clamp(i, r.first, r.last)); }
 
-bool is_empty(Run r) {
-    bool any_in_work = false;
-    for (int j = 0; j < RUN; j += TILE) any_in_work = any_in_work || r.in_work[j] != 0;
-    return !any_in_work;
-}
-
-// The pixels of a tile are active or inactive together, up to the end of the line.
-void find_work(inout Run r, int start) {
-    for (int j = 0; j < RUN; ++j)
-        r.in_work[j] = is_in_work(r.line, start + j / TILE * TILE) && start + j < line_length ? 1 : 0;
-    bool has_before = r.in_work[0] != 0 && is_in_work(r.line, start - 1);
-    bool has_after = r.in_work[RUN - 1] != 0 && is_in_work(r.line, start + RUN);
-    r.first = has_before ? start - 1 : start;
-    r.last = has_after ? start + RUN : min(start + RUN, line_length) - 1;
-}
-
-void read_links(inout Run r, int start) {
-    Link before = link_at(place_in(r, start - 1));
+void read_links(inout Run r) {
+    Link before = link_at(place_in(r, r.start - 1));
     for (int j = 0; j < RUN; ++j) {
-        r.link[j] = link_at(place_in(r, start + j));
-        bool is_joined = j == 0 ? r.first < start : (r.in_work[j - 1] & r.in_work[j]) != 0;
+        r.link[j] = link_at(place_in(r, r.start + j));
+        bool is_joined = j == 0 ? r.first < r.start : j < r.count;
         if (is_joined) r.b[j] = conductance(before, r.link[j]);
         before = r.link[j];
     }
-    if (r.last == start + RUN) r.b[RUN] = conductance(before, link_at(place_in(r, start + RUN)));
+    if (r.last == r.start + RUN) r.b[RUN] = conductance(before, link_at(place_in(r, r.start + RUN)));
 }
 
-Run run_from(int line, int start) {
+// The run from `start` on in a segment from pixel `begin` to before `end`.
+Run run_from(int line, int start, int begin, int end) {
     Run r;
     r.line = line;
-    find_work(r, start);
+    r.start = start;
+    r.first = max(start - 1, begin);
+    r.last = min(start + RUN, end - 1);
+    r.count = line < line_count ? clamp(end - start, 0, RUN) : 0;
     for (int j = 0; j <= RUN; ++j) r.b[j] = 0.0;
-    if (!is_empty(r)) read_links(r, start);
+    if (r.count > 0) read_links(r);
     return r;
 }
 
-void read_sources(Run r, int start, int part, int pole, inout Source s[RUN]) {
-    if (is_empty(r)) return;
-    Input before = input_at(place_in(r, start - 1), part, pole);
-    Input here = input_at(place_in(r, start), part, pole);
+bool has_begin(Run r) { return IS_REPEATED && r.count > 0 && r.start == 0; }
+bool has_end(Run r) { return IS_REPEATED && r.count > 0 && r.start + r.count == line_length; }
+
+void read_sources(Run r, int part, int pole, inout Value y[RUN]) {
+    if (r.count == 0) return;
+    Input before = input_at(place_in(r, r.start - 1), part, pole);
+    Input here = input_at(place_in(r, r.start), part, pole);
     for (int j = 0; j < RUN; ++j) {
-        Input after = input_at(place_in(r, start + j + 1), part, pole), next = after;
+        Input after = input_at(place_in(r, r.start + j + 1), part, pole), next = after;
         if (r.b[j] == 0.0) before = here;
         if (r.b[j + 1] == 0.0) next = here;
-        s[j] = source_of(before, here, next, r.b[j], r.b[j + 1]);
+        if (j < r.count) y[j] = source(source_of(before, here, next, r.b[j], r.b[j + 1]), part, pole);
         before = here;
         here = after;
     }
 }
 
-// The heat capacity beyond the line's ends, if pixel `i` is one of them.
-Num beyond(Run r, int j, int i, int pole) {
-    int ends = r.in_work[j] == 0 ? 0 : int(i == 0) + int(i == line_length - 1);
-    return ends == 0 ? ZERO_NUM : float(ends) * repeated_heat(pole, r.link[j]);
+// The heat capacity beyond the line's begin and end, where they are in the run.
+struct Ends {
+    Num first, last;
+};
+
+Ends ends_of(Run r, int pole) {
+    Ends ends = Ends(ZERO_NUM, ZERO_NUM);
+    if (has_begin(r)) ends.first = repeated_heat(pole, r.link[0]);
+    if (has_end(r)) {
+        Link link = r.link[0];
+        for (int j = 1; j < RUN; ++j)
+            if (j < r.count) link = r.link[j];
+        ends.last = repeated_heat(pole, link);
+    }
+    return ends;
 }
 
-Num heat_of(Run r, int start, int j, int pole) {
-    return num(r.in_work[j] != 0 ? specific_heat(r.link[j]) : 1.0) + beyond(r, j, start + j, pole);
+Num heat_of(Run r, int j, Ends ends) {
+    Num heat = num(j < r.count ? specific_heat(r.link[j]) : 1.0);
+    if (j == 0) heat += ends.first;
+    return j == r.count - 1 ? heat + ends.last : heat;
 }
 
 // The shares of its neighbours in the solution of an eliminated pixel.
@@ -162,9 +168,9 @@ struct Shares {
 };
 
 // Eliminates all but the last pixel of a run, whose right-hand sides are in y, onto its two ends.
-void eliminate_run(Run r, int pole, int run, inout Value y[RUN], out Shares shares) {
-    int me = slot_of(run), start = run * RUN;
-    Num c = flow(pole, r.b[0]), g = heat_of(r, start, 0, pole), g_left = ZERO_NUM;
+void eliminate_run(Run r, int pole, int run, Ends ends, inout Value y[RUN], out Shares shares) {
+    int me = slot_of(run);
+    Num c = flow(pole, r.b[0]), g = heat_of(r, 0, ends), g_left = ZERO_NUM;
     Value r_left = ZERO_VALUE;
     for (int j = 0; j < RUN - 1; ++j) {
         Num b = flow(pole, r.b[j + 1]);
@@ -174,7 +180,7 @@ void eliminate_run(Run r, int pole, int run, inout Value y[RUN], out Shares shar
         g_left += mul(g, shares.left[j]);
         r_left += mul(shares.left[j], y[j]);
         c = mul(c, shares.next[j]);
-        g = heat_of(r, start, j + 1, pole) + mul(g, shares.next[j]);
+        g = heat_of(r, j + 1, ends) + mul(g, shares.next[j]);
         y[j + 1] += mul(shares.next[j], y[j]);
         y[j] = mul(inverse_sum, y[j]);
     }
@@ -183,7 +189,7 @@ void eliminate_run(Run r, int pole, int run, inout Value y[RUN], out Shares shar
     left_sh[me] = c;
     barrier();
     Num right = ZERO_NUM;
-    if (run + 1 < RUNS) {
+    if (run + 1 < runs) {
         int after_me = slot_of(run + 1);
         g += g_sh[after_me];
         y[RUN - 1] += r_sh[after_me];
@@ -203,53 +209,49 @@ void substitute_run(int run, Shares shares, inout Value y[RUN]) {
     barrier();  // the next pole reuses shared memory
 }
 
-// Adds the heat from beyond the line's ends, which has the colour of the end itself. `read` is
-// the pole for which the sources were read last.
-void repeat_ends(Run r, int start, int part, int pole, int read, inout Value y[RUN]) {
-    for (int j = 0; j < RUN; ++j) {
-        int i = start + j;
-        if (!IS_REPEATED || r.in_work[j] == 0 || i > 0 && i < line_length - 1) continue;
-        Input end = input_at(place_in(r, i), part, read);
-        y[j] += mul(beyond(r, j, i, pole), source(source_of(end, end, end, 0.0, 0.0), part, pole));
-    }
+Value value_at(Run r, int i, int part, int pole) {
+    Input here = input_at(pixel_at(r.line, i), part, pole);
+    return source(source_of(here, here, here, 0.0, 0.0), part, pole);
 }
 
-void solve_pole(Run r, Source s[RUN], int run, int part, int pole, int read, inout Output o[RUN]) {
+// Adds the heat from beyond the line's ends, which has the colour of the end itself.
+void add_ends(Run r, Ends ends, int part, int pole, inout Value y[RUN]) {
+    if (has_begin(r)) y[0] += mul(ends.first, value_at(r, 0, part, pole));
+    if (!has_end(r)) return;
+    Value last = mul(ends.last, value_at(r, line_length - 1, part, pole));
+    for (int j = 0; j < RUN; ++j)
+        if (j == r.count - 1) y[j] += last;
+}
+
+void solve_pole(Run r, int run, int part, int pole, inout Output o[RUN]) {
     Value y[RUN];
     Shares shares;
-    for (int j = 0; j < RUN; ++j) y[j] = r.in_work[j] != 0 ? source(s[j], part, pole) : ZERO_VALUE;
-    repeat_ends(r, run * RUN, part, pole, read, y);
-    eliminate_run(r, pole, run, y, shares);
+    Ends ends = ends_of(r, pole);
+    for (int j = 0; j < RUN; ++j) y[j] = ZERO_VALUE;
+    read_sources(r, part, pole, y);
+    add_ends(r, ends, part, pole, y);
+    eliminate_run(r, pole, run, ends, y, shares);
     solve_separators(run);
     substitute_run(run, shares, y);
     for (int j = 0; j < RUN; ++j) add_pole(o[j], part, pole, y[j]);
 }
 
-// True if any invocation of the workgroup has something to solve.
-bool has_group_work(Run r) {
-    if (gl_LocalInvocationIndex == 0u) has_work_sh = 0;
-    barrier();
-    if (!is_empty(r)) has_work_sh = 1;
-    barrier();
-    return has_work_sh != 0;
-}
-
 void main() {
-    int run = int(gl_LocalInvocationID.y), start = run * RUN;
-    Run r = run_from(first_line + int(gl_GlobalInvocationID.x), start);
-    if (!has_group_work(r)) return;
-    Source s[RUN];
+    uint number = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    if (number >= segment_count) return;
+    uvec2 segment = segment_buf[number];
+    int begin = int(segment.y >> 16) * TILE, tiles = int(segment.y & 0xffffu);
+    runs = runs_in(tiles, RUN);
+    lines = lines_at_once(runs);
+    int run = int(gl_LocalInvocationIndex) / lines, start = begin + run * RUN;
+    lane = int(gl_LocalInvocationIndex) - run * lines;
+    int line = int(segment.x) + lane;
+    bool is_used = run < runs && line / TILE == int(segment.x) / TILE;  // the last lines of a tile may be fewer
+    Run r = run_from(is_used ? line : line_count, start, begin, min(begin + tiles * TILE, line_length));
     Output o[RUN];
     for (int j = 0; j < RUN; ++j) clear_output(o[j]);
     for (int part = 0; part < PARTS; ++part) {
-        int read = 0;
-        for (int pole = 0; pole < POLES; ++pole) {
-            if (is_source_read(part, pole)) {
-                read = pole;
-                read_sources(r, start, part, read, s);
-            }
-            solve_pole(r, s, run, part, pole, read, o);
-        }
-        for (int j = 0; j < RUN; ++j) store(pixel_at(r.line, start + j), r.link[j], r.in_work[j] != 0, o[j], part);
+        for (int pole = 0; pole < POLES; ++pole) solve_pole(r, run, part, pole, o);
+        for (int j = 0; j < RUN; ++j) store(pixel_at(r.line, start + j), r.link[j], j < r.count, o[j], part);
     }
 }

@@ -13,7 +13,11 @@
 #include "lib/fragment_list.lib.glsl"
 #endif
 
-layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
+// A GPU looks at all rows of a tile at once.
+#ifndef ROWS_AT_ONCE
+#define ROWS_AT_ONCE 1
+#endif
+layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP, local_size_z = ROWS_AT_ONCE) in;
 
 uniform sampler2D coc_tx;
 uniform sampler2D kind_tx;
@@ -34,27 +38,58 @@ uint layers_of(vec2 cocs) {
     return bits;
 }
 
+void look_at(ivec2 at, inout uint content, inout float nearest) {
+    float coc = texelFetch(coc_tx, at, 0).r;
+    float other = texelFetch(kind_tx, at, 0).r == FAR_RIM ? texelFetch(near_tx, at, 0).a : coc;
+    content |= layers_of(vec2(coc, other));
+    nearest = min(nearest, coc);
+#ifdef LISTS
+    List list = list_at(at);
+    uint last = list.end - 1u;
+    if (list.first < list.end) do {
+        content |= layers_of(vec2(fragment_of(list.first).coc, fragment_of(min(list.first + 1u, last)).coc));
+    } while ((list.first += 2u) < list.end);
+#endif
+}
+
+#if ROWS_AT_ONCE > 1
+shared uint content_sh[TILE_GROUP * TILE_GROUP];
+shared uint nearest_sh[TILE_GROUP * TILE_GROUP];
+
+// Whole numbers in the order of the floats.
+uint in_order(float a) {
+    uint bits = floatBitsToUint(a);
+    return bits >> 31 == 1u ? ~bits : bits | 0x80000000u;
+}
+float from_order(uint a) { return uintBitsToFloat(a >> 31 == 1u ? a & 0x7fffffffu : ~a); }
+
+// Joins what the invocations with the rows of a tile have found.
+void join_rows(inout uint content, inout float nearest) {
+    int tile = int(gl_LocalInvocationID.y) * TILE_GROUP + int(gl_LocalInvocationID.x);
+    if (gl_LocalInvocationID.z == 0u) {
+        content_sh[tile] = 0u;
+        nearest_sh[tile] = 0xffffffffu;
+    }
+    barrier();
+    atomicOr(content_sh[tile], content);
+    atomicMin(nearest_sh[tile], in_order(nearest));
+    barrier();
+    content = content_sh[tile];
+    nearest = from_order(nearest_sh[tile]);
+}
+#endif
+
 void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(tile, tiles))) return;
     ivec2 first = tile * TILE, end = min(first + TILE, textureSize(coc_tx, 0));
     uint content = 0u;
     float nearest = 1e30;
-    for (int y = first.y; y < end.y; ++y)
-        for (int x = first.x; x < end.x; ++x) {
-            ivec2 at = ivec2(x, y);
-            float coc = texelFetch(coc_tx, at, 0).r;
-            float other = texelFetch(kind_tx, at, 0).r == FAR_RIM ? texelFetch(near_tx, at, 0).a : coc;
-            content |= layers_of(vec2(coc, other));
-            nearest = min(nearest, coc);
-#ifdef LISTS
-            List list = list_at(at);
-            uint last = list.end - 1u;
-            if (list.first < list.end) do {
-                content |= layers_of(vec2(fragment_of(list.first).coc, fragment_of(min(list.first + 1u, last)).coc));
-            } while ((list.first += 2u) < list.end);
+    for (int y = first.y + int(gl_LocalInvocationID.z); y < end.y; y += ROWS_AT_ONCE)
+        for (int x = first.x; x < end.x; ++x) look_at(ivec2(x, y), content, nearest);
+#if ROWS_AT_ONCE > 1
+    join_rows(content, nearest);
 #endif
-        }
+    if (any(greaterThanEqual(tile, tiles)) || gl_LocalInvocationID.z > 0u) return;
     content_buf[tile.y * tiles.x + tile.x] = content;
     nearest_buf[tile.y * tiles.x + tile.x] = nearest;
 }

@@ -55,7 +55,6 @@ struct Source {
     vec4 x;
 };
 
-bool is_source_read(int part, int pole) { return part == 0 && pole == 0; }
 Input input_at(ivec2 at, int part, int pole) { return Input(texelFetch(source_tx, at, 0)); }
 
 Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
@@ -131,50 +130,37 @@ void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
 
 #else
 struct Input {
-    Value z[POLES_PER_TEXEL];
+    Value z;
 };
 
 struct Source {
-    Value z[POLES_PER_TEXEL];
+    Value z;
 };
-
-bool is_source_read(int part, int pole) { return pole % POLES_PER_TEXEL == 0; }
 
 Texel texel_at(ivec2 at, int layer) { return texelFetch(poles_tx, ivec3(at, layer), 0); }
 
 Input input_at(ivec2 at, int part, int pole) {
-    Input read;
 #if POLES_PER_TEXEL == 2
-    uvec4 texel = texel_at(at, layer_of(part, pole));
-    bool is_second = pole == POLES - 1 && part == 1;
-    read.z[0] = unpack(is_second ? texel.zw : texel.xy);
-    read.z[1] = unpack(texel.zw);
+    uvec4 texel = texel_at(at, layer_of(part, pole - pole % 2));
+    bool is_first = pole % 2 == 0 && !(pole == POLES - 1 && part == 1);
+    return Input(unpack(is_first ? texel.xy : texel.zw));
 #elif defined HALF_POLES && COMPLEX
-    read.z[0] = unpack(texel_at(at, pole));
+    return Input(unpack(texel_at(at, pole)));
 #elif defined HALF_POLES
-    read.z[0] = unpack(texel_at(at, pole).xy);
+    return Input(unpack(texel_at(at, pole).xy));
 #elif COMPLEX && PARTS == 1
-    read.z[0] = Value(texel_at(at, 2 * pole), texel_at(at, 2 * pole + 1));
+    return Input(Value(texel_at(at, 2 * pole), texel_at(at, 2 * pole + 1)));
 #else
-    read.z[0] = Value(texel_at(at, layer_of(part, pole)));
+    return Input(Value(texel_at(at, layer_of(part, pole))));
 #endif
-    return read;
 }
 
 Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
     float c_in = compact_at(b_in), c_out = compact_at(b_out);
-    Source s;
-    for (int k = 0; k < POLES_PER_TEXEL; ++k)
-        s.z[k] = here.z[k] + c_in * (before.z[k] - here.z[k]) + c_out * (after.z[k] - here.z[k]);
-    return s;
+    return Source(here.z + c_in * (before.z - here.z) + c_out * (after.z - here.z));
 }
 
-Value source(Source s, int part, int pole) {
-#if POLES_PER_TEXEL == 2
-    if (pole % 2 == 1) return s.z[1];
-#endif
-    return s.z[0];
-}
+Value source(Source s, int part, int pole) { return s.z; }
 
 struct Output {
     vec4 y;

@@ -3,8 +3,7 @@
 // levels merge whole blocks, except on bright surfaces: the first of them merges these as the level
 // before it, and the last one leaves them to the diffusion.
 
-#define LEVELS 5
-const float MERGE_SHARE[LEVELS] = float[](0.0625, 0.125, 0.25, 1.0e9, 1.0e9);  // block side / disc diameter
+const float MERGE_SHARE[HIGHLIGHT_LEVELS] = float[](0.0625, 0.125, 0.25, 1.0e9, 1.0e9);  // block side / disc diameter
 const float SURFACE_SHARE = 0.25;  // the same on bright surfaces, where wider discs would show as spots
 
 struct Sprite {
@@ -12,13 +11,17 @@ struct Sprite {
     vec4 light;  // rgb of a pixel wholly inside the disc
 };
 
-struct BlockTally {
-    uint sprites[LEVELS];
-    float area[LEVELS];  // pixels to draw
-};
+#define AREA_PARTS 0x100000u  // in which the area that may be drawn is counted
 
 struct Plan {
     uint draw[4];            // vertices, instances, first vertex, base instance
-    uint level;              // LEVELS: even the last list is too long, nothing is drawn
+    uint level;              // HIGHLIGHT_LEVELS: even the last list is too long, nothing is drawn
     uint restore_groups[3];  // workgroups of highlight_restore: none if all is drawn
+    uint sprites[HIGHLIGHT_LEVELS];  // of the whole picture, by level
+    uint area[HIGHLIGHT_LEVELS];     // to draw, in AREA_PARTS of what is allowed
+    uint too_large;                  // bit l: level l has more area than that
 };
+
+// The places of a block and of a row of blocks in their tallies, which are numbers of sprites.
+int tally_of(int level, ivec2 block, ivec2 blocks) { return (level * blocks.y + block.y) * blocks.x + block.x; }
+int row_of(int level, int row, ivec2 blocks) { return level * blocks.y + row; }

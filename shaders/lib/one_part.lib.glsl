@@ -4,7 +4,6 @@
 #define Link Input
 
 Link link_at(ivec2 at) { return input_at(at); }
-bool is_source_read(int part, int pole) { return true; }
 Input input_at(ivec2 at, int part, int pole) { return input_at(at); }
 Value source(Source s, int part, int pole) { return source(s, pole); }
 void add_pole(inout Output o, int part, int pole, Value y) { add_pole(o, pole, y); }

@@ -97,6 +97,24 @@ def test_light_is_kept(ctx: moderngl.Context, coc_px: float, disc: DiscShape) ->
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=2e-3)
 
 
+def test_a_gpu_lists_the_same_highlights(
+    ctx: moderngl.Context, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its invocations work on all levels of merging at once; the list is in the picture's order."""
+    places = rng.integers(0, 160, (40, 2))
+    color = night((160, 160), {(int(y), int(x)): 60.0 for y, x in places})
+    coc = np.linspace(-30.0, 30.0, 160, dtype=np.float32) * np.ones((160, 1), np.float32)
+    one_by_one = Lamps(ctx, color, coc)
+    monkeypatch.setattr("heatlens.defocus.highlight_pass.is_software", lambda _: False)
+    at_once = Lamps(ctx, color, coc)
+    assert at_once.count == one_by_one.count > 20
+    used = 32 * at_once.count
+    assert at_once.buffers.sprite.read(used) == one_by_one.buffers.sprite.read(used)
+    centres = np.frombuffer(at_once.buffers.sprite.read(used), np.float32).reshape(-1, 8)[:, :2]
+    rows, columns = (centres[:, 1] - 0.01) // 8, (centres[:, 0] - 0.01) // 8
+    assert np.all(np.diff(20 * rows + columns) >= 0)
+
+
 @pytest.mark.parametrize("coc_px", [3.0, -40.0])
 def test_an_image_keeps_light(ctx: moderngl.Context, coc_px: float) -> None:
     test_light_is_kept(ctx, coc_px, IMAGED)

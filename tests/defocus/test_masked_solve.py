@@ -1,6 +1,6 @@
 """Lines solved in some tiles only: as if nothing lay around them, with nothing else touched."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -10,8 +10,10 @@ from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion,
 from heatlens.defocus.kernels import Kernel, named_kernel
 from heatlens.defocus.layer_cuts import Cut, LayerCut
 from heatlens.defocus.layer_passes import CocFillPass
+from heatlens.defocus.line_segments import SegmentPass
 from heatlens.defocus.line_solver import LineSolver, PartitionSolver, SweepSolver
 from heatlens.defocus.tile_mask import TileMask, tile_count
+from heatlens.gpu.buffer_parts import BufferParts
 from heatlens.gpu.shader_constants import TILE
 from heatlens.gpu.textures import FloatArray, Storage, download, new_array, new_texture, upload
 
@@ -75,9 +77,16 @@ def places() -> list[tuple[slice, slice]]:
     ]
 
 
+def mask_of(ctx: moderngl.Context, tiles: np.ndarray, size: tuple[int, int]) -> TileMask:
+    """Return the mask of a picture of `size` in which the `tiles` (down, across) are active."""
+    words = ctx.buffer(tiles.astype(np.uint32).tobytes())
+    part = BufferParts.bytes_for(SegmentPass.bytes_for(size))
+    lists = BufferParts(ctx.buffer(reserve=2 * part), part)
+    return SegmentPass(ctx).find([size], BufferParts(words, words.size), lists)[0]
+
+
 def mask_of_islands(ctx: moderngl.Context) -> TileMask:
-    words = tile_map()
-    return TileMask(ctx.buffer(words.tobytes()), words.shape[::-1])
+    return mask_of(ctx, tile_map(), SIZE)
 
 
 def blurred(
@@ -138,11 +147,28 @@ def test_an_island_of_tiles_is_filled_like_a_picture_of_its_own(
     assert np.all(outside_of_islands(masked) == UNTOUCHED)
 
 
+@pytest.mark.parametrize("name", ["heat", "disc_4"])
+def test_a_segment_at_the_end_of_a_line_goes_on_beyond_it(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    """Two segments a line, apart by pixels in focus: the same as the whole line."""
+    height, width = SIZE[::-1]
+    tiles = np.ones(tile_count(SIZE)[::-1], int)
+    tiles[:, 4], tiles[2] = 0, 0
+    coc = np.full((height, width), 40.0, np.float32)
+    coc[:, 4 * TILE - 1 : 5 * TILE + 1], coc[2 * TILE - 1 : 3 * TILE + 1] = 0.0, 0.0
+    plate = Plate(rng.random((height, width, 4), np.float32), coc, coc)
+    kernel, active = named_kernel(name), np.repeat(np.repeat(tiles, TILE, 0), TILE, 1) == 1
+    whole = blurred(solver, plate, kernel, "f4", None)
+    parts = blurred(solver, plate, kernel, "f4", mask_of(ctx, tiles, SIZE))
+    inside = active[:height, :width]
+    np.testing.assert_allclose(parts[inside], whole[inside], atol=1e-5)
+
+
 def test_a_mask_of_no_tile_touches_nothing(
     ctx: moderngl.Context, solver: LineSolver, plate: Plate
 ) -> None:
-    none = replace(mask_of_islands(ctx), words=ctx.buffer(reserve=tile_map().nbytes))
-    none.words.clear()
+    none = mask_of(ctx, np.zeros_like(tile_map()), SIZE)
     assert np.all(blurred(solver, plate, named_kernel("disc_2"), PACKED, none) == UNTOUCHED)
 
 
@@ -157,7 +183,7 @@ def test_long_lines_are_solved_in_their_tiles_only(
     ends = inside & ~(np.roll(inside, 1) & np.roll(inside, -1))
     coc[0, ends], coc[0, 0], coc[0, -1] = 0.0, coc[0, 0] * 0.0, coc[0, -1] * 0.0
     plate = Plate(color, coc, coc)
-    mask = TileMask(ctx.buffer(active.tobytes()), (len(active), 1))
+    mask = mask_of(ctx, active[None], (length, 1))
     masked = blurred(solver, plate, named_kernel("disc_3"), "f4", mask)
     island = (slice(None), slice(3 * TILE, 5 * TILE))
     alone = blurred(solver, plate.cut_out(island), named_kernel("disc_3"), "f4", None)

@@ -50,9 +50,8 @@ def test_pass_costs_counted_by_hand():
     proxy = frame_traffic("proxy", replace(work, proxy=0.5), 1)
     assert proxy.least == 4 * 16 + 4 + 16 + 4 + 8
     assert proxy.moved == proxy.least + 2 * 4 * 4  # the depth again, for silhouettes
-    # The picture of highlights once; of each 64 pixels a tally of 40 bytes written and read three
-    # times, and an offset written and read.
-    assert frame_traffic("highlights listed", work, 1).moved == 16 + (4 * 40 + 2 * 4) / 64
+    # The picture of highlights once; of each 64 pixels five counts are written.
+    assert frame_traffic("highlights listed", work, 1).moved == 16 + 5 * 4 / 64
     assert frame_traffic("limits", work, 1).moved == 16 + 16
     assert frame_traffic("highlights drawn", work, 1).moved is None
 

@@ -60,6 +60,7 @@ def test_line_numbers_map_back(tmp_path: Path) -> None:
     source = assemble(tmp_path, "a.glsl")
     assert source.explained("0:10002(3): error: no") == "b.glsl:2(3): error: no"
     assert source.explained("0:3(1): error: no") == "a.glsl:3(1): error: no"
+    assert source.explained("0(10002) : error C7586: no") == "b.glsl:2 : error C7586: no"  # NVIDIA
     assert "#line 3" in source.text
 
 

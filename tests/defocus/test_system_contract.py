@@ -47,11 +47,9 @@ IN_PARTS = """
     clear_output(o);
     for (int part = 0; part < PARTS; ++part) {
         for (int pole = 0; pole < POLES; ++pole) {
-            if (is_source_read(part, pole)) {
-                Input before = input_at(at, part, pole), here = input_at(at + axis, part, pole);
-                Input after = input_at(at + 2 * axis, part, pole);
-                s = source_of(before, here, after, b_in, b_out);
-            }
+            Input before = input_at(at, part, pole), here = input_at(at + axis, part, pole);
+            Input after = input_at(at + 2 * axis, part, pole);
+            s = source_of(before, here, after, b_in, b_out);
             Value right_hand_side = source(s, part, pole);
             add_pole(o, part, pole, right_hand_side);
         }

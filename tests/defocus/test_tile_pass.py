@@ -57,6 +57,16 @@ def test_every_pixel_of_a_layer_lies_in_an_active_tile(ctx, rng):
         assert len(rows) and mask[rows // side, columns // side].all()
 
 
+def test_a_gpu_finds_the_same_tiles(ctx, rng, monkeypatch):
+    coc = np.repeat(np.repeat(rng.choice([-90.0, -6.0, 0.0, 25.0], (13, 21)), 16, 0), 16, 1)
+    one_by_one = active_tiles(ctx, coc[:200, :331])
+    monkeypatch.setattr("heatlens.defocus.tile_pass.is_software", lambda _: False)
+    at_once = active_tiles(ctx, coc[:200, :331])
+    for (mask, *layer), (other, *same) in zip(one_by_one, at_once, strict=True):
+        np.testing.assert_array_equal(mask, other)
+        assert layer == same
+
+
 def test_what_is_far_from_a_layer_is_left_out(ctx):
     coc = np.zeros((320, 640))
     coc[:, :20] = -8.0

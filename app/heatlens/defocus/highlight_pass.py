@@ -24,15 +24,15 @@ from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
-from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
+from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP, HIGHLIGHT_LEVELS
 from heatlens.gpu.textures import OpeningTextures
 
 SPRITES_MAX = 4096
 _AREA_MAX = 24.0  # pixels drawn per pixel of the picture: hundreds of discs a third as wide
 _SURROUNDINGS_PX = 16.0  # smallest diameter of the surroundings of a pixel
 _PIXELS_A_BAND = 1 << 17  # drawn in a step, because hundreds of discs may overlap there
-_TALLY_BYTES, _SPRITE_BYTES = 40, 32
-PLAN_BYTES = 32
+_SPRITE_BYTES = 32
+PLAN_BYTES = 4 * (9 + 2 * HIGHLIGHT_LEVELS)
 
 
 def block_count(size: tuple[int, int]) -> int:
@@ -46,7 +46,7 @@ class HighlightBuffers:
 
     tally: moderngl.Buffer
     plan: moderngl.Buffer
-    offset: moderngl.Buffer
+    row: moderngl.Buffer
     sprite: moderngl.Buffer
     lit: moderngl.Buffer
 
@@ -55,9 +55,9 @@ class HighlightBuffers:
         """Return the bytes of each buffer for a picture."""
         blocks = block_count(size)
         return {
-            "tally": _TALLY_BYTES * blocks,
+            "tally": 4 * HIGHLIGHT_LEVELS * blocks,
             "plan": PLAN_BYTES,
-            "offset": 4 * blocks,
+            "row": 4 * HIGHLIGHT_LEVELS * groups_for(size[1], HIGHLIGHT_BLOCK),
             "sprite": _SPRITE_BYTES * SPRITES_MAX,
             "lit": list_bytes((blocks, 1)),
         }
@@ -168,7 +168,10 @@ class HighlightListPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         sprites = "highlight_sprites.comp.glsl"
         self._find = ComputeProgram(ctx, "highlight_blocks.comp.glsl")
-        self._count = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on), {"COUNT": 1})
+        count = {"COUNT": 1}
+        if not is_software(ctx):  # a GPU waits for the slowest invocation
+            count["LEVELS_AT_ONCE"] = HIGHLIGHT_LEVELS
+        self._count = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on), count)
         self._plan = ComputeProgram(ctx, "highlight_plan.comp.glsl")
         self._write = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on))
         self._restore = ListProgram(ctx, "highlight_restore.comp.glsl")
@@ -188,8 +191,8 @@ class HighlightListPass:
         `places`, RGBA of the picture's size, has the position of each light in its pixel.
         """
         high, size = split.high, split.high.size
-        told = {"tally_block": buffers.tally}
-        planned = told | {"plan_block": buffers.plan, "offset_block": buffers.offset}
+        sums = {"plan_block": buffers.plan, "row_block": buffers.row}
+        told = sums | {"tally_block": buffers.tally}
         blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
         clear_list(buffers.lit)
         listed = {"pixel_list_block": buffers.lit}
@@ -205,12 +208,13 @@ class HighlightListPass:
         merged = partial(
             self._merged,
             textures=textures | self._openings.of(optics.disc.aperture),
-            buffers=planned | listed | {"sprite_block": buffers.sprite},
-            uniforms=optics.disc.uniforms | {"has_places": places is not None},
+            buffers=told | listed | {"sprite_block": buffers.sprite},
+            uniforms=optics.disc.uniforms
+            | {"has_places": places is not None, "area_max": _AREA_MAX * size[0] * size[1]},
         )
         count, write = (it.with_(**optics.disc.switches) for it in (self._count, self._write))
         yield from merged(count, size)
-        self._plan.dispatch((1, 1), buffers=planned, uniforms=_planned(size, blocks))
+        self._plan.dispatch((1, 1), buffers=sums, uniforms=_planned(size, blocks))
         yield
         yield from merged(write, size)
         self._put_back(split, buffers, coc)
@@ -252,9 +256,8 @@ def _planned(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, object
     """Return the uniforms of the plan for a picture of `size` in so many `blocks`."""
     restore_groups = pixel_groups(size)
     return {
-        "block_count": blocks[0] * blocks[1],
+        "blocks": blocks,
         "sprites_max": SPRITES_MAX,
-        "area_max": _AREA_MAX * size[0] * size[1],
         "restore_groups_x": restore_groups[0],
         "restore_groups_y": restore_groups[1],
     }

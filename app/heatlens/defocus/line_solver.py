@@ -14,7 +14,8 @@ from typing import Literal, assert_never
 
 import moderngl
 
-from heatlens.defocus.tile_mask import TileMask, WholePictures
+from heatlens.defocus.line_segments import WholePictures, run_length, slots_for
+from heatlens.defocus.tile_mask import TileMask
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_FOLD, TILE
 from heatlens.gpu.textures import enlarge, new_buffer
@@ -218,10 +219,10 @@ class PartitionSolver(LineSolver):
     """Eliminates runs in registers, and solves run ends by cyclic reduction in shared memory."""
 
     name = SolverName.PARTITION
-    _SLOTS = 512  # slots of 56 bytes fit the 32 KiB of shared memory that GL 4.3 guarantees
-    _RUN_LEAST = 4  # pixels per invocation, which fit the registers of a GPU
-    _RUNS_STEP = 64  # rounding of run counts, so that pictures of many sizes share few programs
-    _LINES_MOST = 4
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        super().__init__(ctx)
+        self._slots = slots_for(ctx)
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
         return {}
@@ -234,30 +235,22 @@ class PartitionSolver(LineSolver):
         """Return how many texels per pixel of the intermediate image hold both parts of a pole."""
         return system.poles % 2 if _parts(system) == 2 else 0
 
-    @classmethod
-    def shape(cls, system: LineSystem, length: int) -> dict[str, int]:
-        """Return how a line of `length` pixels is divided into runs, as defines of the shader.
-
-        RUN, a power of two, divides a tile or is a multiple of it.
-        """
-        run = cls._RUN_LEAST
-        while run * cls._SLOTS < length:
-            run *= 2
-        runs = groups_for(length, run)
-        step = min(cls._RUNS_STEP, 1 << (runs - 1).bit_length())
-        runs = step * groups_for(runs, step)
-        return {
-            "RUN": run,
-            "RUNS": runs,
-            "LINES_PER_GROUP": min(cls._LINES_MOST, cls._SLOTS // runs),
-            "PARTS": _parts(system),
-            "IN_PARTS": 1,
-        }
+    @staticmethod
+    def shape(system: LineSystem, length: int, slots: int) -> dict[str, int]:
+        """Return how lines of `length` pixels are divided, as defines of the shader."""
+        run, parts = run_length(length, slots), _parts(system)
+        return {"RUN": run, "SLOTS": slots, "PARTS": parts, "IN_PARTS": 1}
 
     def _solve_band(self, band: Band) -> None:
-        shape = self.shape(band.system, band.length)
-        program = self._program("solve_partition.comp.glsl", band, **shape)
-        self._dispatch(program, groups_for(band.count, shape["LINES_PER_GROUP"]), band)
+        shape = self.shape(band.system, band.length, self._slots)
+        segments = band.tiles.rows if band.axis == "rows" else band.tiles.columns
+        self._program("solve_partition.comp.glsl", band, **shape).dispatch(
+            segments,
+            textures=band.given.textures,
+            images=band.given.images,
+            buffers={"segment_block": segments},
+            uniforms=band.given.uniforms,
+        )
 
 
 def _parts(system: LineSystem) -> int:

@@ -21,9 +21,10 @@ from heatlens.defocus.highlight_pass import block_count
 from heatlens.defocus.kernels import Kernel, named_kernel
 from heatlens.defocus.line_solver import LineSystem, PartitionSolver, SolverName, SweepSolver
 from heatlens.defocus.tile_mask import seen_bytes
+from heatlens.gpu.shader_constants import HIGHLIGHT_LEVELS
 
 _COLOR, _COC, _STATE, _KIND, _FRAGMENT, _PLACE, _POLE_LAYER = 16, 4, 8, 2, 8, 8, 16
-_TALLY, _OFFSET = 40, 4  # a block of 8 x 8 pixels
+_TALLY = 4 * HIGHLIGHT_LEVELS  # a block of 8 x 8 pixels
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,10 +127,10 @@ def highlights_found_bytes(work: Work, runs: int) -> Traffic:
 
 
 def highlights_listed_bytes(work: Work, runs: int) -> Traffic:
-    """Count one read of the highlights; counts and offsets are written and read again."""
+    """Count one read of the highlights; the counts of blocks are written."""
     width, height = work.size
     blocks = block_count(work.size) / (width * height)
-    moved = _COLOR + blocks * (4 * _TALLY + 2 * _OFFSET)
+    moved = _COLOR + blocks * _TALLY
     return Traffic(runs * moved, runs * _COLOR, at_least=True)
 
 

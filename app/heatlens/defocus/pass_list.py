@@ -8,9 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from heatlens.defocus import pass_costs
+from heatlens.defocus.line_segments import SLOTS_LEAST
 from heatlens.defocus.line_solver import LineSystem
 from heatlens.defocus.pass_costs import Traffic, Work
 from heatlens.gpu.program_versions import PLAIN, Variants, crossed, either
+from heatlens.gpu.shader_constants import HIGHLIGHT_LEVELS, TILE
 
 # Where a name has its memory: the name of the memory, perhaps with the only reduction for which it
 # is used; "" if memory and name are called the same.
@@ -41,6 +43,7 @@ class Pass:
 # Shapes of the opening: an ellipse, or another one.
 SHAPES: Variants = ({}, *crossed(({"SHAPED": 1},), either("COLORED"), either("IMAGED")))
 _LISTS, _COUNT = either("LISTS"), either("COUNT")
+_ON_GPU = {"COUNT": 1, "LEVELS_AT_ONCE": HIGHLIGHT_LEVELS}
 _MATCHED: Variants = ({}, *crossed(({"LISTS": 1},), either("MATCHED")))
 _BLUR = "lib/blur_system.lib.glsl"
 
@@ -96,13 +99,13 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "highlights listed",
-        _comp("highlight_sprites", variants=crossed(SHAPES, _COUNT))
+        _comp("highlight_sprites", variants=crossed(SHAPES, (*_COUNT, _ON_GPU)))
         | _comp("highlight_blocks", "highlight_plan")
         | _comp("highlight_restore", variants=_LISTS),
         pass_costs.highlights_listed_bytes,
         _own("highlight plan", "highlight sprite"),
         ("high",),
-        _own("highlight tally", "highlight offset", "highlight lit"),
+        _own("highlight tally", "highlight row", "highlight lit"),
     ),
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
@@ -122,10 +125,11 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "tiles",
-        _comp("tile_layers", variants=_LISTS)
-        | _comp("tile_reach_rows", "tile_reach", "seen_bits_all"),
+        _comp("tile_layers", variants=crossed(_LISTS, ({}, {"ROWS_AT_ONCE": TILE})))
+        | _comp("tile_reach_rows", "tile_reach", "seen_bits_all")
+        | _comp("line_segments", variants=({"SLOTS": SLOTS_LEAST},)),
         pass_costs.tiles_bytes,
-        _own("tile mask", "tile list", "hidden bits"),
+        _own("tile mask", "tile list", "line segments", "hidden bits"),
         alone=_own("tile distance", "tile hider"),
     ),
     Pass(
@@ -175,7 +179,7 @@ PASSES: tuple[Pass, ...] = (
         pass_costs.highlights_drawn_bytes,
         reads_last=(
             *("alpha plate", "low", "low fragments", "around", "highlight plan"),
-            *("far sum", "far zone", "tile mask", "tile list", "hidden bits"),
+            *("far sum", "far zone", "tile mask", "tile list", "line segments", "hidden bits"),
             *("highlight sprite", "kind", "far", "near", "tile content", "tile nearest"),
         ),
     ),

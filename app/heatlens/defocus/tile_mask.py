@@ -2,12 +2,9 @@
 
 from dataclasses import dataclass
 
-import moderngl
-
 from heatlens.gpu.program import StorageBuffer, groups_for
 from heatlens.gpu.shader_constants import TILE, TILE_LIST_HEAD
 
-_ALL = b"\xff" * 4  # the word of an active tile
 TileCount = tuple[int, int]  # across, down
 
 
@@ -31,10 +28,15 @@ def seen_words(size: tuple[int, int]) -> tuple[int, int, int, int]:
 
 @dataclass(frozen=True)
 class TileMask:
-    """A word for each tile, row by row; 0 for tiles that are not active."""
+    """A word for each tile, row by row; 0 for tiles that are not active.
+
+    rows, columns   the runs of active tiles along both axes (lib/line_segment.lib.glsl)
+    """
 
     words: StorageBuffer
     tiles: TileCount
+    rows: StorageBuffer
+    columns: StorageBuffer
 
     @staticmethod
     def bytes_for(size: tuple[int, int]) -> int:
@@ -61,23 +63,3 @@ class TileList:
     def bytes_for(size: tuple[int, int]) -> int:
         """Return the bytes of a list with room for every tile of a picture."""
         return 4 * TILE_LIST_HEAD + TileMask.bytes_for(size)
-
-
-class WholePictures:
-    """Masks with all tiles active, created once for each picture size."""
-
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
-        self._words = ctx.buffer(_ALL)
-
-    def mask(self, size: tuple[int, int]) -> TileMask:
-        """Return the mask of all tiles of a picture of `size`."""
-        need = TileMask.bytes_for(size)
-        if self._words.size < need:
-            self._words.orphan(need)
-            self._words.write(_ALL * (need // len(_ALL)))
-        return TileMask(self._words, tile_count(size))
-
-    def release(self) -> None:
-        """Release the memory."""
-        self._words.release()

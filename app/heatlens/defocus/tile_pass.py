@@ -7,12 +7,14 @@ import moderngl
 
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
+from heatlens.defocus.line_segments import SegmentPass
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import Slices
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import TileList, TileMask, seen_bytes, seen_words, tile_count
 from heatlens.gpu.buffer_parts import BufferPart, BufferParts
+from heatlens.gpu.context import is_software
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE, TILE_GROUP, WORD_GROUP
 from heatlens.model.shot.settings import LAYERS_MAX
@@ -40,9 +42,11 @@ class TilePass:
     """Examines the tiles of the picture once, then selects those of each layer."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._layers = ListProgram(ctx, "tile_layers.comp.glsl")
+        rows = {} if is_software(ctx) else {"ROWS_AT_ONCE": TILE}
+        self._layers = ListProgram(ctx, "tile_layers.comp.glsl", rows)
         self._rows = ComputeProgram(ctx, "tile_reach_rows.comp.glsl")
         self._reach = ComputeProgram(ctx, "tile_reach.comp.glsl")
+        self._segments = SegmentPass(ctx)
         self._seen = SeenBitsPass(ctx)
         self._slices = Slices(ctx)
 
@@ -76,13 +80,10 @@ class TilePass:
         masks = scratch.parts("tile mask", len(plans), need)
         lists = scratch.parts("tile list", len(plans), of_list)
         self._find(found, plans, optics, masks, lists, scratch)
+        lines = scratch.parts("line segments", 2 * len(plans), SegmentPass.bytes_for(found.size))
+        solved = self._segments.find([plan.size(found.size) for plan in plans], masks, lines)
         seen = self._mark_seen(found.size, plans, masks, scratch)
-        return [
-            LayerTiles(
-                TileMask(masks[n], tile_count(plan.size(found.size))), TileList(lists[n]), seen[n]
-            )
-            for n, plan in enumerate(plans)
-        ]
+        return [LayerTiles(mask, TileList(lists[n]), seen[n]) for n, mask in enumerate(solved)]
 
     def _find(
         self,

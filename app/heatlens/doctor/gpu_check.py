@@ -19,6 +19,7 @@ from heatlens.color.view_transform import srgb_transform
 from heatlens.defocus import pass_list
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.kernels import Kernel, named_kernel
+from heatlens.defocus.line_segments import SLOTS_LEAST, slots_for
 from heatlens.defocus.line_solver import (
     SOLVERS,
     Axis,
@@ -52,7 +53,7 @@ Build = tuple[str, dict[str, object]]
 
 _OVERLAY = "overlay.comp.glsl"
 _AXES: tuple[Axis, ...] = ("rows", "columns")
-_LENGTHS_PX = (720, 1920)  # line lengths; longer lines are cut into longer runs of the same shape
+_LENGTH_PX = 1920  # of lines; where they are longer, an invocation solves more pixels
 _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
@@ -91,7 +92,7 @@ class Gpu:
 
     def shaders(self) -> Iterator[Finding]:
         """Build every shader in every variant."""
-        builds = solver_builds() + pass_builds()
+        builds = solver_builds(slots_for(self.ctx)) + pass_builds()
         refused: list[str] = []
         for words, build in zip(shader_words(), builds, strict=True):
             self.tell(words)
@@ -231,23 +232,22 @@ def _laplacian(conductance: Array) -> Array:
     return matrix
 
 
-def solver_builds() -> list[Build]:
-    """Return the builds of each solver for each system of lines."""
+def solver_builds(slots: int = SLOTS_LEAST) -> list[Build]:
+    """Return the builds of each solver for each system; `slots` are invocations of a workgroup."""
     return [
         (name, system.shader_defines(axis) | build)
         for one in pass_list.PASSES
         for system, axis in itertools.product(one.systems, _AXES)
-        for name, build in _strategy_builds(system)
+        for name, build in _strategy_builds(system, slots)
     ]
 
 
-def _strategy_builds(system: LineSystem) -> list[Build]:
+def _strategy_builds(system: LineSystem, slots: int) -> list[Build]:
     lines = SweepSolver.LINES_PER_GROUP
     sweep: Build = (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1})
-    shapes = (PartitionSolver.shape(system, length) for length in _LENGTHS_PX)
-    partition: list[Build] = [(_PARTITION, dict(shape)) for shape in shapes]
+    partition: Build = (_PARTITION, dict(PartitionSolver.shape(system, _LENGTH_PX, slots)))
     cyclic: list[Build] = [(_CYCLIC, {"STAGE": stage}) for stage in _STAGES]
-    return [sweep, *partition, *cyclic]
+    return [sweep, partition, *cyclic]
 
 
 def pass_builds() -> list[Build]:

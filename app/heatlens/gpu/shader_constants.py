@@ -22,6 +22,7 @@ HIGHLIGHT_GROUP = 8  # across and down, where each has a block of highlights
 RAY_GROUP = 8  # across and down, with a ray for each invocation
 ROW_GROUP = 8  # invocations with a row or line each; the vector width of a software rasteriser
 WORD_GROUP = 64  # invocations with a word of the visibility masks each
+SEGMENT_GROUP = 256  # with a line of tiles each
 CYCLIC_GROUP = 64  # pixels of a line in cyclic reduction
 
 TILE = 16  # pixels a side: what masks of tiles switch on and off
@@ -30,6 +31,7 @@ STRIP_COLUMNS, STRIP_FOLD = 8, 512  # lib/strips.lib.glsl
 HIDDEN_DIRECTIONS = 4  # along which hidden pixels look for seen ones
 PEEL_DRAWS = 3  # draws of a scene's visible surfaces, each with samples at other places
 HIGHLIGHT_BLOCK = 8  # pixels a side in which highlights are merged
+HIGHLIGHT_LEVELS = 5  # of merging, see lib/highlights.lib.glsl
 FAR_BLOCK = 4  # side of the blocks, in pixels, in which zones for parts of the lens are found
 PYRAMID_LEVELS_MAX = 15  # no texture is larger than 2^15 on a side
 DISC_RAMP_PX = 0.5  # half the width of the rim of a gathered or scattered disc

@@ -23,7 +23,7 @@ from heatlens.gpu.shader_constants import constants_in
 
 LINES_PER_FILE = 10_000  # line 20_014 of the assembled text is line 14 of the third file
 _INCLUDE = re.compile(r'^\s*#include\s+(?:"([^"]+)"|(\w+))\s*$')
-_LINE_IN_LOG = re.compile(r"\b\d+([:(])(\d+)")
+_LINE_IN_LOG = re.compile(r"\b\d+(?::(\d+)|\((\d+)\))")
 Kind = Literal["sampler", "image", "storage block", "uniform"]
 
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.S)
@@ -44,7 +44,7 @@ class ShaderSource:
         """Return the driver's log with places as `file:line`."""
 
         def place(match: re.Match[str]) -> str:
-            index, line = divmod(int(match[2]), LINES_PER_FILE)
+            index, line = divmod(int(match[1] or match[2]), LINES_PER_FILE)
             return f"{self.files[index]}:{line}" if index < len(self.files) else match[0]
 
         return _LINE_IN_LOG.sub(place, log)
