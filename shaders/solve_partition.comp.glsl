@@ -25,7 +25,7 @@
 #endif
 #include "lib/line_segment.lib.glsl"
 
-layout(local_size_x = SLOTS) in;
+layout(local_size_x = SOLVER_SLOTS) in;
 
 layout(std430) readonly buffer segment_block {
     uint segment_groups[3];
@@ -33,10 +33,10 @@ layout(std430) readonly buffer segment_block {
     uvec2 segment_buf[];
 };
 
-shared Value r_sh[SLOTS];
-shared Num g_sh[SLOTS];
-shared Num left_sh[SLOTS];
-shared Num right_sh[SLOTS];
+shared Value r_sh[SOLVER_SLOTS];
+shared Num g_sh[SOLVER_SLOTS];
+shared Num left_sh[SOLVER_SLOTS];
+shared Num right_sh[SOLVER_SLOTS];
 
 int lines, lane;  // lines that this workgroup solves at once, and the number of this one; the fastest index
 int runs;         // of each line

@@ -172,10 +172,19 @@ def test_a_mask_of_no_tile_touches_nothing(
     assert np.all(blurred(solver, plate, named_kernel("disc_2"), PACKED, none) == UNTOUCHED)
 
 
-@pytest.mark.parametrize("length", [4096, 16384])  # of one run, and of several tiles in a run
+@pytest.mark.parametrize("length", [4096, 16384])  # 8 pixels a run; runs of several tiles
+@pytest.mark.parametrize(
+    ("name", "storage"), [("disc_3", "f4"), ("disc_3", PACKED), ("disc_4", PACKED)]
+)
 def test_long_lines_are_solved_in_their_tiles_only(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, length: int
+    ctx: moderngl.Context,
+    solver: LineSolver,
+    rng: np.random.Generator,
+    length: int,
+    name: str,
+    storage: Storage,
 ) -> None:
+    kernel, tolerance = named_kernel(name), 1e-5 if storage == "f4" else 2e-3
     active = np.tile([1, 0, 0, 1, 1, 0, 1, 1], length // (8 * TILE)).astype(np.uint32)
     inside = np.repeat(active, TILE) == 1
     color = np.where(inside[:, None], rng.random((length, 4), np.float32), np.nan)[None]
@@ -184,8 +193,8 @@ def test_long_lines_are_solved_in_their_tiles_only(
     coc[0, ends], coc[0, 0], coc[0, -1] = 0.0, coc[0, 0] * 0.0, coc[0, -1] * 0.0
     plate = Plate(color, coc, coc)
     mask = mask_of(ctx, active[None], (length, 1))
-    masked = blurred(solver, plate, named_kernel("disc_3"), "f4", mask)
+    masked = blurred(solver, plate, kernel, storage, mask)
     island = (slice(None), slice(3 * TILE, 5 * TILE))
-    alone = blurred(solver, plate.cut_out(island), named_kernel("disc_3"), "f4", None)
-    np.testing.assert_allclose(masked[island], alone, atol=1e-5)
+    alone = blurred(solver, plate.cut_out(island), kernel, storage, None)
+    np.testing.assert_allclose(masked[island], alone, atol=tolerance)
     assert np.all(masked[:, ~inside] == UNTOUCHED) and np.all(masked[:, inside] != UNTOUCHED)

@@ -117,7 +117,7 @@ def test_what_was_laid_out_is_drawn_with_the_new_program(
         shaders / "picture.frag.glsl", "out_color = is_nearest ?", "out_color = 5.0 * is_nearest ?"
     )
     clock.tick()
-    assert "bool" in reload.poll().sentence and drawn() == 1.0  # a mistake
+    assert "picture.frag.glsl:" in reload.poll().sentence and drawn() == 1.0  # a mistake
     edit(shaders / "picture.frag.glsl", "5.0 * is_nearest", "is_nearest")
     edit(
         shaders / "picture.frag.glsl", "texture(picture_tx, place);", "vec4(0.0); out_color *= 5.0;"

@@ -75,7 +75,7 @@ def test_the_longer_one_of_python_and_the_gpu_is_predicted(bytes_per_pixel, pyth
     counts = Counter({"dispatch": 10})
     report = issues._report(counts, 3, bytes_per_pixel, python_ms, (1000, 1000))
     for card in issues.CARDS:
-        gpu_ms = bytes_per_pixel / card.gb_per_s + 10 * 35e-3 + 3 * 13.6 / card.processors
+        gpu_ms = bytes_per_pixel / card.gb_per_s + 10 * 36.5e-3 + 3 * 11.4 / card.processors
         assert report.predicted_ms[card.name] == pytest.approx(max(gpu_ms, python_ms))
 
 

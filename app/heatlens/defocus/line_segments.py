@@ -4,49 +4,23 @@ import moderngl
 
 from heatlens.defocus.tile_mask import TileCount, TileMask, tile_count
 from heatlens.gpu.buffer_parts import BufferParts
-from heatlens.gpu.context import is_software
 from heatlens.gpu.program import ComputeProgram
-from heatlens.gpu.shader_constants import TILE
+from heatlens.gpu.shader_constants import SOLVER_SLOTS, TILE
 from heatlens.model.shot.settings import LAYERS_MAX
 
 _ALL = b"\xff" * 4  # the word of an active tile
 _SIZES_KEPT = 8  # masks of whole pictures
-SLOTS_LEAST, _SLOTS_MOST = 512, 1024  # invocations of a workgroup
-_RUN_LEAST = 4  # pixels per invocation, which fit the registers of a GPU
+RUN_LEAST = 4  # pixels per invocation, which fit the registers of a GPU
 _HEAD_BYTES, _SEGMENT_BYTES = 16, 8
-_PROBE = f"""#version 430
-layout(local_size_x = {_SLOTS_MOST}) in;
-layout(std430) buffer probe_block {{ uint probe_buf[]; }};
-shared uint probe_sh[{10 * _SLOTS_MOST}];
-void main() {{
-    probe_sh[gl_LocalInvocationIndex * 10u] = probe_buf[0];
-    barrier();
-    probe_buf[gl_LocalInvocationIndex] = probe_sh[probe_buf[1]];
-}}
-"""
 
 
-def slots_for(ctx: moderngl.Context) -> int:
-    """Return the invocations of a workgroup of the solver, each with 40 bytes of shared memory.
-
-    OpenGL promises 32 KiB. Whether there is more is found by trying, as moderngl does not tell it.
-    """
-    if is_software(ctx):
-        return SLOTS_LEAST
-    try:
-        ctx.compute_shader(_PROBE).release()
-    except moderngl.Error:
-        return SLOTS_LEAST
-    return _SLOTS_MOST
-
-
-def run_length(length_px: int, slots: int) -> int:
-    """Return how many pixels of a line of `length_px` each of at most `slots` invocations solves.
+def run_length(length_px: int) -> int:
+    """Return how many pixels of a line of `length_px` each invocation of a workgroup solves.
 
     It is a power of two, the same for all lengths in the same number of tiles.
     """
-    run = _RUN_LEAST
-    while run * slots < -(-length_px // TILE) * TILE:
+    run = RUN_LEAST
+    while run * SOLVER_SLOTS < -(-length_px // TILE) * TILE:
         run *= 2
     return run
 
@@ -55,8 +29,7 @@ class SegmentPass:
     """Lists the segments of all layers in one dispatch."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._slots = slots_for(ctx)
-        self._program = ComputeProgram(ctx, "line_segments.comp.glsl", {"SLOTS": self._slots})
+        self._program = ComputeProgram(ctx, "line_segments.comp.glsl")
 
     @staticmethod
     def bytes_for(size: tuple[int, int]) -> int:
@@ -69,7 +42,7 @@ class SegmentPass:
         """Return the masks of layers of these `sizes`, with lists of two parts for each layer."""
         tiles = [tile_count(size) for size in sizes]
         layers = [
-            (*count, *(run_length(length, self._slots) for length in size))
+            (*count, *(run_length(length) for length in size))
             for count, size in zip(tiles, sizes, strict=True)
         ]
         self._program.dispatch(

@@ -14,7 +14,7 @@ from typing import Literal, assert_never
 
 import moderngl
 
-from heatlens.defocus.line_segments import WholePictures, run_length, slots_for
+from heatlens.defocus.line_segments import RUN_LEAST, WholePictures, run_length
 from heatlens.defocus.tile_mask import TileMask
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_FOLD, TILE
@@ -220,10 +220,6 @@ class PartitionSolver(LineSolver):
 
     name = SolverName.PARTITION
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        super().__init__(ctx)
-        self._slots = slots_for(ctx)
-
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
         return {}
 
@@ -231,18 +227,18 @@ class PartitionSolver(LineSolver):
         yield 0, lines
 
     @staticmethod
-    def shared_texels(system: LineSystem) -> int:
-        """Return how many texels per pixel of the intermediate image hold both parts of a pole."""
-        return system.poles % 2 if _parts(system) == 2 else 0
+    def shape(system: LineSystem, length: int, count: int) -> dict[str, int]:
+        """Return how `count` lines of `length` pixels are divided, as defines of the shader.
 
-    @staticmethod
-    def shape(system: LineSystem, length: int, slots: int) -> dict[str, int]:
-        """Return how lines of `length` pixels are divided, as defines of the shader."""
-        run, parts = run_length(length, slots), _parts(system)
-        return {"RUN": run, "SLOTS": slots, "PARTS": parts, "IN_PARTS": 1}
+        Four complex channels of more than RUN_LEAST pixels do not fit the registers of a GPU; they
+        are solved in two parts then, in rows and columns alike.
+        """
+        fits = run_length(max(length, count)) == RUN_LEAST
+        parts = 2 if system.is_complex and not fits else 1
+        return {"RUN": run_length(length), "PARTS": parts, "IN_PARTS": 1}
 
     def _solve_band(self, band: Band) -> None:
-        shape = self.shape(band.system, band.length, self._slots)
+        shape = self.shape(band.system, band.length, band.count)
         segments = band.tiles.rows if band.axis == "rows" else band.tiles.columns
         self._program("solve_partition.comp.glsl", band, **shape).dispatch(
             segments,
@@ -251,14 +247,6 @@ class PartitionSolver(LineSolver):
             buffers={"segment_block": segments},
             uniforms=band.given.uniforms,
         )
-
-
-def _parts(system: LineSystem) -> int:
-    """Return the number of parts in which the channels are solved.
-
-    Four complex channels do not fit the registers of a GPU.
-    """
-    return 2 if system.is_complex else 1
 
 
 class CyclicSolver(LineSolver):

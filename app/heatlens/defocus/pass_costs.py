@@ -19,7 +19,7 @@ from typing import assert_never
 from heatlens.defocus.blur_pass import pole_layers
 from heatlens.defocus.highlight_pass import block_count
 from heatlens.defocus.kernels import Kernel, named_kernel
-from heatlens.defocus.line_solver import LineSystem, PartitionSolver, SolverName, SweepSolver
+from heatlens.defocus.line_solver import LineSystem, SolverName, SweepSolver
 from heatlens.defocus.tile_mask import seen_bytes
 from heatlens.gpu.shader_constants import HIGHLIGHT_LEVELS
 
@@ -90,12 +90,10 @@ def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
     """Return the bytes per pixel of a blur: rows and columns for each step."""
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
     poles, coc_again = _POLE_LAYER * pole_layers(kernel), _COC  # read again: in focus?
-    read_twice = 0
-    if solver is SolverName.PARTITION:  # keeps the coc, and reads a texel of both parts twice
+    if solver is SolverName.PARTITION:  # keeps the coc
         coc_again = 0
-        read_twice = _POLE_LAYER * PartitionSolver.shared_texels(system)
     rows = AxisReads(_COC, _COLOR, 0, poles)
-    columns = AxisReads(_COC, poles + read_twice, coc_again, _COLOR)
+    columns = AxisReads(_COC, poles, coc_again, _COLOR)
     step = solve_bytes(solver, system, rows) + solve_bytes(solver, system, columns)
     return kernel.steps * step
 

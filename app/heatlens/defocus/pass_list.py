@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from heatlens.defocus import pass_costs
-from heatlens.defocus.line_segments import SLOTS_LEAST
 from heatlens.defocus.line_solver import LineSystem
 from heatlens.defocus.pass_costs import Traffic, Work
 from heatlens.gpu.program_versions import PLAIN, Variants, crossed, either
@@ -126,8 +125,7 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "tiles",
         _comp("tile_layers", variants=crossed(_LISTS, ({}, {"ROWS_AT_ONCE": TILE})))
-        | _comp("tile_reach_rows", "tile_reach", "seen_bits_all")
-        | _comp("line_segments", variants=({"SLOTS": SLOTS_LEAST},)),
+        | _comp("tile_reach_rows", "tile_reach", "line_segments", "seen_bits_all"),
         pass_costs.tiles_bytes,
         _own("tile mask", "tile list", "line segments", "hidden bits"),
         alone=_own("tile distance", "tile hider"),

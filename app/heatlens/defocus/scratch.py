@@ -164,6 +164,7 @@ class Scratch:
 
 
 def _poison(held: _Held) -> None:
+    held.ctx.memory_barrier()  # a GPU may still draw from it
     if isinstance(held, moderngl.Buffer):
         fill_buffer(held)
     else:

@@ -19,7 +19,6 @@ from heatlens.color.view_transform import srgb_transform
 from heatlens.defocus import pass_list
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.kernels import Kernel, named_kernel
-from heatlens.defocus.line_segments import SLOTS_LEAST, slots_for
 from heatlens.defocus.line_solver import (
     SOLVERS,
     Axis,
@@ -53,7 +52,7 @@ Build = tuple[str, dict[str, object]]
 
 _OVERLAY = "overlay.comp.glsl"
 _AXES: tuple[Axis, ...] = ("rows", "columns")
-_LENGTH_PX = 1920  # of lines; where they are longer, an invocation solves more pixels
+_SIZES_PX = ((1920, 1080), (3840, 2160))  # in larger ones an invocation solves more pixels
 _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
@@ -92,7 +91,7 @@ class Gpu:
 
     def shaders(self) -> Iterator[Finding]:
         """Build every shader in every variant."""
-        builds = solver_builds(slots_for(self.ctx)) + pass_builds()
+        builds = solver_builds() + pass_builds()
         refused: list[str] = []
         for words, build in zip(shader_words(), builds, strict=True):
             self.tell(words)
@@ -232,22 +231,23 @@ def _laplacian(conductance: Array) -> Array:
     return matrix
 
 
-def solver_builds(slots: int = SLOTS_LEAST) -> list[Build]:
-    """Return the builds of each solver for each system; `slots` are invocations of a workgroup."""
+def solver_builds() -> list[Build]:
+    """Return the builds of each solver for each system of lines."""
     return [
         (name, system.shader_defines(axis) | build)
         for one in pass_list.PASSES
         for system, axis in itertools.product(one.systems, _AXES)
-        for name, build in _strategy_builds(system, slots)
+        for name, build in _strategy_builds(system)
     ]
 
 
-def _strategy_builds(system: LineSystem, slots: int) -> list[Build]:
+def _strategy_builds(system: LineSystem) -> list[Build]:
     lines = SweepSolver.LINES_PER_GROUP
     sweep: Build = (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1})
-    partition: Build = (_PARTITION, dict(PartitionSolver.shape(system, _LENGTH_PX, slots)))
+    shapes = (PartitionSolver.shape(system, *size) for size in _SIZES_PX)
+    partition: list[Build] = [(_PARTITION, dict(shape)) for shape in shapes]
     cyclic: list[Build] = [(_CYCLIC, {"STAGE": stage}) for stage in _STAGES]
-    return [sweep, partition, *cyclic]
+    return [sweep, *partition, *cyclic]
 
 
 def pass_builds() -> list[Build]:

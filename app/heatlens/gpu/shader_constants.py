@@ -22,6 +22,7 @@ HIGHLIGHT_GROUP = 8  # across and down, where each has a block of highlights
 RAY_GROUP = 8  # across and down, with a ray for each invocation
 ROW_GROUP = 8  # invocations with a row or line each; the vector width of a software rasteriser
 WORD_GROUP = 64  # invocations with a word of the visibility masks each
+SOLVER_SLOTS = 512  # in lines; 56 bytes each must fit the 32 KiB of shared memory of GL 4.3
 SEGMENT_GROUP = 256  # with a line of tiles each
 CYCLIC_GROUP = 64  # pixels of a line in cyclic reduction
 
