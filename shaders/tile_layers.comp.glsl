@@ -1,13 +1,15 @@
-// Finds the layers with content in each tile of the picture, and the nearest circle of confusion there.
+// Finds the layers with content in each tile of the picture, those that are seen in the pinhole picture,
+// and the nearest circle of confusion there.
 //
 // Inputs
 //   coc_tx      signed coc, pixels
 //   kind_tx, near_tx   fragments of rim pixels
 // Output
-//   content_buf bit l: layer l has content in the tile
+//   content_buf bit l: layer l has content in the tile; bit SEEN_BITS + l: some of it is seen
 //   nearest_buf least signed coc in the tile, pixels
 
 #include "lib/kind.lib.glsl"
+#include "lib/tile_content.lib.glsl"
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
@@ -41,14 +43,15 @@ uint layers_of(vec2 cocs) {
 void look_at(ivec2 at, inout uint content, inout float nearest) {
     float coc = texelFetch(coc_tx, at, 0).r;
     float other = texelFetch(kind_tx, at, 0).r == FAR_RIM ? texelFetch(near_tx, at, 0).a : coc;
-    content |= layers_of(vec2(coc, other));
+    content |= with_seen(layers_of(vec2(coc, other)), true);
     nearest = min(nearest, coc);
 #ifdef LISTS
     List list = list_at(at);
-    uint last = list.end - 1u;
+    uint last = list.end - 1u, listed = 0u;
     if (list.first < list.end) do {
-        content |= layers_of(vec2(fragment_of(list.first).coc, fragment_of(min(list.first + 1u, last)).coc));
+        listed |= layers_of(vec2(fragment_of(list.first).coc, fragment_of(min(list.first + 1u, last)).coc));
     } while ((list.first += 2u) < list.end);
+    content |= with_seen(listed, list.has_front || is_open);
 #endif
 }
 

@@ -2,7 +2,8 @@
 // nearer blur uncovers it. All layers at once.
 //
 // Inputs (one of each a tile of each layer)
-//   distance_buf   tiles along the row to the next with content (tile_reach_rows.comp.glsl)
+//   distance_buf   tiles along the row to the next with content, and to the next that is uncovered
+//                  (tile_reach_rows.comp.glsl)
 //   hider_buf      least signed coc in the tile, pixels of the picture
 // Output
 //   tile_mask_buf  see lib/tile_mask.lib.glsl
@@ -16,7 +17,7 @@ uniform vec2 layer_px[2 * LAYERS_MAX];  // how far a layer's content spreads by 
 uniform float wider_scale;          // axis scale of the wider axis
 uniform float margin_px;
 uniform int slices;                 // number of slices in which a later pass works through a list
-layout(std430) readonly buffer distance_block { int distance_buf[]; };
+layout(std430) readonly buffer distance_block { uint distance_buf[]; };
 layout(std430) readonly buffer hider_block { float hider_buf[]; };
 layout(std430) writeonly buffer tile_mask_block { uint tile_mask_buf[]; };
 
@@ -25,15 +26,21 @@ float gap_px(LayerTile tile, int tiles_away) {
     return float(max(tiles_away - 1, 0) * TILE * tile.reduction);
 }
 
+float nearer_px(LayerTile tile, float away, int across, int down) {
+    vec2 gap = vec2(gap_px(tile, across), gap_px(tile, down));
+    return across < FAR_AWAY ? min(away, length(gap)) : away;
+}
+
+// The distance to the layer's content, and to where it is uncovered: it shows only near both.
 float away_px(LayerTile tile) {
-    float away = 1e30;
+    vec2 away = vec2(1e30);
     int first = max(tile.at.y - tile.reach, 0), last = min(tile.at.y + tile.reach, tile.count.y - 1);
     for (int y = first; y <= last; ++y) {
-        int across = distance_buf[word_of(tile, ivec2(tile.at.x, y))];
-        vec2 gap = vec2(gap_px(tile, across), gap_px(tile, abs(y - tile.at.y)));
-        if (across < FAR_AWAY) away = min(away, length(gap));
+        uint across = distance_buf[word_of(tile, ivec2(tile.at.x, y))];
+        away.x = nearer_px(tile, away.x, int(across & 0xffffu), abs(y - tile.at.y));
+        away.y = nearer_px(tile, away.y, int(across >> 16), abs(y - tile.at.y));
     }
-    return away;
+    return max(away.x, away.y);
 }
 
 void list_tile(LayerTile tile) {
