@@ -1,5 +1,7 @@
 """Layers are worked on in the tiles where they show; that leaves the picture as it is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot
+from support.fragment_lists import packed_lists
 from support.layers import ladder_of
 from support.plates import lens_blurring, plate_of, room
 
@@ -99,6 +102,34 @@ def test_leaving_tiles_out_changes_nothing_to_see(ctx, renderer, monkeypatch, co
     monkeypatch.setattr("heatlens.defocus.tile_pass.SPREAD", 1e4)
     everywhere = renderer.pixels(shot)
     off = np.abs(np.clip(where_it_shows, 0, 1) - np.clip(everywhere, 0, 1))
+    assert off.max() < 4 / 255 and off.mean() < 1e-4
+
+
+def test_a_known_surface_is_worked_on_only_where_something_uncovers_it(ctx, renderer, monkeypatch):
+    """A wall is known behind a near one, which covers it but for a gap at the right."""
+    width, height = 480, 200
+    color, depth = room(width, height)
+    depth[:], depth[:, 420:] = 1.0, 8.0
+    behind = np.full((height, width, 4), 1.0, np.float32)
+    behind[..., :3] = room(width, height)[0][::-1]
+    one = np.ones(width * height, int)
+    lists = packed_lists(
+        one, 0 * one == 1, behind.reshape(-1, 4), np.full(one.shape, 8.0, np.float32)
+    )
+    renderer.load(replace(plate_of(color, depth), fragments=lists))
+    found, active = [], []
+    find = TilePass.find
+    monkeypatch.setattr(TilePass, "find", lambda it, *a: found.append(find(it, *a)) or found[-1])
+    pictures = []
+    for spread in (1.0, 1e4):
+        for module in ("tile_pass", "layer_plan"):
+            monkeypatch.setattr(f"heatlens.defocus.{module}.SPREAD", spread)
+        pictures.append(renderer.pixels(Shot(Lens(50.0, 1.4, 2.0, 36.0), DefocusSettings())))
+        across, down = found[-1][0].mask.tiles
+        words = np.frombuffer(found[-1][0].mask.words.read()[: 4 * across * down], np.uint32)
+        active.append((words != 0).reshape(down, across).any(axis=0))
+    assert active[1].all() and not active[0][: active[0].size // 2].any()
+    off = np.abs(np.clip(pictures[0], 0, 1) - np.clip(pictures[1], 0, 1))
     assert off.max() < 4 / 255 and off.mean() < 1e-4
 
 
