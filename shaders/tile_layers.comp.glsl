@@ -1,11 +1,11 @@
-// Finds the layers with content in each tile of the picture, those that are seen in the pinhole picture,
+// Finds the layers with content in each tile of the picture, those through which something farther can be seen,
 // and the nearest circle of confusion there.
 //
 // Inputs
 //   coc_tx      signed coc, pixels
 //   kind_tx, near_tx   fragments of rim pixels
 // Output
-//   content_buf bit l: layer l has content in the tile; bit SEEN_BITS + l: some of it is seen
+//   content_buf see lib/tile_content.lib.glsl
 //   nearest_buf least signed coc in the tile, pixels
 
 #include "lib/kind.lib.glsl"
@@ -25,34 +25,52 @@ uniform sampler2D coc_tx;
 uniform sampler2D kind_tx;
 uniform sampler2D near_tx;
 uniform ivec2 tiles;                    // across, down
-uniform vec2 layer_ends_px[2 * LAYERS_MAX]; // signed coc where each layer's membership begins and ends
-uniform int layer_count;
+// Signed coc of each cut between two layers, far to near: where only the nearer one is left; from where on it
+// covers in full; where the farther one does so; and where that one is alone.
+uniform vec4 cuts_px[LAYERS_MAX - 1];
 layout(std430) writeonly buffer content_block { uint content_buf[]; };
 layout(std430) writeonly buffer nearest_block { float nearest_buf[]; };
 
-uint layers_of(vec2 cocs) {
-    uint bits = 0u;
-    int l = 0;
-    do {
-        bvec2 are_in = bvec2(uvec2(greaterThan(cocs, layer_ends_px[l].xx)) & uvec2(lessThan(cocs, layer_ends_px[l].yy)));
-        bits |= uint(any(are_in)) << l;
-    } while (++l < layer_count);
-    return bits;
+#define OPAQUE 0.9995  // see layer_split.comp.glsl
+
+// What a pixel knows of the layers, as bits.
+struct Known {
+    uint content;
+    uint closed;   // something opaque covers the layer in full
+    uint reached;  // something is known in it or farther
+};
+
+uint all_from(int layer) { return ~0u << layer; }
+
+void add_surface(inout Known known, float coc, bool is_opaque) {
+    ivec4 cuts = ivec4(0);  // that are farther
+    for (int cut = 0; cut < LAYERS_MAX - 1; ++cut) cuts += ivec4(lessThan(vec4(coc), cuts_px[cut]));
+    known.content |= all_from(cuts.x) & ~all_from(cuts.w + 1);
+    known.closed |= uint(is_opaque && cuts.y == cuts.z) << cuts.z;
+    known.reached |= all_from(cuts.x);
 }
 
 void look_at(ivec2 at, inout uint content, inout float nearest) {
-    float coc = texelFetch(coc_tx, at, 0).r;
-    float other = texelFetch(kind_tx, at, 0).r == FAR_RIM ? texelFetch(near_tx, at, 0).a : coc;
-    content |= with_seen(layers_of(vec2(coc, other)), true);
+    float coc = texelFetch(coc_tx, at, 0).r, kind = texelFetch(kind_tx, at, 0).r;
+    float other = kind == FAR_RIM || kind == NEAR_RIM ? texelFetch(near_tx, at, 0).a : coc;
     nearest = min(nearest, coc);
+    bool is_whole = true;
 #ifdef LISTS
     List list = list_at(at);
-    uint last = list.end - 1u, listed = 0u;
-    if (list.first < list.end) do {
-        listed |= layers_of(vec2(fragment_of(list.first).coc, fragment_of(min(list.first + 1u, last)).coc));
-    } while ((list.first += 2u) < list.end);
-    content |= with_seen(listed, list.has_front || is_open);
+    is_whole = !list.has_front && !(is_open && list.first < list.end);
 #endif
+    Known known = Known(0u, 0u, 0u), beside = known;
+    add_surface(known, coc, is_whole);
+    add_surface(beside, other, is_whole);
+    if (kind == FAR_RIM) known.content |= beside.content;
+    if (kind == NEAR_RIM) known.closed &= beside.closed;  // light shines through, except within the layer
+#ifdef LISTS
+    if (list.first < list.end) do {
+        Fragment fragment = fragment_of(list.first);
+        add_surface(known, fragment.coc, !is_open && fragment.cover >= OPAQUE);
+    } while (++list.first < list.end);
+#endif
+    content |= known.content | (known.reached & ~known.closed) << OPEN_BITS;
 }
 
 #if ROWS_AT_ONCE > 1

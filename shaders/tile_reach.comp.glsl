@@ -1,9 +1,9 @@
-// Finds the tiles in which a layer's blur can be visible or is needed: near its content, and where a
-// nearer blur uncovers it. All layers at once.
+// Finds the tiles in which a layer's blur can be visible or is needed: near its content, and where all nearer
+// layers have holes within reach. All layers at once.
 //
-// Inputs (one of each a tile of each layer)
-//   distance_buf   tiles along the row to the next with content, and to the next that is uncovered
-//                  (tile_reach_rows.comp.glsl)
+// Inputs (tile_reach_rows.comp.glsl)
+//   distance_buf   tiles along the row to the next with content
+//   hole_buf       the same to the next that is open
 //   hider_buf      least signed coc in the tile, pixels of the picture
 // Output
 //   tile_mask_buf  see lib/tile_mask.lib.glsl
@@ -16,31 +16,45 @@ layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 uniform vec2 layer_px[2 * LAYERS_MAX];  // how far a layer's content spreads by its own blur; its widest |coc|
 uniform float wider_scale;          // axis scale of the wider axis
 uniform float margin_px;
+uniform int layer_count;
 uniform int slices;                 // number of slices in which a later pass works through a list
-layout(std430) readonly buffer distance_block { uint distance_buf[]; };
+layout(std430) readonly buffer distance_block { int distance_buf[]; };
+layout(std430) readonly buffer hole_block { int hole_buf[]; };
 layout(std430) readonly buffer hider_block { float hider_buf[]; };
 layout(std430) writeonly buffer tile_mask_block { uint tile_mask_buf[]; };
 
-// Picture pixels between the nearest corners of two tiles this many tiles apart.
-float gap_px(LayerTile tile, int tiles_away) {
-    return float(max(tiles_away - 1, 0) * TILE * tile.reduction);
-}
+// Picture pixels between the nearest corners of two tiles this many tiles of the picture apart.
+float gap_px(int across, int down) { return length(vec2(max(ivec2(across, down) - 1, 0) * TILE)); }
 
-float nearer_px(LayerTile tile, float away, int across, int down) {
-    vec2 gap = vec2(gap_px(tile, across), gap_px(tile, down));
-    return across < FAR_AWAY ? min(away, length(gap)) : away;
-}
-
-// The distance to the layer's content, and to where it is uncovered: it shows only near both.
 float away_px(LayerTile tile) {
-    vec2 away = vec2(1e30);
+    float away = 1e30;
     int first = max(tile.at.y - tile.reach, 0), last = min(tile.at.y + tile.reach, tile.count.y - 1);
     for (int y = first; y <= last; ++y) {
-        uint across = distance_buf[word_of(tile, ivec2(tile.at.x, y))];
-        away.x = nearer_px(tile, away.x, int(across & 0xffffu), abs(y - tile.at.y));
-        away.y = nearer_px(tile, away.y, int(across >> 16), abs(y - tile.at.y));
+        int across = distance_buf[word_of(tile, ivec2(tile.at.x, y))];
+        vec2 gap = vec2(max(ivec2(across, abs(y - tile.at.y)) - 1, 0) * TILE * tile.reduction);
+        if (across < FAR_AWAY) away = min(away, length(gap));
     }
-    return max(away.x, away.y);
+    return away;
+}
+
+// True if a layer is open within reach of a tile of another layer.
+bool has_hole(LayerTile tile, int layer, float reach_px) {
+    ivec2 first = tile.at * tile.reduction, last = min(first + tile.reduction, picture_tiles) - 1;
+    int reach = int(reach_px) / TILE + 1, end = min(last.y + reach, picture_tiles.y - 1);
+    float away = 1e30;
+    int y = max(first.y - reach, 0);
+    do {
+        int across = min(hole_buf[hole_word(layer, ivec2(first.x, y))], hole_buf[hole_word(layer, ivec2(last.x, y))]);
+        if (across < FAR_AWAY) away = min(away, gap_px(across, max(max(first.y - y, y - last.y), 0)));
+    } while (++y <= end);
+    return away <= reach_px;
+}
+
+bool is_covered(LayerTile tile, float reach_px) {
+    bool is_open = true;
+    for (int other = tile.layer + 1; other < layer_count && is_open; ++other)
+        if (layer_number[other] > layer_number[tile.layer]) is_open = has_hole(tile, other, reach_px);
+    return !is_open;
 }
 
 void list_tile(LayerTile tile) {
@@ -56,7 +70,8 @@ void main() {
     if (any(greaterThanEqual(tile.at, tile.count))) return;
     vec2 px = layer_px[tile.layer];
     float uncovered_px = wider_scale * (max(-hider_buf[word_of(tile, tile.at)], 0.0) + px.y) / 2.0;
-    bool is_needed = away_px(tile) <= max(px.x, uncovered_px) + margin_px;
+    float reach_px = max(px.x, uncovered_px) + margin_px;
+    bool is_needed = away_px(tile) <= reach_px && !is_covered(tile, reach_px);
     tile_mask_buf[word_of(tile, tile.at)] = is_needed ? 1u : 0u;
     if (is_needed) list_tile(tile);
 }

@@ -1,13 +1,13 @@
-// Measures the distance of each tile of each layer, along its row, to the next one with content, and to the
-// next one where a nearer layer can uncover it; and empties the lists of tiles.
+// Measures the distance of each tile of each layer, along its row, to the next one with content, and that of each
+// tile of the picture to the next one in which the layer is open; and empties the lists of tiles.
 //
 // A tile of a layer processed at 1/2, 1/4 or 1/8 size stands for several tiles of the picture.
 //
 // Inputs
 //   content_buf, nearest_buf   of the picture's tiles (tile_layers.comp.glsl)
 // Outputs (one of each a tile of each layer)
-//   distance_buf   tiles along the row to the next with content, and << 16 to the next that is uncovered;
-//                  FAR_AWAY: there is none
+//   distance_buf   tiles along the row to the next with content; FAR_AWAY: there is none
+//   hole_buf       the same to the next that is open, but for each tile of the picture
 //   hider_buf      least signed coc in the tile, pixels of the picture
 //   tile lists     without tiles (lib/tile_list.lib.glsl)
 
@@ -16,26 +16,32 @@
 
 layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
-uniform ivec2 picture_tiles;  // across, down
+uniform int hole_reach;  // tiles of the picture beyond which a hole has no effect
 layout(std430) readonly buffer content_block { uint content_buf[]; };
 layout(std430) readonly buffer nearest_block { float nearest_buf[]; };
-layout(std430) writeonly buffer distance_block { uint distance_buf[]; };
+layout(std430) writeonly buffer distance_block { int distance_buf[]; };
+layout(std430) writeonly buffer hole_block { int hole_buf[]; };
 layout(std430) writeonly buffer hider_block { float hider_buf[]; };
 
-// The words of all tiles of the picture in a tile of the layer, and `beside` it to the right and below.
-uint word_at(LayerTile tile, ivec2 at, int beside) {
-    uint word = 0u;
-    ivec2 first = at * tile.reduction, end = min(first + tile.reduction + beside, picture_tiles);
+bool has_content(LayerTile tile, ivec2 at) {
+    uint content = 0u;
+    ivec2 first = at * tile.reduction, end = min(first + tile.reduction, picture_tiles);
     for (int y = first.y; y < end.y; ++y)
-        for (int x = first.x; x < end.x; ++x) word |= content_buf[y * picture_tiles.x + x];
-    return word;
+        for (int x = first.x; x < end.x; ++x) content |= content_buf[y * picture_tiles.x + x];
+    return has_content(content, layer_number[tile.layer]);
 }
 
-// Whether a tile has content of its layer, and whether that is uncovered there: a silhouette may lie between
-// two tiles.
-bvec2 found_at(LayerTile tile, ivec2 at) {
-    if (at.x < 0 || at.x >= tile.count.x) return bvec2(false);
-    return bvec2(has_content(word_at(tile, at, 0), tile.layer), is_uncovered(word_at(tile, at, 1), tile.layer));
+uint word_at(ivec2 at) {
+    return at.x < 0 || at.x >= picture_tiles.x ? 0u : content_buf[at.y * picture_tiles.x + at.x];
+}
+
+void find_hole(LayerTile tile) {
+    int away = FAR_AWAY, step = 0, layer = layer_number[tile.layer];
+    do {
+        uint words = word_at(tile.at - ivec2(step, 0)) | word_at(tile.at + ivec2(step, 0));
+        if (is_layer_open(words, layer)) away = step;
+    } while (++step <= hole_reach && away == FAR_AWAY);
+    hole_buf[hole_word(tile.layer, tile.at)] = away;
 }
 
 float nearest_in(LayerTile tile) {
@@ -55,14 +61,16 @@ void empty_list(LayerTile tile) {
 
 void main() {
     LayerTile tile = layer_tile();
+    if (any(greaterThanEqual(tile.at, picture_tiles))) return;
+    find_hole(tile);
     if (any(greaterThanEqual(tile.at, tile.count))) return;
     if (tile.at == ivec2(0)) empty_list(tile);
-    ivec2 away = ivec2(FAR_AWAY);
-    for (int step = 0; step <= tile.reach && max(away.x, away.y) == FAR_AWAY; ++step) {
-        bvec2 before = found_at(tile, tile.at - ivec2(step, 0)), after = found_at(tile, tile.at + ivec2(step, 0));
-        if (before.x || after.x) away.x = min(away.x, step);
-        if (before.y || after.y) away.y = min(away.y, step);
+    int away = FAR_AWAY;
+    for (int step = 0; step <= tile.reach && away == FAR_AWAY; ++step) {
+        bool before = tile.at.x - step >= 0 && has_content(tile, tile.at - ivec2(step, 0));
+        bool after = tile.at.x + step < tile.count.x && has_content(tile, tile.at + ivec2(step, 0));
+        if (before || after) away = step;
     }
-    distance_buf[word_of(tile, tile.at)] = uint(away.y) << 16 | uint(away.x);
+    distance_buf[word_of(tile, tile.at)] = away;
     hider_buf[word_of(tile, tile.at)] = nearest_in(tile);
 }

@@ -1,14 +1,8 @@
-// The word of a tile: bit l if layer l has content there, and bit SEEN_BITS + l if some of it is seen in the
-// pinhole picture, not only known behind something nearer.
+// The word of a tile: bit l if layer l has content there, and bit OPEN_BITS + l if the layer is open: some pixel
+// is known there as far back as the layer or farther, but nothing opaque in it. Where a layer is not open, it
+// covers all that is behind it, once what is hidden of it is guessed. Layers are numbered from the farthest on.
 
-#define SEEN_BITS 16  // at least 2 * LAYERS_MAX
+#define OPEN_BITS 16  // at least LAYERS_MAX
 
-uint with_seen(uint layers, bool are_seen) { return are_seen ? layers << SEEN_BITS | layers : layers; }
 bool has_content(uint word, int layer) { return (word >> layer & 1u) != 0u; }
-
-// True if a nearer blur can uncover a layer there: not where one nearer layer alone is seen, which covers all
-// of it. Layers are numbered from the farthest on.
-bool is_uncovered(uint word, int layer) {
-    uint seen = word >> SEEN_BITS;
-    return bitCount(seen) > 1 || (seen & (2u << layer) - 1u) != 0u;
-}
+bool is_layer_open(uint word, int layer) { return (word >> OPEN_BITS + layer & 1u) != 0u; }

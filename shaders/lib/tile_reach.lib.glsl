@@ -6,6 +6,8 @@
 
 uniform ivec4 layer_tiles[2 * LAYERS_MAX];  // tiles across and down; tiles beyond which content has no effect;
                                         // size of a pixel of the layer, in pixels of the picture
+uniform int layer_number[2 * LAYERS_MAX];  // a layer may be there at two sizes
+uniform ivec2 picture_tiles;  // across, down
 uniform int tile_words;
 uniform int list_words;  // words of the list of a layer's tiles (lib/tile_list.lib.glsl)
 layout(std430) buffer tile_list_block { uint tile_list_buf[]; };
@@ -23,3 +25,6 @@ LayerTile layer_tile() {
 }
 
 int word_of(LayerTile tile, ivec2 at) { return tile.layer * tile_words + at.y * tile.count.x + at.x; }
+
+// The word of a layer for a tile of the picture.
+int hole_word(int layer, ivec2 at) { return layer * tile_words + at.y * picture_tiles.x + at.x; }

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.defocus import tile_pass
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_plan import layer_plans
 from heatlens.defocus.optics import Optics
@@ -19,6 +20,7 @@ from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot
+from heatlens.plate.plate import Plate
 from support.fragment_lists import packed_lists
 from support.layers import ladder_of
 from support.plates import lens_blurring, plate_of, room
@@ -35,10 +37,10 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
     picture.kind.write(np.zeros(coc.shape, np.float16))
     optics = Optics(None, np.unique(coc).astype(np.float64))
     plans = layer_plans(ladder_of(optics.occupied_px), optics, size)
-    tile_pass, pool = TilePass(ctx), Scratch(ctx)
-    found = tile_pass.look_through(picture, plans, pool)
+    tiles_of, pool = TilePass(ctx), Scratch(ctx)
+    found = tiles_of.look_through(picture, plans, pool)
     masks = []
-    for plan, tiles in zip(plans, tile_pass.find(found, plans, optics, pool), strict=True):
+    for plan, tiles in zip(plans, tiles_of.find(found, plans, optics, pool), strict=True):
         mask, listed = tiles.mask, tiles.listed
         across, down = tile_count(plan.size(size))
         words = np.frombuffer(mask.words.read()[: 4 * across * down], np.uint32).reshape(
@@ -131,6 +133,47 @@ def test_a_known_surface_is_worked_on_only_where_something_uncovers_it(ctx, rend
     assert active[1].all() and not active[0][: active[0].size // 2].any()
     off = np.abs(np.clip(pictures[0], 0, 1) - np.clip(pictures[1], 0, 1))
     assert off.max() < 4 / 255 and off.mean() < 1e-4
+
+
+def looks_into_a_room(width: int, height: int, has_window: bool) -> Plate:
+    """Return a plate of a near thing at the left and a wall, behind which a room is known.
+
+    The wall goes on behind the near thing, beside whose edge it may have a hidden window.
+    """
+    near_m, wall_m, room_m = 1.0, 2.5, 100.0
+    y, x = np.mgrid[:height, :width]
+    is_near, is_window = x < 260, (x >= 226) & (x < 240) & (y >= 60) & (y < 140) & has_window
+    surfaces = np.array([[[0.4, 0.3, 0.2, 1.0], [0.9, 0.2, 0.6, 1.0]]] * (width * height))
+    known = np.stack([is_near & ~is_window, np.ones_like(is_near)], axis=-1).reshape(-1, 2)
+    depth_m = np.broadcast_to(np.float32([wall_m, room_m]), known.shape)[known]
+    counts = known.sum(axis=1)
+    lists = packed_lists(counts, counts == 0, surfaces[known].astype(np.float32), depth_m)
+    color, depth = room(width, height)[0], np.where(is_near, near_m, wall_m).astype(np.float32)
+    return replace(plate_of(color, depth), fragments=lists)
+
+
+@pytest.mark.parametrize("has_window", [False, True])
+def test_what_a_known_wall_hides_is_worked_on_only_at_its_windows(
+    ctx, renderer, monkeypatch, has_window
+):
+    """The near thing's blurred edge uncovers the wall, and the room only where it has a window."""
+    renderer.load(looks_into_a_room(480, 200, has_window))
+    found, active, pictures, cuts_px = [], [], [], tile_pass._cuts_px
+    find = TilePass.find
+    monkeypatch.setattr(TilePass, "find", lambda it, *a: found.append(find(it, *a)) or found[-1])
+    for closes in (True, False):
+        if not closes:  # no surface covers a layer in full
+            opened = lambda cuts: tuple((a, -1e30, c, d) for a, _, c, d in cuts_px(cuts))  # noqa: E731
+            monkeypatch.setattr(tile_pass, "_cuts_px", opened)
+        pictures.append(renderer.pixels(Shot(Lens(50.0, 0.7, 2.0, 36.0), DefocusSettings())))
+        across, down = found[-1][0].mask.tiles
+        words = np.frombuffer(found[-1][0].mask.words.read()[: 4 * across * down], np.uint32)
+        active.append((words != 0).reshape(down, across))
+    assert active[1].all() and active[0].any() == has_window
+    assert not active[0][:, 20:].any() and not active[0][:, :9].any()
+    assert np.abs(pictures[0] - pictures[1]).max() < 1e-3
+    if has_window:
+        assert active[0][4:8, 14:16].all()
 
 
 def test_a_scene_without_blur_keeps_every_bit(ctx, renderer):

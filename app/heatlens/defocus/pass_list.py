@@ -128,7 +128,7 @@ PASSES: tuple[Pass, ...] = (
         | _comp("tile_reach_rows", "tile_reach", "line_segments", "seen_bits_all"),
         pass_costs.tiles_bytes,
         _own("tile mask", "tile list", "line segments", "hidden bits"),
-        alone=_own("tile distance", "tile hider"),
+        alone=_own("tile distance", "tile hider", "tile hole"),
     ),
     Pass(
         "layer split",

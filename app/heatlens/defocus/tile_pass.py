@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 
 import moderngl
 
 from heatlens.defocus.fragment_pass import Fragments
+from heatlens.defocus.layer_cuts import NEARER_THAN_ALL, LayerCut
 from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
 from heatlens.defocus.line_segments import SegmentPass
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
@@ -65,8 +67,7 @@ class TilePass:
             | list_buffers(lists),
             uniforms={
                 "tiles": tile_count(size),
-                "layer_ends_px": _for_all([plan.ends_px for plan in plans]),
-                "layer_count": len(plans),
+                "cuts_px": _cuts_px([plan.cut for plan in plans]),
             }
             | list_uniforms(lists),
         )
@@ -99,22 +100,26 @@ class TilePass:
         groups = (*_groups(tiles), len(plans))
         between = {
             f"{name}_block": scratch.buffer(f"tile {name}", len(plans) * masks.part_bytes)
-            for name in ("distance", "hider")
+            for name in ("distance", "hider", "hole")
         } | {"tile_list_block": lists.whole}
         shared: dict[str, object] = {
             "layer_tiles": _for_all([_tiles_of(plan, found.size, optics) for plan in plans]),
+            "layer_number": _numbers([plan.cut for plan in plans]),
+            "picture_tiles": tiles,
             "tile_words": masks.words,
             "list_words": lists.words,
         }
+        whole = [reach_tiles(plan, optics.nearest_px, wider, float(TILE)) for plan in plans]
         self._rows.dispatch(
             groups,
             buffers=between | {"content_block": found.content, "nearest_block": found.nearest},
-            uniforms=shared | {"picture_tiles": tiles},
+            uniforms=shared | {"hole_reach": max(whole)},
         )
         reach = {
             "layer_px": _for_all([(SPREAD * wider * p.widest_px, p.widest_px) for p in plans]),
             "wider_scale": wider,
             "margin_px": MARGIN_PX,
+            "layer_count": len(plans),
             "slices": self._slices.count(found.size),
         }
         blocks = between | {"tile_mask_block": masks.whole}
@@ -155,6 +160,23 @@ def _tiles_of(plan: LayerPlan, size: tuple[int, int], optics: Optics) -> tuple[i
     tile_px, wider = float(TILE * plan.reduction), max(optics.disc.half_extents)
     reach = reach_tiles(plan, optics.nearest_px, wider, tile_px)
     return (*tile_count(plan.size(size)), reach, plan.reduction)
+
+
+def _cuts_px(layers: list[LayerCut]) -> tuple[tuple[float, ...], ...]:
+    """Return the cuts between layers, as tile_layers.comp.glsl takes them."""
+    cuts = [a.near for a, b in pairwise(layers) if a != b]
+    ends = [
+        (at - half, at - 0.1 * half, at, at + half)
+        for at, half in ((cut.at_px, cut.half_width_px) for cut in cuts)
+    ]
+    return (*ends, *((NEARER_THAN_ALL.at_px,) * 4,) * (LAYERS_MAX - 1 - len(ends)))
+
+
+def _numbers(layers: list[LayerCut]) -> tuple[int, ...]:
+    """Return the number of each layer, which is that of the one before if both are the same."""
+    new = [a != b for a, b in pairwise(layers)]
+    numbers = (0, *accumulate(new))
+    return (*numbers, *(0,) * (2 * LAYERS_MAX - len(numbers)))
 
 
 def _for_all(of_layers: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
