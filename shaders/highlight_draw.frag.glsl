@@ -14,6 +14,7 @@
 
 flat in vec4 place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp
 flat in vec3 light;
+flat in float may_meet_px;  // least signed coc of all that a ray to the highlight may meet
 
 uniform sampler2D coc_tx;
 uniform sampler2D kind_tx;
@@ -148,7 +149,7 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
     do {
         float level = level_at(ray, k);
         vec2 crossed = crossing(ray, level);
-        is_on = is_on && !is_outside(crossed);
+        is_on = is_on && !is_outside(crossed) && level + ray.step_px >= may_meet_px;
         float met = least_around(crossed);
         if (is_on && met < start && abs(met - level) <= ray.step_px) shown |= 1u << k;
 #ifdef LISTS

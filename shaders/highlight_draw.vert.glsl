@@ -1,4 +1,4 @@
-// Draws a quad around each highlight's disc.
+// Draws a quad around each highlight's disc, and finds the nearest thing that a ray to it may meet.
 
 #include "lib/aperture.lib.glsl"
 
@@ -9,6 +9,24 @@ uniform vec2 picture_size;
 
 flat out vec4 place;
 flat out vec3 light;
+flat out float may_meet_px;  // least signed coc
+
+uniform sampler2D nearest_tx;  // least signed coc of each tile (tile_layers.comp.glsl)
+uniform float nearest_px;      // of the picture
+
+#define TILES_MOST 12  // that are looked at in a row
+#define LOOKUP_PX 2.0  // pixels are met in groups of 2 x 2
+
+float nearest_within(vec2 centre, vec2 reach) {
+    ivec2 last_tile = textureSize(nearest_tx, 0) - 1;
+    ivec2 first = clamp(ivec2(floor((centre - reach) / float(TILE))), ivec2(0), last_tile);
+    ivec2 last = clamp(ivec2(floor((centre + reach) / float(TILE))), ivec2(0), last_tile);
+    if (any(greaterThan(last - first, ivec2(TILES_MOST)))) return nearest_px;
+    float nearest = 1e30;
+    for (int y = first.y; y <= last.y; ++y)
+        for (int x = first.x; x <= last.x; ++x) nearest = min(nearest, texelFetch(nearest_tx, ivec2(x, y), 0).r);
+    return nearest;
+}
 
 void main() {
     place = in_place;
@@ -16,5 +34,7 @@ void main() {
     vec2 corner = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
     vec2 reach = aperture_reach(0.5 * in_place.z, in_place.w) + 1.0;
     vec2 at = in_place.xy + corner * reach;
+    float coc = in_place.z, wider = max(coc - nearest_px, 0.0) / max(abs(coc), 1e-3);
+    may_meet_px = nearest_within(in_place.xy, reach * max(wider, 1.0) + LOOKUP_PX);
     gl_Position = vec4(at / picture_size * 2.0 - 1.0, 0.0, 1.0);
 }

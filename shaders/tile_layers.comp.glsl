@@ -6,7 +6,7 @@
 //   kind_tx, near_tx   fragments of rim pixels
 // Output
 //   content_buf see lib/tile_content.lib.glsl
-//   nearest_buf least signed coc in the tile, pixels
+//   out_nearest_img   least signed coc in the tile, pixels, of what is seen or known
 
 #include "lib/kind.lib.glsl"
 #include "lib/tile_content.lib.glsl"
@@ -29,7 +29,7 @@ uniform ivec2 tiles;                    // across, down
 // covers in full; where the farther one does so; and where that one is alone.
 uniform vec4 cuts_px[LAYERS_MAX - 1];
 layout(std430) writeonly buffer content_block { uint content_buf[]; };
-layout(std430) writeonly buffer nearest_block { float nearest_buf[]; };
+layout(r32f) uniform writeonly image2D out_nearest_img;
 
 #define OPAQUE 0.9995  // see layer_split.comp.glsl
 
@@ -68,6 +68,7 @@ void look_at(ivec2 at, inout uint content, inout float nearest) {
     if (list.first < list.end) do {
         Fragment fragment = fragment_of(list.first);
         add_surface(known, fragment.coc, !is_open && fragment.cover >= OPAQUE);
+        nearest = min(nearest, fragment.coc);
     } while (++list.first < list.end);
 #endif
     content |= known.content | (known.reached & ~known.closed) << OPEN_BITS;
@@ -112,5 +113,5 @@ void main() {
 #endif
     if (any(greaterThanEqual(tile, tiles)) || gl_LocalInvocationID.z > 0u) return;
     content_buf[tile.y * tiles.x + tile.x] = content;
-    nearest_buf[tile.y * tiles.x + tile.x] = nearest;
+    imageStore(out_nearest_img, tile, vec4(nearest));
 }

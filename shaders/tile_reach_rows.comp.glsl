@@ -4,7 +4,7 @@
 // A tile of a layer processed at 1/2, 1/4 or 1/8 size stands for several tiles of the picture.
 //
 // Inputs
-//   content_buf, nearest_buf   of the picture's tiles (tile_layers.comp.glsl)
+//   content_buf, nearest_tx   of the picture's tiles (tile_layers.comp.glsl)
 // Outputs (one of each a tile of each layer)
 //   distance_buf   tiles along the row to the next with content; FAR_AWAY: there is none
 //   hole_buf       the same to the next that is open, but for each tile of the picture
@@ -18,7 +18,7 @@ layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
 uniform int hole_reach;  // tiles of the picture beyond which a hole has no effect
 layout(std430) readonly buffer content_block { uint content_buf[]; };
-layout(std430) readonly buffer nearest_block { float nearest_buf[]; };
+uniform sampler2D nearest_tx;
 layout(std430) writeonly buffer distance_block { int distance_buf[]; };
 layout(std430) writeonly buffer hole_block { int hole_buf[]; };
 layout(std430) writeonly buffer hider_block { float hider_buf[]; };
@@ -48,7 +48,7 @@ float nearest_in(LayerTile tile) {
     float nearest = 1e30;
     ivec2 first = tile.at * tile.reduction, end = min(first + tile.reduction, picture_tiles);
     for (int y = first.y; y < end.y; ++y)
-        for (int x = first.x; x < end.x; ++x) nearest = min(nearest, nearest_buf[y * picture_tiles.x + x]);
+        for (int x = first.x; x < end.x; ++x) nearest = min(nearest, texelFetch(nearest_tx, ivec2(x, y), 0).r);
     return nearest;
 }
 

@@ -19,6 +19,7 @@ from heatlens.defocus.highlight_pass import (
 )
 from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.shader_constants import TILE
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.disc_shape import DiscShape
@@ -67,8 +68,16 @@ class Lamps:
         kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
         for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
             empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))
-        picture = Fragments(self.color, self.coc, kind, far, near)
-        list(HighlightDrawPass(ctx).steps(self.buffers, picture, self.optics, self.out))
+        self._ctx, self._picture = ctx, Fragments(self.color, self.coc, kind, far, near)
+        self.draw(least_in_tiles(coc))
+
+    def draw(self, nearest: FloatArray) -> None:
+        """Draw into `out`; `nearest` has the least coc of each tile."""
+        self.out.write(bytes(16 * self.out.width * self.out.height))
+        least = new_texture(self._ctx, nearest.shape[::-1], 1)
+        upload(least, nearest)
+        drawing = HighlightDrawPass(self._ctx)
+        list(drawing.steps(self.buffers, self._picture, least, self.optics, self.out))
 
     @property
     def count(self) -> int:
@@ -77,6 +86,16 @@ class Lamps:
     @property
     def drawn(self) -> FloatArray:
         return download(self.out)[..., :3]
+
+
+def least_in_tiles(coc: FloatArray) -> FloatArray:
+    down, across = (-(-side // TILE) for side in coc.shape)
+    whole = np.pad(
+        coc,
+        [(0, TILE * n - side) for n, side in zip((down, across), coc.shape, strict=True)],
+        "edge",
+    )
+    return whole.reshape(down, TILE, across, TILE).min(axis=(1, 3))
 
 
 def night(shape: tuple[int, int], lamps: dict[tuple[int, int], float]) -> FloatArray:
@@ -95,6 +114,22 @@ def test_light_is_kept(ctx: moderngl.Context, coc_px: float, disc: DiscShape) ->
     low = download(lamps.low)[..., :3]
     total = (low + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=2e-3)
+
+
+def test_rays_are_walked_no_farther_than_something_is(
+    ctx: moderngl.Context, rng: np.random.Generator
+) -> None:
+    """What is nearer elsewhere in the picture changes no bit of what hides a lamp."""
+    places = rng.integers(0, 300, (60, 2))
+    color = night((300, 300), {(int(y), int(x)): 60.0 for y, x in places})
+    coc = np.full((300, 300), 14.0, np.float32)
+    coc[100:200, ::7], coc[:90, 200:], coc[280:, :20] = 1.0, -9.0, -60.0
+    lamps = Lamps(ctx, color, coc)
+    by_tile = lamps.drawn
+    lamps.draw(np.full_like(least_in_tiles(coc), coc.min()))
+    assert lamps.count > 20 and np.array_equal(lamps.drawn, by_tile)
+    lamps.draw(np.full_like(least_in_tiles(coc), 14.0))  # nothing nearer is known of: nothing hides
+    assert not np.array_equal(lamps.drawn, by_tile)
 
 
 def test_a_gpu_lists_the_same_highlights(

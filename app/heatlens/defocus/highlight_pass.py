@@ -278,25 +278,28 @@ class HighlightDrawPass:
         self,
         buffers: HighlightBuffers,
         picture: Fragments,
+        nearest: moderngl.Texture,
         optics: Optics,
         color: moderngl.Texture,
         sharp: SharpPart | None = None,
     ) -> Iterator[None]:
         """Add every disc of the list to `color`, except where `picture` or `sharp` hides it.
 
+        `nearest`, R of a pixel for each tile, has the least signed coc there.
         It is drawn in bands without a GPU, so that many large discs do not hold up the window.
         """
         width, height = color.size
         rows = max(1, _PIXELS_A_BAND // width) if self._is_cut else height
         for first in range(0, height, rows):
             band = (0, first, width, rows)
-            self._draw_band(buffers, picture, optics, color, band, sharp)
+            self._draw_band(buffers, picture, nearest, optics, color, band, sharp)
             yield
 
     def _draw_band(
         self,
         buffers: HighlightBuffers,
         picture: Fragments,
+        nearest: moderngl.Texture,
         optics: Optics,
         color: moderngl.Texture,
         band: tuple[int, int, int, int],
@@ -315,6 +318,7 @@ class HighlightDrawPass:
                 "kind_tx": picture.kind,
                 "far_tx": picture.far,
                 "near_tx": picture.near,
+                "nearest_tx": nearest,
                 "cutout_tx": picture.color if sharp is None else sharp.light,
                 "cutout_coc_tx": picture.coc if sharp is None else sharp.coc,
             }

@@ -31,6 +31,7 @@ from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.quality import kernel_for, layers_for, parts_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
+from heatlens.defocus.tile_mask import tile_count
 from heatlens.model.shot.settings import DefocusSettings, Quality
 
 
@@ -81,7 +82,8 @@ class LayeredBlur:
         out = self._scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
         yield from self._over_each_other(picture, optics, settings, far, sharp, out)
         if listed is not None:
-            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out, sharp)
+            nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
+            drawn = self._passes.draw_highlights.steps(listed, picture, nearest, optics, out, sharp)
             yield from self._scratch.named("highlights drawn", drawn)
         self._scratch.passed("highlights drawn")
         return out

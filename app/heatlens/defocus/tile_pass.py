@@ -27,7 +27,7 @@ class TileContent:
     """For each tile, a word with bit l set if layer l has content there, and the nearest coc."""
 
     content: moderngl.Buffer
-    nearest: moderngl.Buffer
+    nearest: moderngl.Texture
     size: tuple[int, int]  # size of the picture in pixels
 
 
@@ -56,15 +56,15 @@ class TilePass:
         self, picture: Fragments, plans: list[LayerPlan], scratch: Scratch
     ) -> TileContent:
         """Find the layers that have content in each tile of the picture."""
-        size, need = picture.coc.size, TileMask.bytes_for(picture.coc.size)
-        content, nearest = (scratch.buffer(f"tile {name}", need) for name in ("content", "nearest"))
-        found = TileContent(content, nearest, size)
+        size = picture.coc.size
+        content = scratch.buffer("tile content", TileMask.bytes_for(size))
+        found = TileContent(content, scratch.texture("tile nearest", tile_count(size), 1), size)
         lists = picture.lists
         self._layers.version(lists is not None).dispatch(
             _groups(tile_count(size)),
             textures={"coc_tx": picture.coc, "kind_tx": picture.kind, "near_tx": picture.near},
-            buffers={"content_block": found.content, "nearest_block": found.nearest}
-            | list_buffers(lists),
+            images={"out_nearest_img": found.nearest},
+            buffers={"content_block": found.content} | list_buffers(lists),
             uniforms={
                 "tiles": tile_count(size),
                 "cuts_px": _cuts_px([plan.cut for plan in plans]),
@@ -112,7 +112,8 @@ class TilePass:
         whole = [reach_tiles(plan, optics.nearest_px, wider, float(TILE)) for plan in plans]
         self._rows.dispatch(
             groups,
-            buffers=between | {"content_block": found.content, "nearest_block": found.nearest},
+            textures={"nearest_tx": found.nearest},
+            buffers=between | {"content_block": found.content},
             uniforms=shared | {"hole_reach": max(whole)},
         )
         reach = {
