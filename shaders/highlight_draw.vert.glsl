@@ -13,8 +13,9 @@ flat out float may_meet_px;  // least signed coc
 
 uniform sampler2D nearest_tx;  // least signed coc of each tile (tile_layers.comp.glsl)
 uniform float nearest_px;      // of the picture
+uniform vec2 rows;             // first and last to draw
 
-#define TILES_MOST 12  // that are looked at in a row
+#define TILES_MOST 24  // that are looked at in a row
 #define LOOKUP_PX 2.0  // pixels are met in groups of 2 x 2
 
 float nearest_within(vec2 centre, vec2 reach) {
@@ -35,6 +36,7 @@ void main() {
     vec2 reach = aperture_reach(0.5 * in_place.z, in_place.w) + 1.0;
     vec2 at = in_place.xy + corner * reach;
     float coc = in_place.z, wider = max(coc - nearest_px, 0.0) / max(abs(coc), 1e-3);
-    may_meet_px = nearest_within(in_place.xy, reach * max(wider, 1.0) + LOOKUP_PX);
+    bool is_drawn = in_place.y + reach.y >= rows.x && in_place.y - reach.y <= rows.y;
+    may_meet_px = nearest_within(in_place.xy, reach * (is_drawn ? max(wider, 1.0) : 0.0) + LOOKUP_PX);
     gl_Position = vec4(at / picture_size * 2.0 - 1.0, 0.0, 1.0);
 }

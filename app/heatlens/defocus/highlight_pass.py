@@ -325,6 +325,7 @@ class HighlightDrawPass:
             | self._openings.of(optics.disc.aperture),
             uniforms=optics.disc.uniforms
             | {"picture_size": color.size, "nearest_px": optics.nearest_px}
+            | {"rows": (band[1], band[1] + band[3])}
             | {"has_cutout": sharp is not None}
             | list_uniforms(picture.lists),
             buffers=list_buffers(picture.lists),
