@@ -20,7 +20,19 @@ uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
 #ifdef LISTS
 layout(rg16f) uniform writeonly image2D out_kind_img;
 uniform bool is_measured;  // the lists tell the coverage of every silhouette
-bool is_told(ivec2 at) { return is_measured || list_at(inside(at)).has_front; }
+
+// The neighbours, of those `asked`, of which the lists tell all; every one if the pixel itself is told. They are
+// asked last, because few are.
+uint told_of(ivec2 at, uint asked) {
+    if (is_measured || list_at(at).has_front) return asked;
+    uint told = 0u;
+    do {
+        int k = findLSB(asked | 1u << 9);
+        told |= uint(list_at(neighbour(at, k)).has_front) << k;
+        asked &= asked - 1u;
+    } while (asked != 0u);
+    return told;
+}
 
 #define HALF_STEP 0.001  // relative: at least the rounding error of a half float
 void store(ivec2 at, float kind) {
@@ -31,7 +43,7 @@ void store(ivec2 at, float kind) {
 }
 #else
 layout(r16f) uniform writeonly image2D out_kind_img;
-bool is_told(ivec2 at) { return false; }
+uint told_of(ivec2 at, uint asked) { return 0u; }
 void store(ivec2 at, float kind) { imageStore(out_kind_img, at, vec4(kind)); }
 #endif
 
@@ -40,15 +52,14 @@ void main() {
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
     stand_at(at);
     float coc = coc_at(at);
-    bool beside_nearer = false, beside_farther = false;
-    bool guessed = !is_told(at);
-    for (int k = 0; k < 9 && guessed; ++k) {
-        if (is_told(neighbour(at, k))) continue;
+    uint nearer = 0u, farther = 0u;  // bits of neighbours
+    for (int k = 0; k < 9; ++k) {
         float other = coc_at(neighbour(at, k));
-        beside_nearer = beside_nearer || is_in_front(other, coc);
-        beside_farther = beside_farther || is_in_front(coc, other);
+        nearer |= uint(is_in_front(other, coc)) << k;
+        farther |= uint(is_in_front(coc, other)) << k;
     }
-    float kind = beside_nearer ? FAR_RIM : beside_farther ? NEAR_RIM : WHOLE;
+    uint told = told_of(at, nearer | farther);
+    float kind = (nearer & ~told) != 0u ? FAR_RIM : (farther & ~told) != 0u ? NEAR_RIM : WHOLE;
     if (kind != WHOLE) append_word(kind == FAR_RIM, uint(at.y) << 16 | uint(at.x), 1);
     store(at, kind);
 }

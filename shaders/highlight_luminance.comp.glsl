@@ -7,7 +7,7 @@
 //   coc_tx            signed circle of confusion, pixels
 // Outputs (a pixel for 2 x 2 of the picture)
 //   out_luminance_img r mean, 0..1; g the same for the brightest light behind with LISTS, else as r;
-//                     b share as bright as a surface can be, 0..1
+//                     b share as bright as a surface can be, 0..1; a with LISTS the brightest light behind
 //   out_coc_img       least diameter, pixels of this picture, so that sharp areas do not spread
 
 #ifdef LISTS
@@ -27,8 +27,9 @@ layout(r32f) uniform writeonly image2D out_coc_img;
 float brightest_behind(ivec2 at) {
     List list = list_at(at);
     float brightest = 0.0;
-    for (uint i = list.first; i < list.end; ++i)
-        brightest = max(brightest, mean_of(fragment_of(i).color));
+    if (list.first < list.end) do {
+        brightest = max(brightest, mean_of(fragment_of(list.first).color));
+    } while (++list.first < list.end);
     return brightest;
 }
 #else
@@ -38,15 +39,16 @@ float brightest_behind(ivec2 at) { return 0.0; }
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, imageSize(out_luminance_img)))) return;
-    float sum = 0.0, sum_behind = 0.0, surface = 0.0, diameter = 1e30;
+    float sum = 0.0, sum_behind = 0.0, brightest = 0.0, surface = 0.0, diameter = 1e30;
     for (int i = 0; i < 4; ++i) {
         ivec2 p = min(2 * at + ivec2(i & 1, i >> 1), textureSize(color_tx, 0) - 1);
         float light = mean_of(texelFetch(color_tx, p, 0).rgb), behind = brightest_behind(p);
         sum += clamp(light, 0.0, 1.0);
         sum_behind += min(behind, 1.0);
+        brightest = max(brightest, behind);
         surface += surface_part(max(light, behind));
         diameter = min(diameter, abs(texelFetch(coc_tx, p, 0).r));
     }
-    imageStore(out_luminance_img, at, vec4(sum, sum_behind, surface, sum) / 4.0);
+    imageStore(out_luminance_img, at, vec4(vec3(sum, sum_behind, surface) / 4.0, brightest));
     imageStore(out_coc_img, at, vec4(diameter / 2.0));
 }

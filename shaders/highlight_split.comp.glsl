@@ -5,14 +5,15 @@
 // Inputs
 //   color_tx          scene-linear rgb, a kept
 //   surroundings_tx   diffused highlight_luminance.comp.glsl, a pixel for 2 x 2
+//   luminance_tx      with LISTS: the same before it is diffused
 //   coc_tx            signed circle of confusion, pixels
 // Outputs
 //   out_low_img       the light to diffuse
 //   out_high_img      rgb removed light, a signed coc
 //   out_around_img    luminance of the surroundings, a pixel for 2 x 2, for hidden_fill.comp.glsl;
 //                     NO_HIGHLIGHT on bright surfaces
-//   low_fragment_buf  with LISTS: the fragments without their highlights. A highlight behind the visible
-//                     surface is put into out_high_img if nothing in front is one
+//   low_fragment_buf  with LISTS: a copy of the fragments, which lose their highlights here. A highlight behind
+//                     the visible surface is put into out_high_img if nothing in front is one
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
@@ -30,6 +31,7 @@ layout(rgba32f) uniform writeonly image2D out_high_img;
 layout(r16f) uniform writeonly image2D out_around_img;
 
 #ifdef LISTS
+uniform sampler2D luminance_tx;
 layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 #endif
 
@@ -94,6 +96,7 @@ void split_list(ivec2 at, float front_coc, float around, float surface, inout ve
     List list = list_at(at);
     if (list.has_front) high.rgb = vec3(0.0);
     bool is_free = mean_of(high.rgb) == 0.0;
+    if (texelFetch(luminance_tx, at >> 1, 0).a <= limit_of(around)) list.end = list.first;  // nothing is bright
     float seen = list.has_front ? 1.0 : 0.0;  // share of the pixel not covered by the fragments so far
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);

@@ -149,6 +149,9 @@ class HighlightSplitPass:
             images={"out_luminance_img": luminance, "out_coc_img": half_coc},
             buffers=list_buffers(read),
         )
+        if lists is not None:
+            words = lists.whole.held.words
+            words.ctx.copy_buffer(lists.low_words, words, words.size)
         heat = named_kernel("heat")
         what = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
         yield from self._blur.steps(what, targets)
@@ -156,7 +159,8 @@ class HighlightSplitPass:
             self._split.version(lists is not None),
             color.size,
             list_uniforms(read) | ({} if lists is None else {"has_places": has_places}),
-            textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color},
+            textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color}
+            | ({} if lists is None else {"luminance_tx": luminance}),
             images={"out_low_img": out.low, "out_high_img": out.high, "out_around_img": out.around},
             buffers=list_buffers(read) | _written(lists),
         )
