@@ -9,7 +9,7 @@ import pytest
 from heatlens.base.errors import ShaderError
 from heatlens.gpu.program import STRICT_VARIABLE, ComputeProgram, DrawProgram
 from heatlens.gpu.shader_source import declared_in
-from heatlens.gpu.textures import download, new_texture
+from heatlens.gpu.textures import download, new_array, new_texture
 
 SCALE = """layout(local_size_x = 1) in;
 // uniform float commented_out;
@@ -34,6 +34,16 @@ void main() { gl_Position = vec4(side * vec2(gl_VertexID % 2, gl_VertexID / 2), 
 FRAGMENT = """uniform float red;
 out vec4 color;
 void main() { color = vec4(red); }
+"""
+
+
+IMAGES = """layout(local_size_x = 1) in;
+layout(rgba32f) uniform writeonly image2D FLAT;
+layout(rgba32f) uniform writeonly image2DArray LAYERED;
+void main() {
+    imageStore(FLAT, ivec2(0), vec4(1.0));
+    imageStore(LAYERED, ivec3(0, 0, 1), vec4(2.0));
+}
 """
 
 
@@ -216,3 +226,25 @@ def test_declarations_of_all_kinds_are_found() -> None:
         "f": "uniform",
         "g_block": "storage block",
     }
+
+
+@pytest.mark.parametrize(("flat", "layered"), [("a_img", "b_img"), ("b_img", "a_img")])
+def test_an_image_and_an_array_are_both_written_whichever_a_driver_lists_first(
+    ctx: moderngl.Context, shaders: Path, flat: str, layered: str
+) -> None:
+    text = IMAGES.replace("FLAT", flat).replace("LAYERED", layered)
+    (shaders / "images.comp.glsl").write_text(text)
+    image, array = new_texture(ctx, (1, 1), 4), new_array(ctx, (1, 1), 2, 4)
+    for texture, values in ((image, 4), (array, 8)):
+        texture.write(bytes(4 * values))
+    program = ComputeProgram(ctx, "images.comp.glsl")
+    program.dispatch((1, 1), images={flat: image, layered: array})
+    found = np.frombuffer(array.read(), np.float32).reshape(2, 4)
+    assert np.all(download(image) == 1.0) and found.tolist() == [[0.0] * 4, [2.0] * 4]
+
+
+def test_two_arrays_of_images_are_refused(ctx: moderngl.Context, shaders: Path) -> None:
+    text = IMAGES.replace("FLAT, ivec2(0)", "FLAT, ivec3(0)").replace("image2D ", "image2DArray ")
+    (shaders / "images.comp.glsl").write_text(text)
+    with pytest.raises(ShaderError, match=r"images\.comp\.glsl: two arrays of images"):
+        ComputeProgram(ctx, "images.comp.glsl")

@@ -148,6 +148,7 @@ def second_start() -> Iterator[Finding]:
 def _kept_bytes(folder: Path) -> int:
     """Render the still life in a process of its own; return the size of the driver's cache."""
     cache = folder / "cache"
+    cache.mkdir(exist_ok=True)  # NVIDIA's driver keeps nothing in a folder that does not exist
     plate, picture = data_dir("assets") / "still_life.exr", folder / "picture.exr"
     command = [sys.executable, "-m", "heatlens", "render", str(plate), "-o", str(picture)]
     environment = os.environ | dict.fromkeys(_CACHES, str(cache))

@@ -24,6 +24,9 @@ Image = moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D
 StorageBuffer = moderngl.Buffer | BufferPart
 _Linked = moderngl.ComputeShader | moderngl.Program
 _WITH_UNITS: tuple[Kind, ...] = ("sampler", "image", "storage block")
+# The types of image2DArray, iimage2DArray and uimage2DArray. moderngl 5.13 cannot set their unit,
+# so that they must have the one that OpenGL gives them first, 0.
+_IMAGE_ARRAYS = (0x9053, 0x905E, 0x9069)
 
 
 class _Inputs:
@@ -41,18 +44,23 @@ class _Inputs:
         self._units: dict[str, int] = {}
         for kind in _WITH_UNITS:
             names = self._declared.of_kind(kind)
-            self._give_units(name for name in linked if name in names)
+            self._give_units(sorted((n for n in linked if n in names), key=self._is_settable))
         self._is_strict = bool(os.environ.get(STRICT_VARIABLE))
         self._unset = {n for n in linked if self._declared.kinds.get(n) == "uniform"}
         self._last: dict[str, object] = {}  # the values of the uniforms, which the program keeps
+
+    def _is_settable(self, name: str) -> bool:
+        return getattr(self._linked[name], "gl_type", None) not in _IMAGE_ARRAYS
 
     def _give_units(self, names: Iterable[str]) -> None:
         for unit, name in enumerate(names):
             member = self._linked[name]
             if isinstance(member, moderngl.StorageBlock):
                 member.binding = unit
-            else:
+            elif self._is_settable(name):
                 self._linked[name] = unit
+            elif unit:
+                raise ShaderError(f"{', '.join(self._declared.files)}: two arrays of images.")
             self._units[name] = unit
 
     def bind(
@@ -108,6 +116,8 @@ class _Inputs:
 class _Program:
     """A linked program, its inputs, and the way to build it again from its files."""
 
+    built = 0  # programs built in this process so far
+
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._take_built()
@@ -123,6 +133,7 @@ class _Program:
     def _take_built(self) -> None:
         sources = self._sources()
         self._program = self._link(sources)
+        _Program.built += 1
         self._inputs = _Inputs(self._program, sources)
         self._files = frozenset(file for source in sources for file in source.files)
 
@@ -313,3 +324,8 @@ def pixel_groups(size: tuple[int, int]) -> tuple[int, int]:
 def groups_for(size: int, per_group: int) -> int:
     """Return how many groups of `per_group` cover `size`."""
     return -(-size // per_group)
+
+
+def programs_built() -> int:
+    """Return how many programs this process has built; building one can take 0.1 s and more."""
+    return _Program.built
