@@ -12,6 +12,7 @@ from heatlens.model.shot.settings import Method
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.session.pictures.compare_sides import CompareSides
+from support.fake_renderer import FakeContext
 
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0))
 BESIDE = ViewState(compare=Compare.WIPE, against=Against.METHOD, b_method=Method.GATHER)
@@ -35,7 +36,7 @@ class TimedPicture:
 
 def shared(a_took_s: float, budget_s: float) -> tuple[list[float], list[float]]:
     """Return the budgets of A and of B."""
-    sides = CompareSides(cast(Any, SimpleNamespace(has_many_views=False)))
+    sides = CompareSides(cast(Any, SimpleNamespace(has_many_views=False, ctx=FakeContext())))
     a, b = TimedPicture(a_took_s), TimedPicture(0.0)
     sides.a, sides.b = cast(Any, a), cast(Any, b)
     sides.request(BESIDE, SHOT, 1, budget_s)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
+from typing import ClassVar
 
 import pytest
 from hypothesis import assume, given, settings
@@ -14,7 +15,8 @@ from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
-from heatlens.preview.level_choice import cheaper, soonest
+from heatlens.preview.level_choice import GPU_WORK_POWER, CostModel, cheaper, soonest
+from heatlens.session.pictures import live_picture
 from heatlens.session.pictures.live_picture import LivePicture, PlateVersion
 
 SIZE = (1920, 1080)
@@ -97,6 +99,50 @@ WISHES = st.builds(
     st.one_of(st.none(), st.integers(1, 7)),
     st.sampled_from([1.0, 0.5, 0.25]),
 )
+
+
+class BuildingMachine(Machine):
+    """A machine whose driver builds the programs of each kind of picture for seconds."""
+
+    built = 0
+    kinds: ClassVar[set[tuple[Method, Quality]]] = set()
+
+    def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[str]:
+        kind = shot.defocus.method, shot.defocus.quality
+        if kind not in self.kinds:
+            self.kinds = self.kinds | {kind}
+            self.built += 1
+            self.now += 3.0
+        return (yield from super().steps(shot, frame, slot))
+
+
+@pytest.mark.parametrize("rests", [0, 1, 5])
+def test_a_fast_machine_that_builds_programs_slowly_is_known_as_fast(monkeypatch, rests):
+    machine = BuildingMachine(0.05 * BUDGET_S)
+    monkeypatch.setattr(live_picture, "programs_built", lambda: machine.built)
+    live = LivePicture(machine, machine.clock)
+    for shot in shots(1 + rests):
+        live.request(shot, 0, BUDGET_S)
+        settle(machine, live)
+    for shot in shots(8 + rests)[1 + rests :]:
+        live.request(shot, 0, BUDGET_S)
+    assert live.shown.is_whole and machine.built > 1
+
+
+class Gpu(BuildingMachine):
+    """A machine on which the passes themselves take time, whatever the size of the picture."""
+
+    def seconds(self, wished: DefocusSettings) -> float:
+        return 0.2 * BUDGET_S + super().seconds(wished)
+
+
+def test_one_drag_on_a_gpu_climbs_to_the_whole_picture(monkeypatch):
+    machine = Gpu(0.02 * BUDGET_S)
+    monkeypatch.setattr(live_picture, "programs_built", lambda: machine.built)
+    live = LivePicture(machine, machine.clock, cost=CostModel(work_power=GPU_WORK_POWER))
+    for shot in shots(20):
+        live.request(shot, 0, BUDGET_S)
+    assert live.shown.is_whole
 
 
 @given(SPEEDS, WISHES)

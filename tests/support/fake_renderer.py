@@ -13,6 +13,9 @@ STEPS = 3  # that a picture takes
 class FakeContext:
     """The part of an OpenGL context that the session asks for, without OpenGL."""
 
+    def __init__(self) -> None:
+        self.info = {"GL_RENDERER": "llvmpipe"}
+
     def finish(self) -> None:
         """Do nothing, because all is done."""
 

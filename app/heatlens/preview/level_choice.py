@@ -14,6 +14,10 @@ from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.model.shot.settings import PROXY_MIN, Bokeh, DefocusSettings, Method, Quality
 
+# The power of the work with which the time of a picture grows on a GPU, which a small picture does
+# not fill: measured on an NVIDIA H200 from 1280x720 to 3840x2160.
+GPU_WORK_POWER = 0.5
+
 Predict = Callable[[DefocusSettings], float]  # seconds that a picture takes
 
 # Hysteresis, as parts of the time budget: change to a better level below the first number, and to
@@ -69,7 +73,8 @@ def level_while_moving(
     if held is None or held not in levels:
         return best
     if levels.index(best) < levels.index(held):
-        return best if predict(best) <= _KEEP[0] * budget_s else held
+        better = levels[: levels.index(held)]
+        return next((it for it in better if predict(it) <= _KEEP[0] * budget_s), held)
     return best if predict(held) > _KEEP[1] * budget_s else held
 
 
@@ -102,10 +107,24 @@ class CostModel:
     """
 
     seconds_per_px: dict[Sized, float] = field(default_factory=dict)
+    with_builds: set[Sized] = field(default_factory=set)  # those that contain a driver's builds
+    work_power: float = 1.0  # n times the work takes n ** work_power times as long
 
-    def learn(self, settings: DefocusSettings, pixels: int, seconds: float) -> None:
-        """Learn the time of a picture of `pixels` pixels, and scale all predictions by it."""
+    def learn(
+        self, settings: DefocusSettings, pixels: int, seconds: float, has_built: bool = False
+    ) -> None:
+        """Learn the time of a picture of `pixels` pixels, and scale all predictions by it.
+
+        Building its programs can take a driver hundreds of times as long as the picture. The time
+        of a picture that `has_built` some therefore counts only until another one is known.
+        """
         sized, new = _sized(settings), seconds / pixels / _times(settings)
+        if has_built:
+            if self._alike(settings):
+                return
+            self.with_builds.add(sized)
+        else:
+            self._forget_builds(settings)
         old = self.seconds_per_px.get(sized, new)
         pace = 1.0 + _NEWEST * (new / old - 1.0)
         self.seconds_per_px[sized] = old
@@ -114,19 +133,23 @@ class CostModel:
 
     def predicted(self, settings: DefocusSettings, pixels: int) -> float:
         """Return the predicted seconds for a picture of `pixels` pixels; infinite if unknown."""
-        kind, known = _kind(settings), self._alike(settings)
+        known = self._alike(settings)
         # The cost cannot be predicted if it depends on how large the blur is.
         if settings.method.facts.grows_with_blur or not known:
             return float("inf")
-        sizes = [size for other, size in known if other == kind]
-        if sizes:
-            nearest = min(sizes, key=lambda size: abs(math.log(size / settings.proxy)))
-            return self.seconds_per_px[kind, nearest] * pixels * _times(settings)
-        if settings.method.needs_scene:
+        own = [it for it in known if it[0] == _kind(settings)]
+        if not own and settings.method.needs_scene:
             return float("inf")
-        weight = _weight(settings)
-        guesses = [self.seconds_per_px[it] * weight / _kind_weight(it[0]) for it in known]
-        return max(guesses) * pixels
+        works = {it: _work(settings) / _work_of(it) for it in own or known}
+        nearest = min(works, key=lambda it: abs(math.log(works[it])))
+        known_s = self.seconds_per_px[nearest] * pixels * (nearest[1] / settings.proxy) ** 2
+        growth: float = works[nearest] ** self.work_power
+        return known_s * growth * _times(settings)
+
+    def _forget_builds(self, settings: DefocusSettings) -> None:
+        for it in self.with_builds.intersection(self._alike(settings)):
+            del self.seconds_per_px[it]
+            self.with_builds.discard(it)
 
     def _alike(self, settings: DefocusSettings) -> list[Sized]:
         """Return the known entries for the same sort of work: drawing scenes or blurring plates."""
@@ -148,9 +171,14 @@ def _kind(settings: DefocusSettings) -> Kind:
     return settings.method, settings.bokeh, settings.quality, layers_for(settings)
 
 
-def _kind_weight(kind: Kind) -> float:
-    method, bokeh, quality, layers = kind
-    return _weight(DefocusSettings(bokeh, quality, layers, method=method))
+def _work(settings: DefocusSettings) -> float:
+    """Return the relative work for a whole picture, or for one view of a scene."""
+    return (1.0 if settings.method.needs_scene else _weight(settings)) * settings.proxy**2
+
+
+def _work_of(sized: Sized) -> float:
+    (method, bokeh, quality, layers), proxy = sized
+    return _work(DefocusSettings(bokeh, quality, layers, proxy, method))
 
 
 def _weight(settings: DefocusSettings) -> float:

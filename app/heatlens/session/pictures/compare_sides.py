@@ -5,10 +5,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil, log2
 
+from heatlens.gpu.context import is_software
 from heatlens.model.shot.look import Look
 from heatlens.model.shot.settings import Method
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.view import GRID_MOST, Against, Compare, ViewState
+from heatlens.preview.level_choice import GPU_WORK_POWER, CostModel
 from heatlens.preview.shown import Shown, without_notes
 from heatlens.render import FrameRenderer
 from heatlens.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion
@@ -32,7 +34,8 @@ class CompareSides:
 
     def __init__(self, renderer: FrameRenderer) -> None:
         self._renderer = renderer
-        self.a = LivePicture(renderer)
+        power = 1.0 if is_software(renderer.ctx) else GPU_WORK_POWER
+        self.a = LivePicture(renderer, cost=CostModel(work_power=power))
         self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
         self.looks = LookPictures(renderer, self.b)
         self._b_request: Shot | None = None  # the shot of B, while it is rendered

@@ -19,6 +19,7 @@ import moderngl
 from heatlens.base.errors import HeatlensError
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.steps import Steps
+from heatlens.gpu.program import programs_built
 from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.model.shot.shot import Shot
 from heatlens.preview.level_choice import (
@@ -56,6 +57,7 @@ class _Work:
     slot: int
     views_before: int  # points of the lens that an earlier picture already has
     is_here: bool  # this machine renders it
+    built_before: int  # programs that this process had built when it started
     seconds: float = 0.0
 
 
@@ -280,7 +282,8 @@ class LivePicture:
         of, is_whole = (shot, self._request.frame, slot), settings == self._request.settings
         there = self.elsewhere.steps(*of) if is_whole and not self.is_answering else None
         steps, views = there or self._renderer.steps(*of), self._views_before(settings)
-        self._work = _Work(steps, self._request, settings, slot, views, there is None)
+        built = programs_built()
+        self._work = _Work(steps, self._request, settings, slot, views, there is None, built)
 
     def _views_before(self, settings: DefocusSettings) -> int:
         """Return how many points of the lens the renderer continues from; 0: it starts again."""
@@ -304,7 +307,8 @@ class LivePicture:
             made = replace(work.settings, views=work.settings.views - work.views_before)
             is_alike = made.method is work.key.settings.method
             if work.is_here and (is_alike or made.method is not Method.PYRAMID):
-                self.cost.learn(made, self._pixels(made), work.seconds)
+                has_built = programs_built() > work.built_before
+                self.cost.learn(made, self._pixels(made), work.seconds, has_built)
             is_latest = _bare(work.key) == _bare(self._request)
             of = self._request if is_latest else work.key
             self.shown = Shown(end.value, of.shot, of.frame, work.settings, work.seconds, of.plate)
