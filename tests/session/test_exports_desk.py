@@ -43,7 +43,7 @@ def test_a_camera_has_the_name_of_the_frames(kind):
 
 def test_the_quality_is_that_of_the_shot_unless_another_is_chosen():
     shot = Shot(Lens(50.0, 2.0, 2.0, 36.0))
-    assert SETTINGS.shot_of(shot) is shot
+    assert SETTINGS.shot_of(shot) is shot and shot.defocus.quality is None
     for quality in Quality:
         other = replace(SETTINGS, quality=str(quality)).shot_of(shot)
         assert other.defocus == replace(shot.defocus, quality=quality)

@@ -203,7 +203,7 @@ def test_focus_is_nudged_by_a_share_of_the_bar_and_reset(walls):
     assert math.isinf(walls.facts.lens.focus_distance_m)
     for values, command, field in (
         (list(Bokeh), lens.next_bokeh, "bokeh"),
-        (list(Quality), lens.next_quality, "quality"),
+        ([None, *Quality], lens.next_quality, "quality"),
     ):
         before = getattr(walls.editing.shot.defocus, field)
         seen = []

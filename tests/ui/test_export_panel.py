@@ -247,10 +247,11 @@ def test_news_of_the_process_are_taken_and_other_lines_left() -> None:
     for line in (
         '{"event": "begin", "output": "x", "frames": 7}\n',
         "out/x.exr\n",
-        '{"event": "frame", "frame": 3, "done": 2, "frames": 7, "seconds_left": 4.5}\n',
+        '{"event": "frame", "frame": 3, "done": 2, "frames": 7, "pace": "slow"}\n',
+        '{"event": "frame", "frame": 4, "done": 3, "frames": 7, "seconds_left": 3.5}\n',
     ):
         _take(line, state)
-    assert (state.done, state.frames, state.left_s) == (2, 7, 4.5)
+    assert (state.done, state.frames, state.left_s, state.pace) == (3, 7, 3.5, "slow")
 
 
 def test_what_comes_with_the_program_is_exported_to_the_users_pictures(monkeypatch, tmp_path):

@@ -89,7 +89,7 @@ def test_the_exr_is_byte_for_byte_that_of_the_command_line(
     assert finished(gui) == f"Saved {tmp_path / 'window.exr'}."
     now, defocus = session.facts.lens, session.facts.shot.defocus
     words = ["--f-stop", now.f_stop, "--focus-distance", now.focus_distance_m]
-    words += ["--squeeze", now.squeeze, "--quality", defocus.quality, "--proxy", defocus.proxy]
+    words += ["--squeeze", now.squeeze, "--quality", defocus.at_quality, "--proxy", defocus.proxy]
     render(capsys, plate, tmp_path / "command.exr", *words)
     assert (tmp_path / "window.exr").read_bytes() == (tmp_path / "command.exr").read_bytes()
     ((header, _),) = read_parts(tmp_path / "window.exr")

@@ -35,7 +35,7 @@ from heatlens.commands.sources.source_commands import commands_for
 from heatlens.documents.frame_line_file import read_canvases
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.burn_in import checked_template
-from heatlens.export.job import DisplayLook, ExportJob
+from heatlens.export.job import DisplayLook, ExportJob, blur_of_export
 from heatlens.export.options import EXR, FRAMES, LOOK, USUAL_COMPRESSION, ExportOptions, of_group
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
@@ -208,6 +208,8 @@ def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
     shot = replace(shot, defocus=defocus)
     if args.plate is not None:
         shot = replace(shot, source=os.path.expanduser(args.plate))
+    if args.parts is None:
+        shot = replace(shot, defocus=blur_of_export(shot))
     if args.size is not None or args.scene_camera is not None:
         shot = with_framing(args, shot)
     return shot if args.fps is None else replace(shot, frames_per_second=args.fps)

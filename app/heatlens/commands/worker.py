@@ -111,7 +111,8 @@ def _part_done(done: FrameDone, task: PartTask) -> PartDone:
     remarks = tuple((remark.key, remark.sentence) for remark in done.remarks)
     data = done.path.read_bytes() if task.fetch else None
     driver = None if done.was_there else (_driver(), library().get_worker().address)
-    return PartDone(done.frame, done.was_there, done.surfaces_lost, remarks, data, driver)
+    of = done.frame, done.was_there, done.surfaces_lost
+    return PartDone(*of, remarks, data, driver, done.pace)
 
 
 def _driver() -> str:

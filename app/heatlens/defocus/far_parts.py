@@ -30,7 +30,7 @@ FAR_FROM_PX = 1.5  # coc of the whole picture from which a surface is behind the
 _SOFTNESS = 0.2
 _MARGIN_PX = 4.0  # as in far_edges.comp.glsl
 _LINK_BYTES, _FRAGMENT_BYTES, _WORD = 8, 12, 4
-_NAME = "far parts"  # name of the step
+FAR_PARTS = "far parts"  # name of the step
 
 
 def part_centres(parts: int) -> NDArray[np.float64]:
@@ -167,10 +167,10 @@ class FarPartsPass:
             yield from self._viewed(what, optics, centre, parts**-0.5, room)
             seen = Diffusion(room.view, room.coc, kernel, optics.disc.half_extents)
             for _ in self._blur.steps(seen, BlurTargets(poles, room.view)):
-                yield _NAME
+                yield FAR_PARTS
             yield from self._added(room, 1 / parts, total)
         zone = self._zone(what, optics, parts**-0.5, scratch)
-        yield scratch.passed(_NAME)
+        yield scratch.passed(FAR_PARTS)
         return FarField(total, zone)
 
     def _viewed(
@@ -254,4 +254,4 @@ def zone_size(size: tuple[int, int]) -> tuple[int, int]:
 
 def _named(steps: Iterator[None]) -> Iterator[str]:
     for _ in steps:
-        yield _NAME
+        yield FAR_PARTS

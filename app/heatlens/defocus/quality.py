@@ -42,7 +42,7 @@ def kernel_for(settings: DefocusSettings, rim: float = 0.0) -> Kernel:
     """
     if settings.method is Method.HEAT:
         return named_kernel("heat")
-    spent = _spent(settings.quality)
+    spent = _spent(settings.at_quality)
     match settings.bokeh:
         case Bokeh.HEAT:
             return named_kernel("heat")
@@ -58,12 +58,12 @@ def layers_for(settings: DefocusSettings) -> int:
     """Return the largest number of depth layers."""
     if settings.method is not Method.DIFFUSION:
         return 1
-    return settings.layers or _spent(settings.quality).layers
+    return settings.layers or _spent(settings.at_quality).layers
 
 
 def parts_for(settings: DefocusSettings) -> int:
     """Return the number of parts of the lens; a number above 1 overrides that of the quality."""
-    return settings.parts if settings.parts > 1 else _spent(settings.quality).parts
+    return settings.parts if settings.parts > 1 else _spent(settings.at_quality).parts
 
 
 def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, ...]:

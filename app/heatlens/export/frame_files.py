@@ -38,12 +38,14 @@ class RenderedFrame:
 
     pixels   EXR: light, (H, W, 4) premultiplied; else display values 0..1, (H, W, 3)
     remarks  how the plate differs from those before
+    pace     words on the time of the quality final, where it was measured
     """
 
     planned: PlannedFrame
     plate: Plate
     pixels: FloatImage
     remarks: tuple[Remark, ...] = ()
+    pace: str = ""
 
 
 def write_frame(job: ExportJob, frame: RenderedFrame) -> None:

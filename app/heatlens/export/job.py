@@ -1,7 +1,7 @@
 """The description of an export as a value: the same job gives the same files."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
@@ -10,10 +10,11 @@ from heatlens.export.options import ExportOptions
 from heatlens.export.output import Output
 from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.files.json_record import read_json, record_to_json
+from heatlens.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.guides import NO_GUIDES, Guides
 from heatlens.model.view.view import DisplayOptions
-from heatlens.source.named import checked_source
+from heatlens.source.named import checked_source, has_camera
 
 _STOPS_MOST = 30.0  # beyond this, everything is white or black
 _GAMMA_MOST = 10.0
@@ -69,6 +70,16 @@ class ExportJob:
             raise InputError("There is no frame to export. Give frames with --frames.")
         if self.pinhole and self.shot.defocus.proxy != 1.0:
             raise InputError("Frames without a lens are always full size: leave --proxy out.")
+
+
+def blur_of_export(shot: Shot) -> DefocusSettings:
+    """Return the blur of an export: final, if neither a quality nor parts are named.
+
+    3D scenes, which have a camera, stay at film: they gain nothing from parts of the lens.
+    """
+    blur = shot.defocus
+    is_open = blur.quality is None and blur.parts == 1 and blur.method is Method.DIFFUSION
+    return replace(blur, quality=Quality.FINAL) if is_open and not has_camera(shot.source) else blur
 
 
 _VERSION, _NEWEST = "heatlens_export_job", 1

@@ -1,10 +1,14 @@
 """Render the frames of an export one after the other, with guides as the window draws them."""
 
+import time
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 from PIL import Image
 
 from heatlens.base.errors import InputError
+from heatlens.defocus.far_parts import FAR_PARTS
 from heatlens.display.display_pass import DisplayPass
 from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.frame_files import RenderedFrame, frame_timecode
@@ -13,6 +17,7 @@ from heatlens.export.pinhole_plate import pinhole_plate
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.sequence_check import Remark, SequenceCheck
 from heatlens.gpu.textures import download, new_texture
+from heatlens.model.shot.settings import Quality
 from heatlens.model.view.guides import (
     LINE_OPACITY,
     NO_GUIDES,
@@ -28,6 +33,7 @@ from heatlens.render import FrameRenderer
 from heatlens.source.source import Origin
 
 _LINE_SHARE = 1 / 720  # thickness of a line as a part of the picture's height
+_TIMED = 2  # frames whose parts of the lens are timed: in the first, drivers still build programs
 
 
 class ShownPictures:
@@ -80,6 +86,8 @@ class FrameRendering:
         self._loader = plan.source.loader(plan.job.shot, origins, renderer, plan.job.beside.deep)
         self._check = SequenceCheck(plan.job.shot.plate_options.scene_unit_m)
         self._look_at(before)
+        is_final = self._job.shot.defocus.quality is Quality.FINAL and not self._job.pinhole
+        self._timed = {frame.frame for frame in frames[: _TIMED * is_final]}
         is_exr = plan.job.output.is_exr
         self._shown = None if is_exr else ShownPictures(renderer.ctx, plan.job.look)
 
@@ -89,12 +97,19 @@ class FrameRendering:
         Raises InputError if its plate is damaged or missing, or differs too much from the plates
         before it and the options are strict.
         """
+        start_s, watch = time.monotonic(), self._renderer.stopwatch
         self._loader.load(frame.origin)
         remarks = self._remarks(frame.origin)
         if self._job.pinhole and self._job.output.is_exr and self._renderer.has_many_views:
             plate = self._pinhole(frame)
             return RenderedFrame(frame, plate, plate.color, remarks)
-        return RenderedFrame(frame, self._plate(), self._pixels(frame), remarks)
+        watch.on = frame.frame in self._timed
+        made = RenderedFrame(frame, self._plate(), self._pixels(frame), remarks)
+        if not watch.on:
+            return made
+        watch.on = False
+        parts_s = watch.times[FAR_PARTS].seconds if FAR_PARTS in watch.times else 0.0
+        return replace(made, pace=pace_words(time.monotonic() - start_s, parts_s))
 
     def _look_at(self, before: Origin | None) -> None:
         """Take the plate before the first frame as the usual one."""
@@ -150,6 +165,16 @@ class FrameRendering:
         if self._job.pinhole:
             return self._renderer.loaded.color
         return self._renderer.render(self._job.shot, frame)
+
+
+def pace_words(whole_s: float, parts_s: float) -> str:
+    """Return what a frame of the quality final takes, and film, which has no parts of the lens."""
+    film = f"film about {_seconds(whole_s - parts_s)}" if parts_s else "here the same as film"
+    return f"quality final: about {_seconds(whole_s)} a frame, {film}"
+
+
+def _seconds(value: float) -> str:
+    return f"{value:.0f} s" if value >= 10 else f"{value:.2g} s"
 
 
 def _origin_before(plan: ExportPlan, first: PlannedFrame) -> Origin | None:

@@ -72,6 +72,7 @@ class FrameDone:
     surfaces_lost: str = ""  # a sentence, if surfaces behind its picture were merged or left out
     remarks: tuple[Remark, ...] = ()  # remarks on its plate
     maker: str = ""  # address of the worker of a cluster
+    pace: str = ""  # words on the time of the quality final, where it was measured
 
 
 def export_frames(
@@ -169,4 +170,5 @@ def _files(plan: ExportPlan) -> Iterator[Write]:
 def _written(write: Write, frame: RenderedFrame) -> FrameDone:
     write(frame)
     lost = frame.plate.surfaces_lost
-    return FrameDone(frame.planned.frame, frame.planned.path, False, lost, frame.remarks)
+    at, path = frame.planned.frame, frame.planned.path
+    return FrameDone(at, path, False, lost, frame.remarks, pace=frame.pace)

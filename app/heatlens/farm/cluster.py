@@ -76,6 +76,7 @@ class PartDone:
     remarks: Sequence[Sequence[str]]
     data: bytes | None = None
     driver: tuple[str, str] | None = None
+    pace: str = ""
 
 
 Work = Callable[[PartTask], list[PartDone]]
@@ -316,7 +317,8 @@ def _stored(done: PartDone, path: Path) -> FrameDone:
         write_whole(path, done.data)
     remarks = tuple(Remark(*told) for told in done.remarks)
     maker = done.driver[1] if done.driver else ""
-    return FrameDone(done.frame, path, done.was_there, done.surfaces_lost, remarks, maker)
+    lost = done.surfaces_lost
+    return FrameDone(done.frame, path, done.was_there, lost, remarks, maker, done.pace)
 
 
 def topic_of(plan: ExportPlan, fetch: bool) -> str:

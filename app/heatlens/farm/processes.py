@@ -56,7 +56,8 @@ class ProcessMaker:
                 news = self._news.get()
                 if news["event"] == "frame":
                     frame, was_there = news["frame"], news["state"] != "written"
-                    yield FrameDone(frame, paths[frame], was_there)
+                    pace = news.get("pace", "")
+                    yield FrameDone(frame, paths[frame], was_there, pace=pace)
                 running -= self._has_ended(news)
 
     def _follow(self, undone: ExitStack, process: "subprocess.Popen[str]") -> None:

@@ -168,7 +168,7 @@ def _sized(settings: DefocusSettings) -> Sized:
 def _kind(settings: DefocusSettings) -> Kind:
     if settings.method.needs_scene:  # no bokeh, no quality, no layers
         return settings.method, Bokeh.DISC, Quality.FILM, 1
-    return settings.method, settings.bokeh, settings.quality, layers_for(settings)
+    return settings.method, settings.bokeh, settings.at_quality, layers_for(settings)
 
 
 def _work(settings: DefocusSettings) -> float:
@@ -265,14 +265,14 @@ def between(requested: DefocusSettings) -> DefocusSettings:
 
 def _level(requested: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
     """Return the settings scaled down, with at most the quality `best` and the same layers."""
-    quality = min(best, requested.quality, key=list(Quality).index)
+    quality = min(best, requested.at_quality, key=list(Quality).index)
     method = requested.method if requested.method is Method.HEAT else Method.DIFFUSION
     layers = layers_for(replace(requested, method=method))
     return replace(
         requested,
         method=method,
         quality=quality,
-        layers=requested.layers if quality is requested.quality else layers,
+        layers=requested.layers if quality is requested.at_quality else layers,
         parts=1,
         proxy=max(PROXY_MIN, requested.proxy * scale),
     )

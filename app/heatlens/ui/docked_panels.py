@@ -65,7 +65,7 @@ def speed_panel(
     ]
     if shown is not None:
         settings, (width, height) = shown.settings, shown.texture.size
-        quality = "" if settings.quality is Quality.PREVIEW else f", {settings.quality}"
+        quality = "" if settings.quality is Quality.PREVIEW else f", {settings.at_quality}"
         whole = "whole" if shown.is_whole else f"preview{quality}"
         rows.insert(0, ("picture", f"{1e3 * shown.seconds:.0f} ms, {width}x{height}, {whole}"))
     _rows(rows)

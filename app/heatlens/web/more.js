@@ -70,7 +70,7 @@ export class More {
     if (!view) return;
     this._exposure.words.textContent = `${view.exposure_stops > 0 ? "+" : ""}${view.exposure_stops} stops`;
     this._frames.words.textContent = `${pullFrames} frames`;
-    const quality = blur ? `${blur.quality} quality` : "";
+    const quality = blur ? `${blur.quality || "film"} quality` : "";
     this._numbers.textContent = [
       size ? `${size[0]} × ${size[1]}` : "", lens ? `sensor ${lens.sensor_width_mm} mm` : "",
       quality, you || this._link.name,

@@ -23,6 +23,7 @@ class Tally:
         self.written: list[int] = []
         self.kept = 0
         self.surfaces_lost = ""  # a sentence, of the first frame that has one
+        self.pace = ""  # words on the time of the quality final, of the newest frame that has some
         self._remarks: dict[
             str, tuple[str, list[int]]
         ] = {}  # a sentence with its frames, by its key
@@ -32,6 +33,7 @@ class Tally:
     def add(self, done: FrameDone) -> None:
         """Count a frame. Time is measured from the first frame that had to be rendered."""
         self.surfaces_lost = self.surfaces_lost or _lost_words(done)
+        self.pace = done.pace or self.pace
         for remark in done.remarks:
             self._remarks.setdefault(remark.key, (remark.sentence, []))[1].append(done.frame)
         if done.was_there:
@@ -43,9 +45,10 @@ class Tally:
 
     @property
     def told(self) -> list[str]:
-        """Sentences for the end: each remark once, with its frames, and lost surfaces."""
+        """Sentences for the end: each remark once, with its frames, lost surfaces, and the pace."""
         remarks = [f"{_frame_words(at)}: {words}" for words, at in self._remarks.values()]
-        return [*remarks, *filter(None, [self.surfaces_lost])]
+        pace = self.pace and f"{self.pace}."
+        return [*remarks, *filter(None, [self.surfaces_lost, pace])]
 
     @property
     def done(self) -> int:
@@ -97,8 +100,8 @@ def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
         tally.add(done)
         state = "finished before" if done.was_there else "written"
         left_s = None if tally.left_s is None else round(tally.left_s, 1)
-        maker = {"worker": done.maker} if done.maker else {}
-        of = {**maker, "done": tally.done, "frames": tally.count, "seconds_left": left_s}
+        more = {name: it for name, it in (("worker", done.maker), ("pace", done.pace)) if it}
+        of = {**more, "done": tally.done, "frames": tally.count, "seconds_left": left_s}
         _say(event="frame", frame=done.frame, path=str(done.path), state=state, **of)
 
     yield tell
@@ -150,9 +153,9 @@ def _frame_words(frames: list[int]) -> str:
 
 
 def progress_text(tally: Tally) -> str:
-    """Return "12 of 100 done, 1 min 20 s left"."""
+    """Return "12 of 100 done, 1 min 20 s left; quality final: ..."."""
     left = "" if tally.left_s is None else f", {time_text(tally.left_s)} left"
-    return f"{tally.done} of {tally.count} done{left}"
+    return f"{tally.done} of {tally.count} done{left}{tally.pace and f'; {tally.pace}'}"
 
 
 def _frames(count: int) -> str:

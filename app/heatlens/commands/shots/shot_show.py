@@ -96,7 +96,7 @@ def _sections(shot: Shot, unit: str) -> list[str]:
 def _blur_words(blur: DefocusSettings) -> str:
     """Describe the settings that have an effect: only diffusion uses all of them."""
     if blur.method is Method.DIFFUSION:
-        return f"{blur.bokeh}, {blur.quality}"
+        return f"{blur.bokeh}, {blur.at_quality}"
     return f"method {blur.method}"
 
 

@@ -159,7 +159,7 @@ class DragReport:
 def level_words(settings: DefocusSettings, size: tuple[int, int]) -> str:
     """Return the progress message of a level; `size` is that of the plate."""
     width, height = proxy_size(size, settings.proxy)
-    return f"level {width}x{height}, {settings.quality}"
+    return f"level {width}x{height}, {settings.at_quality}"
 
 
 def measure_drag(
@@ -207,7 +207,7 @@ def _row(
     kernel: Kernel = kernel_for(level)
     size = proxy_size(frame.renderer.loaded.color.size, level.proxy)
     rate = None if ms is None or not ms > 0.0 else 1e3 / ms
-    row = DragRow(*size, str(level.quality), len(kernel.poles), here.layer_count, ms, rate, flip)
+    row = DragRow(*size, str(level.at_quality), len(kernel.poles), here.layer_count, ms, rate, flip)
     return row, shown
 
 

@@ -79,7 +79,7 @@ def measure_frame(
         proxy=settings.proxy,
         method=str(settings.method),
         bokeh=str(settings.bokeh),
-        quality=str(settings.quality),
+        quality=str(settings.at_quality),
         layer_count=frame.layer_count,
         solver=frames.solver.name,
         runs=runs,

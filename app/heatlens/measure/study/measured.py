@@ -105,7 +105,7 @@ def detail_of(settings: DefocusSettings) -> str:
     """Describe the settings that the method uses; return "" if it has none."""
     if settings.method is Method.DIFFUSION:
         layers = "" if settings.layers is None else f", {settings.layers} layers"
-        return f"{settings.bokeh}, {settings.quality}{layers}"
+        return f"{settings.bokeh}, {settings.at_quality}{layers}"
     unit = settings.method.facts.views_are
     return f"{settings.views} {unit}" if unit else ""
 

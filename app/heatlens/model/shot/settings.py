@@ -96,6 +96,7 @@ class DefocusSettings:
 
     layers  number of depth layers, 1 (no uncovering) to LAYERS_MAX; None: set by the quality
     proxy   scale of the working picture, PROXY_MIN to 1; blur scales with it
+    quality  None: film, and final in an export of plates
     method  only diffusion uses bokeh, quality, layers and parts
     views   lens points of accumulation, or rays of each pixel
     parts   parts of the lens, for what lies behind the focus where surfaces behind are known
@@ -110,11 +111,11 @@ class DefocusSettings:
         "four-pointed star and the fastest",
         **_ONLY_DIFFUSION,
     )
-    quality: Quality = option_field(
-        Quality.FILM,
+    quality: Quality | None = option_field(
+        None,
         "quality",
-        "how closely that shape is matched; the amount of blur is the same (default film); final "
-        "is film in 37 parts of the lens, see --parts",
+        "how closely that shape is matched; the amount of blur is the same (default: film, and "
+        "final for an export of plates); final is film in 37 parts of the lens, see --parts",
         **_ONLY_DIFFUSION,
     )
     layers: int | None = option_field(
@@ -174,6 +175,11 @@ class DefocusSettings:
                 raise InputError(f"{words} must be {told.least:g} to {told.most:g}, got {value:g}.")
         if self.parts not in PARTS:
             raise InputError(f"Parts of the lens must be 1, 7, 19 or 37, got {self.parts}.")
+
+    @property
+    def at_quality(self) -> Quality:
+        """The quality of the picture: film if none is named."""
+        return self.quality or Quality.FILM
 
 
 def barred_methods(has_many_views: bool) -> dict[str, str]:

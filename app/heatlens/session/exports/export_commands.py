@@ -7,8 +7,10 @@ from pathlib import Path
 from heatlens.base.errors import HeatlensError
 from heatlens.base.paths import absolute
 from heatlens.documents.shot_file import read_shot
+from heatlens.export.job import blur_of_export
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.option import words_of
+from heatlens.model.shot.settings import Quality
 from heatlens.model.view.guides import lines_of
 from heatlens.session.exports.export_process import ExportRun, ExportState
 from heatlens.session.exports.export_settings import ExportSettings, proposed_settings
@@ -46,6 +48,11 @@ class ExportCommands(Commands, Worker):
         The shot file of a sequence need not list its frames: they follow from the files on disk.
         """
         return self._timeline.timed_shot.played
+
+    @property
+    def usual_quality(self) -> Quality:
+        """The quality of an export, if the panel names none."""
+        return blur_of_export(self._editing.shot).at_quality
 
     def propose(self) -> None:
         """Propose folder and name if another plate has been opened since the last proposal."""

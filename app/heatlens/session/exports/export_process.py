@@ -44,6 +44,7 @@ class ExportState:
     done: int = 0
     frames: int = 0
     left_s: float | None = None
+    pace: str = ""  # words on the time of the quality final
     said: str = ""  # the last sentence of the process
     code: int | None = None  # None while it runs
     output: str = ""  # the pattern of the frames, or the file
@@ -239,6 +240,7 @@ def _take(line: str, state: ExportState) -> None:
     state.done = event.get("done", state.done)
     state.left_s = event.get("seconds_left", state.left_s)
     state.told = event.get("told", state.told)
+    state.pace = event.get("pace", state.pace)
     state.earlier += event.get("state") == "finished before"
     if "worker" in event:
         state.made_by[event["worker"]] += 1

@@ -87,7 +87,7 @@ class KitCommands(Commands):
 
 _NUDGE = 1 / 250  # one notch, as a share of the length of the focus bar
 
-Choice = TypeVar("Choice", bound=StrEnum)
+Choice = TypeVar("Choice", bound=StrEnum | None)
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ class LensCommands(Commands):
     def next_quality(self) -> None:
         """Switch to the next quality tier; the first follows the last."""
         shot = self._editing.shot
-        defocus = replace(shot.defocus, quality=_next(list(Quality), shot.defocus.quality))
+        defocus = replace(shot.defocus, quality=_next([None, *Quality], shot.defocus.quality))
         self._editing.edit(replace(shot, defocus=defocus))
 
     def next_bokeh(self) -> None:
@@ -212,7 +212,7 @@ def nudged(lens: Lens, histogram: DepthHistogram, notches: float) -> Lens:
     return focused_at(lens, max(1.0 / lens.focus_distance_m + step, 0.0))
 
 
-def _next(choices: list[Choice], now: Choice) -> Choice:
+def _next(choices: Sequence[Choice], now: Choice) -> Choice:
     return choices[(choices.index(now) + 1) % len(choices)]
 
 

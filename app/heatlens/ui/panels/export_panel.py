@@ -27,6 +27,11 @@ _AT_REST_TIP = (
     "A worker renders the whole picture once the hand rests, for example one with a GPU; the\n"
     "small pictures while something moves are rendered here."
 )
+_QUALITY_TIP = (
+    "Plates are exported at final if nobody names a quality. Where many surfaces behind the focus\n"
+    "are known it takes five times as long as film or more; elsewhere both are the same. Once the\n"
+    "export runs, the time of both is told here."
+)
 
 
 class Pressed(StrEnum):
@@ -42,7 +47,12 @@ def draw_exports(exports: ExportCommands, cluster: ClusterFrames) -> None:
     """Draw the panel in the current window and do what its buttons ask for."""
     exports.propose()
     settings, pressed = export_panel(
-        exports.settings, exports.played, exports.run.state, cluster.told, exports.say
+        exports.settings,
+        exports.played,
+        exports.run.state,
+        cluster.told,
+        exports.say,
+        exports.usual_quality,
     )
     exports.change(settings)
     if pressed is Pressed.CANCEL:
@@ -59,15 +69,17 @@ def export_panel(
     state: ExportState | None,
     workers: str = "",
     say: Callable[[str], None] = lambda _: None,
+    usual: Quality = Quality.FINAL,
 ) -> tuple[ExportSettings, Pressed]:
     """Draw the panel; return the settings as the user left them, and the button pressed.
 
-    `workers` tells how many workers of a cluster render for this window.
+    `workers` tells how many workers of a cluster render for this window, `usual` is the quality if
+    none is chosen here.
     """
     imgui.separator_text("Frames")
     settings = replace(_folder(settings), place=_place(settings.place, workers, say))
     settings = replace(settings, kind=widgets.choice("as", settings.kind, list(FRAME_KINDS)))
-    settings = _options(settings, played)
+    settings = _options(settings, played, usual)
     is_busy = state is not None and state.code is None
     pressed = Pressed.NOTHING
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
@@ -123,14 +135,14 @@ def _folder(settings: ExportSettings) -> ExportSettings:
     return replace(settings, folder=folder, name=widgets.typed("export name", settings.name))
 
 
-def _options(settings: ExportSettings, played: FrameRange | None) -> ExportSettings:
+def _options(settings: ExportSettings, played: FrameRange | None, usual: Quality) -> ExportSettings:
     span = "one frame" if played is None or played.count == 1 else f"{played}, from in to out"
     told = options_of(ExportOptions)["frames"]
     widgets.label(told.label, told.tip)
     _, frames = imgui.input_text_with_hint("##export frames", span, settings.frames)
     probe.note("export frames")
-    words = {"": "as the shot"} | {str(quality): str(quality) for quality in Quality}
-    quality = widgets.pick("at quality", settings.quality, words)
+    words = {"": f"as the shot: {usual}"} | {str(quality): str(quality) for quality in Quality}
+    quality = widgets.pick("at quality", settings.quality, words, _QUALITY_TIP)
     settings = replace(settings, frames=frames.strip(), quality=quality)
     for name in in_panel(settings.is_linear):
         if name != "frames":
@@ -152,6 +164,8 @@ def _progress(state: ExportState) -> bool:
         imgui.progress_bar(part, ImVec2(-5 * imgui.get_font_size(), 0), words)
         imgui.same_line()
         is_stopped = widgets.button("Stop", "Stop")
+        if state.pace:
+            widgets.colored_text(state.pace, theme.colors.dim)
         _by_worker(state)
         return is_stopped
     widgets.colored_text(state.said, theme.colors.dim if state.code == 0 else theme.colors.bad)

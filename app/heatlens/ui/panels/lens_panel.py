@@ -23,7 +23,7 @@ from heatlens.model.lens.lens import (
 from heatlens.model.lens.lens_kit import KitLens, LensKit
 from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.option import options_of
-from heatlens.model.shot.settings import PARTS, DefocusSettings, barred_methods
+from heatlens.model.shot.settings import PARTS, DefocusSettings, Quality, barred_methods
 from heatlens.model.shot.shot import LensParameter
 from heatlens.model.units import format_distance
 from heatlens.model.value_bins import DepthHistogram
@@ -273,13 +273,16 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
     if settings.method.needs_scene:
         settings = _views(settings)
     quality_tip = "How accurately the blur is computed; its size stays the same."
+    qualities = {None: "film" + ", exports final" * (not has_many_views)} | {
+        it: str(it) for it in Quality
+    }
     layers = {None: "as quality says"} | {n: str(n) for n in _whole_numbers("layers")}
     tip = "Parts of the lens. With more, known surfaces behind the focus overlap correctly."
     return replace(
         settings,
         method=method,
         bokeh=widgets.pick_one("bokeh", settings.bokeh),
-        quality=widgets.pick_one("quality", settings.quality, quality_tip),
+        quality=widgets.pick("quality", settings.quality, qualities, quality_tip),
         layers=widgets.pick("layers", settings.layers, layers),
         parts=widgets.pick("parts", settings.parts, {n: str(n) for n in PARTS}, tip),
         proxy=widgets.pick("picture size", settings.proxy, _PROXIES),
