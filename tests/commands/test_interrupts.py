@@ -19,6 +19,14 @@ from support.x_server import Screen, Window
 PATIENT_S = 20.0  # no test of how fast, only of whether: `python tests/fuzz/interrupts.py` measures
 
 
+@pytest.fixture(autouse=True)
+def hung_up_by_the_terminal():
+    """Processes inherit that SIGHUP is ignored, and these tests too may run under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory) -> Bench:
     return Bench(tmp_path_factory.mktemp("interrupts"))

@@ -41,7 +41,7 @@ def test_there_is_a_row_for_each_level_and_no_table_of_passes(capsys):
     levels = cheaper(DefocusSettings())
     assert report["frame"] is None
     assert len(drag["rows"]) == len(levels)
-    assert [row["quality"] for row in drag["rows"]] == [str(it.quality) for it in levels]
+    assert [row["quality"] for row in drag["rows"]] == [str(it.at_quality) for it in levels]
     assert [row["width"] for row in drag["rows"]] == sorted(
         (row["width"] for row in drag["rows"]), reverse=True
     )
