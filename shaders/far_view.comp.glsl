@@ -13,7 +13,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (defocus/pixel_list.py)
 uniform float part_scale;
 layout(std430) readonly buffer head_block { uint head_buf[]; };
 layout(std430) readonly buffer link_block { uvec2 link_buf[]; };

@@ -12,7 +12,7 @@
 
 layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
 
-uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (defocus/pixel_list.py)
 uniform sampler2D high_tx;
 layout(std430) writeonly buffer tally_block { uint tally_buf[]; };
 layout(std430) writeonly buffer row_block { uint row_buf[]; };

@@ -22,7 +22,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // first row of the band (gpu/pixel_bands.py)
+uniform int first_row;  // first row of the band (defocus/pixel_list.py)
 uniform sampler2D color_tx;
 uniform sampler2D surroundings_tx;
 uniform sampler2D coc_tx;

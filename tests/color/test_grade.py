@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import ocio
 from heatlens.color.color_config import ColorConfig, load_color_config
 from heatlens.color.grade_file import grade_named, read_grade
 from heatlens.color.view_transform import ViewTransform, view_transform
 from heatlens.display.display_pass import DisplayPass
-from heatlens.files.ocio_library import ocio
 from heatlens.gpu.textures import download, new_texture, upload
 from heatlens.model.shot.grade import Grade, parse_grade
 

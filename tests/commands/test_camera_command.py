@@ -14,9 +14,8 @@ from heatlens.camera.usd_read import usd_camera
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.live.ring.address import parse_ring_address
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.receiver import LensReceiver
-from heatlens.live.ring.sources import RingSources
+from heatlens.live.ring.sources import LensSample, RingSources
 from heatlens.model.curves.curve import Key
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.curves.interpolation import Interpolation, Scale

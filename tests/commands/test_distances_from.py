@@ -5,8 +5,7 @@ import pytest
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.export.sheet.rows import sheet_row
-from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.sources import Heard, RingSources
+from heatlens.live.ring.sources import Heard, LensSample, RingSources
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.coc import far_limit_m, near_limit_m
 from heatlens.model.lens.lens import Lens, MeasuredFrom

@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.defocus import gaps
-from heatlens.defocus.gaps import gaps_of
-from heatlens.defocus.layer_cuts import layer_cuts
+from heatlens.defocus import layer_cuts as gaps
+from heatlens.defocus.layer_cuts import gaps_of, layer_cuts
 from heatlens.model.focus.coc import coc_line
 from heatlens.model.lens.lens import Lens
 from heatlens.model.value_bins import ValueBins, bins_of

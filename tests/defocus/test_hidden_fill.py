@@ -4,12 +4,10 @@ import moderngl
 import numpy as np
 
 from heatlens.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer, block_size
-from heatlens.defocus.line_segments import WholePictures
 from heatlens.defocus.pixel_list import list_bytes
-from heatlens.defocus.tile_mask import TileList, TileMask, seen_bytes
+from heatlens.defocus.tile_mask import TileList, TileMask, WholePictures, seen_bytes
 from heatlens.defocus.tile_pass import SeenBitsPass
-from heatlens.gpu.buffer_parts import BufferParts
-from heatlens.gpu.textures import FloatArray, download, new_texture, upload
+from heatlens.gpu.textures import BufferParts, FloatArray, download, new_texture, upload
 
 HIDDEN = -1.0  # nothing of the pixel is seen
 

@@ -10,12 +10,18 @@ from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion,
 from heatlens.defocus.kernels import Kernel, named_kernel
 from heatlens.defocus.layer_cuts import Cut, LayerCut
 from heatlens.defocus.layer_passes import CocFillPass
-from heatlens.defocus.line_segments import SegmentPass
 from heatlens.defocus.line_solver import LineSolver, PartitionSolver, SweepSolver
-from heatlens.defocus.tile_mask import TileMask, tile_count
-from heatlens.gpu.buffer_parts import BufferParts
+from heatlens.defocus.tile_mask import SegmentPass, TileMask, tile_count
 from heatlens.gpu.shader_constants import TILE
-from heatlens.gpu.textures import FloatArray, Storage, download, new_array, new_texture, upload
+from heatlens.gpu.textures import (
+    BufferParts,
+    FloatArray,
+    Storage,
+    download,
+    new_array,
+    new_texture,
+    upload,
+)
 
 SIZE = (150, 90)  # 10 x 6 tiles, the last of both only in part
 ISLANDS = [  # first tile across and down, tiles across and down; none beside another

@@ -14,8 +14,8 @@ from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.pass_costs import fragments_bytes, tiles_bytes
 from heatlens.defocus.pipeline import ColorRounds
 from heatlens.defocus.plate_passes import proxy_size
-from heatlens.defocus.proxy_lists import proxy_list_capacity
 from heatlens.defocus.quality import kernel_for
+from heatlens.defocus.reduced_plate import proxy_list_capacity
 from heatlens.defocus.scratch import AFTER_THE_PICTURE, Lifetime, Scratch, lifetimes
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.gpu import pixel_bands
-from heatlens.gpu.pixel_bands import PixelBands
+from heatlens.defocus import pixel_list
+from heatlens.defocus.pixel_list import PixelBands
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_constants import PIXEL_GROUP
 from heatlens.gpu.textures import download
@@ -46,7 +46,7 @@ def test_bands_cover_each_row_once_and_none_is_long(width, height, side):
     assert steps == len(listener.rows)
     seen = [row for rows in listener.rows for row in rows]
     assert seen == list(range(math.ceil(height / PIXEL_GROUP) * PIXEL_GROUP))
-    most = max(pixel_bands.BAND_PX, PIXEL_GROUP * width * side * side)
+    most = max(pixel_list.BAND_PX, PIXEL_GROUP * width * side * side)
     assert all(len(rows) * width * side * side <= most for rows in listener.rows)
 
 
@@ -61,7 +61,7 @@ def in_bands(loaded: FrameRenderer, band_px: int, monkeypatch) -> tuple[np.ndarr
         dispatch(program, *args, **inputs)
 
     with monkeypatch.context() as patch:
-        patch.setattr(pixel_bands, "BAND_PX", band_px)
+        patch.setattr(pixel_list, "BAND_PX", band_px)
         patch.setattr(ComputeProgram, "dispatch", counted)
         return download(drained(loaded.steps(SHOT))), runs
 

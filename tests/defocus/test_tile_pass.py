@@ -13,10 +13,9 @@ from heatlens.defocus.pixel_list import Slices
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import TileMask, seen_bytes, seen_words, tile_count
 from heatlens.defocus.tile_pass import SeenBitsPass, TilePass
-from heatlens.gpu.buffer_parts import BufferParts
 from heatlens.gpu.program import groups_for
 from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
-from heatlens.gpu.textures import new_texture, upload
+from heatlens.gpu.textures import BufferParts, new_texture, upload
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot

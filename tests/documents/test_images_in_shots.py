@@ -14,7 +14,6 @@ from heatlens.model.lens.lens_kit import KitLens, LensCharacter, LensKit
 from heatlens.model.shot.look import Look
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.opening_picture import read_opening_image
-from heatlens.plate.picture.picture_digest import without_advice
 from support.command_line import stderr_of_run
 from support.opening_images import heart_path
 
@@ -77,7 +76,7 @@ def test_the_fingerprint_knows_the_light_and_not_the_path(tmp_path: Path, lens: 
     elsewhere = replace(lens.aperture_image, path="/elsewhere.png")
     other = replace(lens.aperture_image, digest="other")
     same, changed = (replace(lens, aperture_image=image) for image in (elsewhere, other))
-    assert without_advice(same) == without_advice(lens) != without_advice(changed)
+    assert same.without_advice() == lens.without_advice() != changed.without_advice()
 
 
 def test_a_kit_names_an_image_beside_it(tmp_path: Path, lens: Lens) -> None:

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from opentimelineio.opentime import RationalTime, TimeRange
 
 from heatlens.base.errors import InputError
-from heatlens.documents.edit_read import EditOptions, read_edit
-from heatlens.documents.edit_write import Exported, write_edit
+from heatlens.documents.edit_file import EditOptions, Exported, read_edit, write_edit
 from heatlens.documents.reel_file import is_reel, read_reel, write_reel
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.grade import Grade

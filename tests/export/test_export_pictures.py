@@ -10,7 +10,7 @@ from heatlens.documents.shot_file import write_shot
 from heatlens.export.burn_in import USUAL, _font, burn_in_text, burned_in, checked_template
 from heatlens.model.lens.lens import Lens
 from heatlens.model.timecode import parse_timecode
-from heatlens.plate.picture.png_write import quantised
+from heatlens.plate.picture.picture_write import quantised
 from support.cube_config import cube_config
 from support.exports import (
     FRAMES,

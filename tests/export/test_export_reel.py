@@ -132,7 +132,7 @@ def test_a_command_that_fails_fails_the_export_and_leaves_the_frames(tmp_path, c
 def test_the_edit_that_is_written_names_the_new_frames(tmp_path, reel):
     out = tmp_path / "o" / "{shot}.####.exr"
     export(reel, out, "--handles", 1, "--edit-out", tmp_path / "new.otio")
-    from heatlens.documents.edit_read import EditOptions, read_edit
+    from heatlens.documents.edit_file import EditOptions, read_edit
 
     back = read_edit(tmp_path / "new.otio", EditOptions())
     assert [shot.frames for shot in back.shots] == [FIRST, SECOND]

@@ -12,8 +12,8 @@ from heatlens.export.job import ExportJob
 from heatlens.export.movie import movie_file
 from heatlens.export.output import parse_output
 from heatlens.export.plan import PlannedFrame, fingerprint_of_movie
+from heatlens.files.json_record import digest
 from heatlens.model.lens.lens import Lens
-from heatlens.plate.picture.picture_digest import digest
 from heatlens.source.source import Origin
 from support.exports import shot_of
 from support.plates import plate_of

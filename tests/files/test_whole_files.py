@@ -16,7 +16,7 @@ from heatlens.files import atomic_file
 from heatlens.files.atomic_file import replacing, write_whole
 from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_write import COMPRESSIONS, write_exr
-from heatlens.plate.picture.png_write import write_png
+from heatlens.plate.picture.picture_write import write_png
 from support.command_line import started
 from support.exports import FRAMES, exported, files_in, names_of, write_shot_file, written
 

@@ -21,11 +21,10 @@ from tevclient import packet as client_packet
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.camera.camera_file import read_camera, write_camera
-from heatlens.camera.csv_camera import read_csv_camera
-from heatlens.camera.rows import read_json_camera
+from heatlens.camera.rows import read_csv_camera, read_json_camera
 from heatlens.camera.usd_read import usd_camera
 from heatlens.color.color_config import load_color_config
-from heatlens.documents import edit_read
+from heatlens.documents import edit_file
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.files.usd_library import usd_module
 from heatlens.live.stream.chosen_image import chosen_image
@@ -279,7 +278,7 @@ def without_slow_guesses() -> None:
 
 def without_own_processes() -> None:
     """Have libraries that the program runs apart damaged in this process, which is the fuzzer's."""
-    compressed.is_bounded = picture_open.is_bounded = edit_read.is_bounded = lambda: True
+    compressed.is_bounded = picture_open.is_bounded = edit_file.is_bounded = lambda: True
 
 
 FORMATS = {

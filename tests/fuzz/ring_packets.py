@@ -15,7 +15,6 @@ from mutate import mutated
 
 from heatlens.base.errors import HeatlensError
 from heatlens.live.ring.hearing import Hearing, OpenTrackIODecoder
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import (
     HEADER_BYTES,
     IDENTIFIER,
@@ -25,6 +24,7 @@ from heatlens.live.ring.opentrackio import (
     fletcher16,
     segment_of,
 )
+from heatlens.live.ring.sources import LensSample
 from support.opentrackio_samples import COMPLETE, READ_AS, RECOMMENDED, written
 
 _LONG = RECOMMENDED | {"tracker": {"notes": "x" * 3000}}

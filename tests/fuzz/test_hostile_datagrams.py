@@ -6,10 +6,10 @@ import time
 from ring_packets import hostile_datagrams
 
 from heatlens.live.ring.address import Protocol, RingAddress
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import source_id
 from heatlens.live.ring.receiver import LensReceiver
 from heatlens.live.ring.sender import LensSender
+from heatlens.live.ring.sources import LensSample
 
 A = source_id("A")
 

@@ -16,7 +16,7 @@ from heatlens.live.ring.channel_map import (
     maps_for,
     usual_map,
 )
-from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import LensSample
 
 FOCUS = ChannelMap("/f", Ring.FOCUS, 10.0, 110.0, 0.5, math.inf)
 ENDS = st.floats(0.3, 100.0)

@@ -6,7 +6,7 @@ import mido
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.live.ring.midi import MidiInput, open_ring
+from heatlens.live.ring.receiver import MidiInput, open_ring
 from heatlens.live.ring.ring_input import PadInput
 
 

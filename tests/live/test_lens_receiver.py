@@ -10,11 +10,10 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.live.ring.address import Protocol, RingAddress, parse_ring_address
 from heatlens.live.ring.hearing import Hearing
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import Encoding, datagrams_of, source_id
 from heatlens.live.ring.receiver import LensReceiver
 from heatlens.live.ring.sender import LensSender, send_in_time
-from heatlens.live.ring.sources import MAX_SOURCES, SILENT_AFTER_S, RingSources
+from heatlens.live.ring.sources import MAX_SOURCES, SILENT_AFTER_S, LensSample, RingSources
 
 A, B = source_id("A"), source_id("B")
 

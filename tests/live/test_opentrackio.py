@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import Encoding, RingPacketError, sample_of, source_id, text_of
+from heatlens.live.ring.sources import LensSample
 from heatlens.model.timecode import Timecode
 from support.opentrackio_samples import PUBLISHED, READ_AS, written
 

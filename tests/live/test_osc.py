@@ -20,9 +20,9 @@ from heatlens.live.ring.address import (
     parse_ring_address,
 )
 from heatlens.live.ring.hearing import Hearing
-from heatlens.live.ring.lens_sample import CHANNELS_MOST, LensSample
 from heatlens.live.ring.osc import OscDecoder
 from heatlens.live.ring.receiver import LensReceiver
+from heatlens.live.ring.sources import CHANNELS_MOST, LensSample
 
 SENDER = ("127.0.0.1", 5)
 PATIENCE_S = 30.0

@@ -16,8 +16,8 @@ import pytest
 
 from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.live.ring.hearing import Hearing, OpenTrackIODecoder
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import Encoding, datagrams_of, source_id, text_of
+from heatlens.live.ring.sources import LensSample
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode

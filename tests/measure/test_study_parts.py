@@ -13,11 +13,10 @@ from heatlens.base.errors import GpuError, InputError
 from heatlens.measure.chart import write_figure
 from heatlens.measure.study import measured
 from heatlens.measure.study import subject as references
-from heatlens.measure.study.error_chart import error_chart
 from heatlens.measure.study.folder import report_folder, write_numbers
 from heatlens.measure.study.measured import measure_all
 from heatlens.measure.study.page import duration
-from heatlens.measure.study.pictures import crop_boxes, crop_side
+from heatlens.measure.study.pictures import crop_boxes, crop_side, error_chart
 from heatlens.measure.study.subject import Subject
 from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import Lens

@@ -8,7 +8,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
-from heatlens.plate.bounds import COC_MOST_PX, DEPTH_LEAST_M, LIGHT_MOST
+from heatlens.plate.depth.repair import COC_MOST_PX, DEPTH_LEAST_M, LIGHT_MOST
 from heatlens.plate.read import read_plate
 from support.exr_files import rgb, write_file
 

@@ -8,7 +8,7 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.plate.picture.display import srgb_encoded
-from heatlens.plate.picture.png_write import write_png
+from heatlens.plate.picture.picture_write import write_png
 
 # IEC 61966-2-1, to six digits: below the knee 12.92 x, above 1.055 x^(1/2.4) - 0.055.
 CURVE = [(0.0, 0.0), (0.001, 0.01292), (0.0031308, 0.040450), (0.01, 0.099853), (0.18, 0.461356)]

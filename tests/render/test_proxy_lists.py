@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heatlens.defocus import proxy_lists
+from heatlens.defocus import reduced_plate
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.plate_passes import proxy_size
-from heatlens.defocus.proxy_lists import FRAGMENT_BYTES, ProxyListRoom, proxy_list_capacity
+from heatlens.defocus.reduced_plate import FRAGMENT_BYTES, ProxyListRoom, proxy_list_capacity
 from heatlens.gpu.textures import download, new_texture, upload
 from heatlens.model.shot.settings import Bokeh, DefocusSettings
 from heatlens.model.shot.shot import Shot
@@ -186,7 +186,7 @@ def test_lists_that_are_summed_up_in_parts_are_the_same(ctx, passes, rng, monkey
     layers = [(0.2 + k, (rng.random((HEIGHT, WIDTH)) < 0.5) * 0.6, 2.0 + k) for k in range(3)]
     plate = plate_with(layers, has_alpha=True)
     *_, expected = reduced(ctx, passes, plate, 0.7)
-    monkeypatch.setattr(proxy_lists, "_PIXELS_A_SUM", 37)
+    monkeypatch.setattr(reduced_plate, "_PIXELS_A_SUM", 37)
     *_, found = reduced(ctx, passes, plate, 0.7)
     np.testing.assert_array_equal(found.starts, expected.starts)
     np.testing.assert_array_equal(found.words, expected.words)

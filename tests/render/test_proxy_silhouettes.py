@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heatlens.defocus.listed_fragments import FragmentBuffers
-from heatlens.defocus.proxy_lists import FRAGMENT_BYTES, ProxyListRoom, proxy_list_capacity
+from heatlens.defocus.reduced_plate import FRAGMENT_BYTES, ProxyListRoom, proxy_list_capacity
 from heatlens.gpu.textures import download, new_texture, upload
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot

@@ -223,11 +223,11 @@ def test_what_memory_gave_up_comes_back_from_disk(tmp_path):
         store.put(key_of(number), rendered(number))
     store.wait()
     assert store.known() == {key_of(n) for n in (1, 2, 3)}
-    assert store.get(key_of(1)) is None
+    assert store.memory.get(key_of(1)) is None
     version = store.version
     store.fetch([key_of(1), key_of(9)])
     store.wait()
-    assert same(store.get(key_of(1)), picture_of(1)) and store.version > version
+    assert same(store.memory.get(key_of(1)), picture_of(1)) and store.version > version
     store.close()
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from heatlens.files import limits
-from heatlens.plate.bounds import COC_MOST_PX, LIGHT_MOST
+from heatlens.plate.depth.repair import COC_MOST_PX, LIGHT_MOST
 from heatlens.plate.exr import exr_limits
 from heatlens.scene import picture_read, scene
 from heatlens.scene.gltf import file as gltf_file

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.scene.mesh_make import with_tangents
 from heatlens.scene.scene import Material, Mesh, PointLight, Scene
-from heatlens.scene.tangents import with_tangents
 from heatlens.scene_gpu.scene_buffers import VERTEX, SceneBuffers
 from support.scenes import NIGHT, even_sky, moved, plane, scene_of, sphere, still_life
 

@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from heatlens.base.errors import InputError
-from heatlens.scene.mesh_make import made_mesh
+from heatlens.scene.mesh_make import made_mesh, with_tangents
 from heatlens.scene.scene_read import read_scene
-from heatlens.scene.tangents import with_tangents
 from support.gltf_files import SQUARE_UVS, GltfWriter
 from support.scenes import plane, sphere
 

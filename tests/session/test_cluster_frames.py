@@ -64,7 +64,7 @@ def filled(session, count=6):
     session.time.pull.store.wait()
     turn(session)
     pull = session.time.pull
-    return {key: pull.store.get(key).pixels for key in pull.keys}
+    return {key: pull.store.memory.get(key).pixels for key in pull.keys}
 
 
 def at_work(session):

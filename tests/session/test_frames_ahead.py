@@ -70,7 +70,7 @@ def test_frames_of_a_moving_scene(begin, tmp_path, renderer):
     kept = {frame: session.time.pull.jobs.of(frame) for frame in (2, 5)}
     renderer.load_scene(session.source.scene)
     for frame, job in kept.items():
-        pixels = session.time.pull.store.get(job.key).pixels
+        pixels = session.time.pull.store.memory.get(job.key).pixels
         np.testing.assert_array_equal(pixels, half_of(renderer.pixels(job.shot, frame)))
 
 

@@ -70,7 +70,7 @@ def test_all_played_frames_are_rendered_and_are_the_pictures_of_the_renderer(
     for frame in FRAMES:
         assert pull.has(frame) and pull.is_at_hand(frame)
         own.load(read_plate(tmp_path / f"shot.{frame}.exr"))
-        kept = pull.store.get(pull.jobs.of(frame).key)
+        kept = pull.store.memory.get(pull.jobs.of(frame).key)
         np.testing.assert_array_equal(kept.pixels, half_of(own.pixels(session.editing.shot, frame)))
 
 
@@ -258,13 +258,13 @@ def test_the_frame_at_the_playhead_is_shown_as_it_was_rendered(session, pull, sc
     shown = screen.shown()
     assert (shown.frame, shown.shot, shown.is_whole) == (FIRST + 1, session.editing.shot, True)
     assert screen.shown() is shown and screen.uploaded(shown) is shown
-    kept = pull.store.get(pull.jobs.of(FIRST + 1).key)
+    kept = pull.store.memory.get(pull.jobs.of(FIRST + 1).key)
     np.testing.assert_array_equal(download(shown.texture), kept.pixels.astype(np.float32))
     assert screen.windows(shown) == session.source.feed.kept_windows(kept)
     session.time.timeline.go(FIRST + 2)
     later = screen.uploaded(screen.shown())
     assert later is not shown and later.texture is shown.texture
-    kept = pull.store.get(pull.jobs.of(FIRST + 2).key)
+    kept = pull.store.memory.get(pull.jobs.of(FIRST + 2).key)
     np.testing.assert_array_equal(download(later.texture), kept.pixels.astype(np.float32))
     session.pictures.commands.toggle_overlay(Overlay.ZONES)
     assert screen.shown() is None

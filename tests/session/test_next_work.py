@@ -5,7 +5,7 @@ from dataclasses import replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.session.pictures.next_work import (
+from heatlens.session.playing.render_scheduler import (
     NextWork,
     PlateState,
     SideState,

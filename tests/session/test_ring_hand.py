@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 from heatlens.live.ring.channel_map import Ring
-from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.sources import Heard
+from heatlens.live.ring.sources import Heard, LensSample
 from heatlens.model.lens.lens import Lens, MeasuredFrom
 from heatlens.model.shot.shot import Shot
 from heatlens.session.live.ring_hand import RingHand

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import LensSample
 from heatlens.model.timecode import Timecode
 from heatlens.session.live.ring_hand import RingNews
 

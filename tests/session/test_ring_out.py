@@ -6,12 +6,11 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.sources import SILENT_AFTER_S
+from heatlens.live.ring.sources import SILENT_AFTER_S, LensSample
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
-from heatlens.session.live.ring_out import RingOut
+from heatlens.session.live.ring_hand import RingOut
 from heatlens.session.shot.editing import Editing
 
 

@@ -2,8 +2,7 @@
 
 import pytest
 
-from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.sources import RingSources
+from heatlens.live.ring.sources import LensSample, RingSources
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.shot import LensParameter
 from heatlens.model.timecode import Timecode

@@ -92,25 +92,25 @@ def test_another_sequence_opens_while_a_frame_of_the_one_before_is_read(
     for number in (1, 2, 3):
         plate_file(tmp_path / f"slow.{number}.exr")
     disk.answers.set()
-    source.open(str(tmp_path / "slow.#.exr"), KNOWN)
+    source.opener.open(str(tmp_path / "slow.#.exr"), KNOWN)
     before = arrived(source, woken)
     disk.answers.clear()
     disk.is_asked.clear()
     source.feed.show(Shot(Lens(50.0, 2.8, 2.0, 36.0)), Playhead(2))
     assert disk.is_asked.wait(PATIENCE_S)
 
-    source.open(str(plate_file(tmp_path / "other.exr")), KNOWN)
+    source.opener.open(str(plate_file(tmp_path / "other.exr")), KNOWN)
     after = arrived(source, woken)
     assert after is source.opened is not before and not disk.answers.is_set()
 
 
 def test_a_file_that_hangs_bars_neither_the_next_nor_the_end(source, disk, woken, tmp_path):
     slow, other = plate_file(tmp_path / "slow.exr"), plate_file(tmp_path / "other.exr")
-    source.open(str(slow), KNOWN)
+    source.opener.open(str(slow), KNOWN)
     assert disk.is_asked.wait(PATIENCE_S)
-    source.open(str(other), KNOWN)
+    source.opener.open(str(other), KNOWN)
     assert arrived(source, woken).text == str(other)
-    source.open(str(slow), KNOWN)
+    source.opener.open(str(slow), KNOWN)
     source.close()
     assert not disk.answers.is_set()
 
@@ -125,7 +125,7 @@ def test_the_depths_of_a_plate_are_counted_by_the_thread_that_reads_it(
         return bins_of(values)
 
     monkeypatch.setattr(plate_module, "bins_of", recorded)
-    source.open(str(plate_file(tmp_path / "a.exr")), KNOWN)
+    source.opener.open(str(plate_file(tmp_path / "a.exr")), KNOWN)
     arrived(source, woken)
     assert source.picture.histogram is not None
     assert counting and current_thread() not in counting
@@ -137,7 +137,7 @@ def test_a_source_that_arrives_too_late_is_closed(source, disk, woken, tmp_path,
         "heatlens.source.opened_plates.OpenedPlates.close",
         lambda self: (self.cache.close(), closed.set()),
     )
-    source.open(str(plate_file(tmp_path / "slow.exr")), KNOWN)
+    source.opener.open(str(plate_file(tmp_path / "slow.exr")), KNOWN)
     assert disk.is_asked.wait(PATIENCE_S)
     source.opener.cancel()
     disk.answers.set()

@@ -16,7 +16,7 @@ import pytest
 from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import write_exr
-from heatlens.plate.picture.png_write import write_png
+from heatlens.plate.picture.picture_write import write_png
 from support.plates import Image
 
 MOST_OFF = 1 / 255  # a step of an 8-bit screen, of the light itself or of 1 where that is less

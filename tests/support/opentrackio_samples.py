@@ -9,8 +9,8 @@ from typing import Any
 
 import cbor2
 
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import Encoding
+from heatlens.live.ring.sources import LensSample
 from heatlens.model.timecode import Timecode
 
 _RATE = {"num": 24000, "denom": 1001}

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.view.view import Compare, Overlay
 from heatlens.ui.actions import pressed
-from heatlens.ui.glfw_input import imgui_key
+from heatlens.ui.devices import imgui_key
 from heatlens.ui.input_queue import (
     Button,
     Focus,

@@ -23,8 +23,8 @@ from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.shot.shot_store import unnamed_path
-from heatlens.ui.palettes import DARK
 from heatlens.ui.picture.held_alone import HOLD_S
+from heatlens.ui.theme import DARK
 from support.gui import gui_of
 from support.session_files import LENS, room_file
 from support.x_server import SCREEN, WAIT_S, Screen, Window

@@ -8,9 +8,9 @@ from heatlens.base.errors import InputError
 from heatlens.commands import view
 from heatlens.commands.options.command_parser import add_command
 from heatlens.live.ring.address import Protocol
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import source_id
 from heatlens.live.ring.sender import LensSender
+from heatlens.live.ring.sources import LensSample
 from heatlens.ui.panels.ring_panel import _words
 from support.ring_window import following, until
 from support.session_files import room_file

@@ -12,7 +12,7 @@ from imgui_bundle import imgui
 from heatlens.model.boxes import Box
 from heatlens.model.view.view_geometry import PictureShape
 from heatlens.plate.depth_read import planar_depth_m
-from heatlens.session.pictures.ruler import Intrinsics, distance_m
+from heatlens.session.pictures.ruler import Intrinsics
 from heatlens.ui.picture.pixel_values import _ends
 from support.session_files import BALL, BALL_M, LENS, POST, POST_M, SKY, WIDTH
 
@@ -36,7 +36,7 @@ def expected_m(a, b) -> float:
 def test_the_ray_of_a_pixel_is_that_of_radial_depth(x, y, z, aspect):
     """A point lies as far from the camera as the radial distance that has its planar depth."""
     camera = replace(CAMERA, shape=PictureShape(101, 61, aspect))
-    far = distance_m(camera.point_m((x, y), z), (0.0, 0.0, 0.0))
+    far = math.dist(camera.point_m((x, y), z), (0.0, 0.0, 0.0))
     radial = np.full((61, 101), far, np.float32)
     box = Box(0, 0, 101, 61)
     planar = planar_depth_m(radial, box, box, aspect, 50.0, 36.0)
@@ -45,7 +45,7 @@ def test_the_ray_of_a_pixel_is_that_of_radial_depth(x, y, z, aspect):
 
 def test_a_wall_as_wide_as_the_sensor_sees_is_so_wide():
     left, right = CAMERA.point_m((0, 30), 2.0), CAMERA.point_m((100, 30), 2.0)
-    assert distance_m(left, right) == pytest.approx(2.0 * 36.0 / 50.0 * 100 / 101)
+    assert math.dist(left, right) == pytest.approx(2.0 * 36.0 / 50.0 * 100 / 101)
 
 
 def at(gui, pixel):

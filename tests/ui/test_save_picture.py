@@ -16,7 +16,7 @@ from heatlens.color.view_transform import srgb_transform
 from heatlens.model.shot.settings import Quality
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
-from heatlens.plate.picture.png_write import write_png
+from heatlens.plate.picture.picture_write import write_png
 from heatlens.session.pictures import picture_commands
 from heatlens.session.pictures.picture_commands import copy_png
 from support.command_line import render

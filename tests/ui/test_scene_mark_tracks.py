@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from heatlens.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.shot.shot import LensParameter
 from heatlens.render import FrameRenderer
-from heatlens.session.marks import scene_mark_tracks
+from heatlens.session.marks import mark_measuring
 from support.gui import Gui, gui_of
 from support.scene_window import as_opened, whole
 from support.session_files import QUICK, write_scene
@@ -77,12 +77,12 @@ def test_marks_of_a_scene_have_a_line_over_its_frames(gui):
 
 
 def test_a_moment_measures_a_part_and_the_window_goes_on(gui, drawn, monkeypatch):
-    monkeypatch.setattr(scene_mark_tracks, "_SLICE_S", 1e-9)
+    monkeypatch.setattr(mark_measuring, "_SLICE_S", 1e-9)
     marked(gui, MIDDLE)
     tracks = gui.session.time.scene_tracks
     gui.until(lambda: tracks.is_due, "a still picture")
     drawn.clear()
-    monkeypatch.setattr(scene_mark_tracks, "_SLICE_S", 1e-3)
+    monkeypatch.setattr(mark_measuring, "_SLICE_S", 1e-3)
     gui.frame(2)
     assert 0 < len(drawn) < gui.session.time.timeline.frames.count
     assert 0 < gui.session.seconds_until_needed() < 0.05  # or the rest would never come
@@ -138,7 +138,7 @@ def test_beside_the_picture_and_without_an_object_there_is_no_line(gui):
 
 
 def test_of_very_many_frames_few_are_measured(gui, monkeypatch):
-    monkeypatch.setattr(scene_mark_tracks, "_FRAMES_MOST", 4)
+    monkeypatch.setattr(mark_measuring, "_FRAMES_MOST", 4)
     marked(gui, MIDDLE)
     (found,) = measured(gui)
     frames = gui.session.time.timeline.frames

@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 
 from heatlens.session.settings.preferences import Preferences, Remembered, Theme
 from heatlens.ui import theme
-from heatlens.ui.palettes import DARK, LIGHT
+from heatlens.ui.theme import DARK, LIGHT
 from support.gui import gui_of
 from support.session_files import QUICK, room_file
 

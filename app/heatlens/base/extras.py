@@ -1,4 +1,4 @@
-"""Import on first use: packages that come with an extra, and modules that few commands need."""
+"""Import on first use: packages that may be missing, and modules that few commands need."""
 
 import importlib
 from dataclasses import dataclass
@@ -37,3 +37,16 @@ class OnUse:
 
     def __call__(self, *args: Any) -> Any:
         return self.found(*args)
+
+
+def ocio() -> ModuleType:
+    """Import PyOpenColorIO, without which pictures can still be shown with the sRGB curve.
+
+    Raises InputError that says what to install.
+    """
+    try:
+        return importlib.import_module("PyOpenColorIO")
+    except ImportError as error:
+        raise InputError(
+            f"OpenColorIO cannot be loaded ({error}). Install it with: pip install opencolorio"
+        ) from error

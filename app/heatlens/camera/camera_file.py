@@ -7,17 +7,16 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.camera.blender_write import blender_text
-from heatlens.camera.csv_camera import csv_text, read_csv_camera
 from heatlens.camera.nuke_write import left_out, nuke_text
 from heatlens.camera.plate_camera import read_plate_camera
-from heatlens.camera.rows import json_text, read_json_camera
+from heatlens.camera.rows import csv_text, json_text, read_csv_camera, read_json_camera
 from heatlens.camera.samples import CameraSamples, UpAxis
 from heatlens.camera.shoot_table import is_shoot_table, read_shoot_table, table_columns
 from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
 from heatlens.camera.usd_write import METERS_PER_UNIT, usd_bytes
-from heatlens.documents.opening_images import image_beside, named_beside
 from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.files.atomic_file import write_whole
+from heatlens.plate.opening_picture import image_beside, named_beside
 
 WRITTEN = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
 

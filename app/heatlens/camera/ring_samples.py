@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from heatlens.camera.samples import CameraSamples, finite_m
-from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import LensSample
 from heatlens.model.option import Values
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode

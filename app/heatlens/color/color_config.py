@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import ocio
 from heatlens.base.paths import file_bytes, unreadable
-from heatlens.files.ocio_library import ocio
 from heatlens.plate.parts.picture_parts import FOR_THE_EYE
 
 # The full name, because `ocio://default` differs between versions of the library, which would

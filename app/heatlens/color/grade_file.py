@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import ocio
 from heatlens.base.paths import unreadable
 from heatlens.color.color_config import one_line
-from heatlens.files.ocio_library import ocio
 from heatlens.model.shot.grade import Grade, parse_grade
 
 GRADE_SUFFIXES = (".cc", ".ccc", ".cdl")

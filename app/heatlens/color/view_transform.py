@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import ocio
 from heatlens.base.paths import data_dir
 from heatlens.color.color_config import ColorConfig, check_known, one_line
-from heatlens.files.ocio_library import ocio
 from heatlens.model.shot.grade import Grade
 from heatlens.model.view.view import PLAIN_VIEW
 from heatlens.plate.header.primaries import KNOWN, REC709, XYZ, Primaries

@@ -17,7 +17,7 @@ from heatlens.color.view_transform import ViewTransform, view_transform
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say
 from heatlens.files.atomic_file import write_whole
-from heatlens.plate.picture.png_write import encoded_picture, write_png
+from heatlens.plate.picture.picture_write import encoded_picture, write_png
 from heatlens.scene.demo import demo_shot
 from heatlens.scene.scene_read import DEMO
 

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 from heatlens.base.errors import InputError, NoWindowError
 from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
-from heatlens.commands.options.kit_options import kit_of
 from heatlens.commands.options.lens_options import (
     add_lens_options,
     add_plate_options,
     given_lens,
+    kit_of,
     plate_options,
 )
 from heatlens.commands.options.scene_options import (
@@ -34,7 +34,7 @@ from heatlens.commands.output.say import say, tell
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.live.ring.address import opentrackio_address, parse_ring_address
-from heatlens.live.ring.midi import open_ring
+from heatlens.live.ring.receiver import open_ring
 from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sender import LensSender
 from heatlens.live.stream.address import DEFAULT_PORT, parse_address

@@ -18,10 +18,10 @@ from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import Cut, LayerCut
 from heatlens.defocus.listed_fragments import ListedFragments
 from heatlens.defocus.optics import Optics
+from heatlens.defocus.pixel_list import PixelBands
 from heatlens.defocus.quality import parts_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
-from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.gpu.shader_constants import FAR_BLOCK
 from heatlens.model.shot.settings import LAYERS_MAX, DefocusSettings

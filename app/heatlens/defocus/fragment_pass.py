@@ -12,8 +12,7 @@ from heatlens.defocus.listed_fragments import (
     list_uniforms,
 )
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.pixel_list import OF_BACK, OF_FRONT, Slices, clear_list
-from heatlens.gpu.pixel_bands import PixelBands
+from heatlens.defocus.pixel_list import OF_BACK, OF_FRONT, PixelBands, Slices, clear_list
 from heatlens.gpu.program import ComputeProgram
 
 

@@ -18,10 +18,9 @@ from heatlens.defocus.listed_fragments import (
     list_uniforms,
 )
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.pixel_list import Slices, clear_list, list_bytes
+from heatlens.defocus.pixel_list import PixelBands, Slices, clear_list, list_bytes
 from heatlens.gpu.context import is_software
 from heatlens.gpu.draw_target import DrawTarget
-from heatlens.gpu.pixel_bands import PixelBands
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP, HIGHLIGHT_LEVELS

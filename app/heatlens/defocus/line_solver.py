@@ -14,8 +14,7 @@ from typing import Literal, assert_never
 
 import moderngl
 
-from heatlens.defocus.line_segments import RUN_LEAST, WholePictures, run_length
-from heatlens.defocus.tile_mask import TileMask
+from heatlens.defocus.tile_mask import RUN_LEAST, TileMask, WholePictures, run_length
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_FOLD, TILE
 from heatlens.gpu.textures import enlarge, new_buffer

@@ -29,7 +29,7 @@ from heatlens.defocus.plate_passes import (
     ProxyPass,
     RescalePass,
 )
-from heatlens.defocus.proxy_lists import ProxyListsPass
+from heatlens.defocus.reduced_plate import ProxyListsPass
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_pass import TilePass
 

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator
 
 import moderngl
 
-from heatlens.gpu.pixel_bands import PixelBands
+from heatlens.defocus.pixel_list import PixelBands
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.model.focus.coc import CocLine

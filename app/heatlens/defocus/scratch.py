@@ -15,9 +15,8 @@ from typing import TypeVar
 import moderngl
 
 from heatlens.defocus import pass_list
-from heatlens.gpu.buffer_parts import BufferParts
 from heatlens.gpu.nan_fill import fill_buffer, fill_texture
-from heatlens.gpu.textures import Storage, TexturePool
+from heatlens.gpu.textures import BufferParts, Storage, TexturePool
 
 POISON_VARIABLE = "HEATLENS_POISON_SCRATCH"
 

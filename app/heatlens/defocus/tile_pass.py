@@ -9,16 +9,22 @@ import moderngl
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import NEARER_THAN_ALL, LayerCut
 from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
-from heatlens.defocus.line_segments import SegmentPass
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import Slices
 from heatlens.defocus.scratch import Scratch
-from heatlens.defocus.tile_mask import TileList, TileMask, seen_bytes, seen_words, tile_count
-from heatlens.gpu.buffer_parts import BufferPart, BufferParts
+from heatlens.defocus.tile_mask import (
+    SegmentPass,
+    TileList,
+    TileMask,
+    seen_bytes,
+    seen_words,
+    tile_count,
+)
 from heatlens.gpu.context import is_software
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE, TILE_GROUP, WORD_GROUP
+from heatlens.gpu.textures import BufferPart, BufferParts
 from heatlens.model.shot.settings import LAYERS_MAX
 
 

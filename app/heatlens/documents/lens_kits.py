@@ -10,10 +10,10 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.base.folders import kits_dir
-from heatlens.documents.opening_images import image_beside, kit_with_image
 from heatlens.files.json_record import read_json, record_to_json
 from heatlens.model.lens.lens_kit import KitLens, LensKit
 from heatlens.model.option import or_meant
+from heatlens.plate.opening_picture import image_beside, kit_with_image
 
 KIT_VERSION = 1
 _VERSION = "heatlens_lens_kit"

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.documents.edit_read import EDIT_SUFFIXES, EditOptions, read_edit
+from heatlens.documents.edit_file import EDIT_SUFFIXES, EditOptions, read_edit
 from heatlens.documents.shot_file import absolute_source, relative_source
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json

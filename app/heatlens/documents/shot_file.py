@@ -12,13 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.documents.opening_images import (
-    image_beside,
-    named_beside,
-    path_beside,
-    path_from,
-    shot_with_images,
-)
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.json_record import JsonEntry, plain, read_json, record_to_json
 from heatlens.model.curves.curve import Curve, Key
@@ -37,6 +30,13 @@ from heatlens.model.shot.look import Look
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import FOCUS_SCALES, LensCurves, LensParameter, Shot
+from heatlens.plate.opening_picture import (
+    image_beside,
+    named_beside,
+    path_beside,
+    path_from,
+    shot_with_images,
+)
 
 SHOT_SUFFIX = ".heatlens.json"
 SHOT_VERSION = 1

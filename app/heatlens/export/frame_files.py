@@ -23,8 +23,13 @@ from heatlens.plate.deep.deep_write import write_deep
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.header.timecode import exr_timecode, timecode_of
 from heatlens.plate.kept_channels import kept_channels
-from heatlens.plate.picture.picture_write import lens_header, write_picture
-from heatlens.plate.picture.png_write import encoded_picture, picture_format, quantised
+from heatlens.plate.picture.picture_write import (
+    encoded_picture,
+    lens_header,
+    picture_format,
+    quantised,
+    write_picture,
+)
 from heatlens.plate.plate import FloatImage, Plate
 
 IMAGE_DESCRIPTION = 270  # the TIFF tag for a text

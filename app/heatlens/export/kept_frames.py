@@ -19,7 +19,7 @@ from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE, write_exr
 from heatlens.plate.of_arrays import plate_of_arrays
-from heatlens.plate.picture.png_write import quantised
+from heatlens.plate.picture.picture_write import quantised
 from heatlens.render import FrameRenderer
 
 _CHANNELS = "RGB"

@@ -25,7 +25,7 @@ from heatlens.files.movie_read import av
 from heatlens.files.output_check import check_space
 from heatlens.model.curves.frames import exact_rate
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
-from heatlens.plate.picture.png_write import quantised
+from heatlens.plate.picture.picture_write import quantised
 from heatlens.plate.plate import FloatImage
 
 _REC709 = 1  # code of the primaries, curve and matrix: ITU-T H.273, tables 2 to 4

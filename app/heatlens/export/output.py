@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.files.output_check import check_folder
-from heatlens.plate.picture.png_write import EYE_SUFFIXES
+from heatlens.plate.picture.picture_write import EYE_SUFFIXES
 from heatlens.sequence.names import NameForm, parse_pattern
 
 MOVIE_SUFFIXES = (".mov", ".mp4")

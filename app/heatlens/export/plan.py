@@ -18,7 +18,7 @@ from heatlens.export.job import ExportJob
 from heatlens.export.options import EXR, LOOK, ExportOptions, of_group
 from heatlens.export.output import check_names
 from heatlens.export.pinhole_plate import PinholeOptions
-from heatlens.files.json_record import plain
+from heatlens.files.json_record import digest, plain
 from heatlens.files.picture_formats import file_on_disk
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import Framing
@@ -26,7 +26,6 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.guides import NO_GUIDES
 from heatlens.plate.exr.exr_scan import cut_short
-from heatlens.plate.picture.picture_digest import digest, without_advice
 from heatlens.sequence.names import parse_frames
 from heatlens.source.named import source_of
 from heatlens.source.source import Origin, Source
@@ -159,7 +158,7 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
             **({"beside": stamps[1:]} if stamps[1:] else {}),
             "is_black": origin.is_black,
             "plate_options": _plain_options(job.shot.plate_options),
-            "lens": plain(without_advice(lens)),
+            "lens": plain(lens.without_advice()),
             "framing": _plain_of_all(job.shot.framing or Framing()),
             "defocus": None if job.pinhole else _plain_of_all(job.shot.defocus),
             **({"around_and_behind": plain(job.beside)} if job.beside != PinholeOptions() else {}),

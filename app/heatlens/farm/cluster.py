@@ -23,7 +23,7 @@ from heatlens.export.run import FrameDone
 from heatlens.export.sequence_check import Remark
 from heatlens.farm.dask_types import Client, Future
 from heatlens.files.atomic_file import write_whole
-from heatlens.plate.picture.picture_digest import digest
+from heatlens.files.json_record import digest
 from heatlens.sequence.names import frames_text, parse_frames
 
 PATIENCE_S = 10  # time limit for an answer of the scheduler

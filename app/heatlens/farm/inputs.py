@@ -5,11 +5,11 @@ from pathlib import Path
 
 from heatlens.base.paths import absolute
 from heatlens.color.color_config import files_of_config
-from heatlens.documents.opening_images import shot_with_images
 from heatlens.export.plan import ExportPlan
 from heatlens.files.picture_formats import file_on_disk
 from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.shot.shot import Shot
+from heatlens.plate.opening_picture import shot_with_images
 
 
 def files_beside(plan: ExportPlan) -> tuple[Path, ...]:

@@ -4,6 +4,7 @@ A dataclass becomes an object with its fields as entries; fields that are None a
 Infinity, for which JSON has no number, is written as the text "inf".
 """
 
+import hashlib
 import json
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -20,6 +21,7 @@ from heatlens.model.lens.opening_image import OpeningImage
 
 T = TypeVar("T")
 
+_DIGEST_BYTES = 16
 _WHOLE_MOST = 2**53  # integral floats below this are exact, and are written without ".0"
 
 
@@ -55,6 +57,12 @@ def plain(value: object) -> object:
             return "inf"
         return int(value) if value.is_integer() and abs(value) < _WHOLE_MOST else value
     return value
+
+
+def digest(facts: Mapping[str, object]) -> str:
+    """Return 32 hexadecimal digits that are equal for equal facts; facts must fit into JSON."""
+    text = json.dumps(facts, sort_keys=True)
+    return hashlib.blake2b(text.encode(), digest_size=_DIGEST_BYTES).hexdigest()
 
 
 @dataclass(frozen=True, slots=True)

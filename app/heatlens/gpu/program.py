@@ -14,9 +14,9 @@ from heatlens.base.errors import ShaderError
 from heatlens.base.paths import data_dir
 from heatlens.base.stopping import uninterrupted
 from heatlens.gpu import shader_reload
-from heatlens.gpu.buffer_parts import BufferPart
 from heatlens.gpu.shader_constants import PIXEL_GROUP
 from heatlens.gpu.shader_source import Kind, ShaderSource, assemble, declared_in
+from heatlens.gpu.textures import BufferPart
 
 STRICT_VARIABLE = "HEATLENS_STRICT_SHADERS"
 

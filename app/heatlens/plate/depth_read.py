@@ -12,9 +12,9 @@ from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.bounds import DEPTH_LEAST_M
 from heatlens.plate.depth.depth import DepthResult, finite_range, read_depth
 from heatlens.plate.depth.depth_guess import DepthOrigin
+from heatlens.plate.depth.repair import DEPTH_LEAST_M
 from heatlens.plate.file_parts import depth_file_parts
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.header.channel_choice import ColorChoice, choose_depth

@@ -7,8 +7,7 @@ from heatlens.files.picture_formats import is_picture
 from heatlens.model.depth_words import DepthSide
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.deep.deep_plate import flattened_part
-from heatlens.plate.exr.deep_file import is_deep_file
-from heatlens.plate.exr.exr_read import read_parts
+from heatlens.plate.exr.exr_read import is_deep_file, read_parts
 from heatlens.plate.header.channels import Header, Part
 from heatlens.plate.parts.picture_parts import color_parts, depth_parts, picture_facts
 

@@ -14,7 +14,7 @@ from heatlens.model.focus.plausibility import DepthSpan, Doubt, doubts, span_dou
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.behind import behind_layers, is_behind
-from heatlens.plate.exr.deep_file import deep_channels, is_deep_file
+from heatlens.plate.exr.exr_read import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_scan import channels_of, scanned_headers
 from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.grain import DESPIKE_HELPS, despike_note, noise_doubt, noise_of

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.exr.deep_file import is_deep_file
+from heatlens.plate.exr.exr_read import is_deep_file
 from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import ChannelRef, Header, flat_channels, listed, pixels_of

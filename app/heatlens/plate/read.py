@@ -20,14 +20,13 @@ from heatlens.plate.behind import (
     layer_options,
     with_behind,
 )
-from heatlens.plate.bounds import bound_color
 from heatlens.plate.deep.deep_plate import read_deep_plate
 from heatlens.plate.deep.stacked import with_empty_outside
 from heatlens.plate.depth.depth import DepthResult
-from heatlens.plate.depth.repair import repair_color
+from heatlens.plate.depth.repair import bound_color, repair_color
 from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.estimate.estimated_depth import estimated_depth
-from heatlens.plate.exr.deep_file import is_deep_file
+from heatlens.plate.exr.exr_read import is_deep_file
 from heatlens.plate.exr.exr_write import COMPRESSIONS
 from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.grain import despike_note

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import heatlens
 from heatlens.base.paths import data_dir
-from heatlens.files.json_record import plain
+from heatlens.files.json_record import digest, plain
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import Pose
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings
-from heatlens.plate.picture.picture_digest import digest, without_advice
 from heatlens.render import FrameRenderer
 from heatlens.sequence.sequence import Stamp
 from heatlens.version import __version__
@@ -67,7 +66,7 @@ def frame_key(shot: str, source: KeySource, lens: Lens, sight: SceneSight | None
 
     `shot` is the shot's key. The frame number is not included: identical frames share a picture.
     """
-    seen = replace(without_advice(lens), t_stop=None)  # exposure is for the display
+    seen = replace(lens.without_advice(), t_stop=None)  # exposure is for the display
     facts: dict[str, object] = {"shot": shot, "source": plain(source), "lens": plain(seen)}
     if sight is not None:
         facts["sight"] = plain(sight)

@@ -54,10 +54,6 @@ class FrameStore:
         with self._lock:
             return self.memory.keys() | on_disk | self._writing
 
-    def get(self, key: str) -> KeptPicture | None:
-        """Return the picture if it is in memory, else None."""
-        return self.memory.get(key)
-
     @property
     def has_room(self) -> bool:
         """True if few pictures wait to be stored, and the disk has been listed."""

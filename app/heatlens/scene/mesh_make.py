@@ -1,10 +1,18 @@
-"""Make drawable meshes from the positions, triangles and attributes of a file."""
+"""Make drawable meshes from the positions, triangles and attributes of a file.
+
+Tangents for normal maps are (x, y, z) and a sign at each vertex. The tangent follows u, and the
+bitangent, cross(normal, tangent) * sign, points against v, as in glTF 2.0 (section 3.7.2.1).
+Missing tangents are computed as in Mikkelsen 2008 ("Simulation of wrinkled surfaces revisited"),
+except that vertices are shared as in the file.
+"""
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.scene.scene import Mesh
+from heatlens.scene.scene import Array, Mesh
 
 Floats = NDArray[np.float32]
 Triangles = NDArray[np.uint32]
@@ -102,3 +110,98 @@ def _normalized(vectors: NDArray[np.floating], instead: NDArray[np.floating]) ->
     lengths = np.linalg.norm(vectors.astype(np.float64), axis=1, keepdims=True)
     safe = lengths > 1e-30
     return np.where(safe, vectors / np.where(safe, lengths, 1.0), instead).astype(np.float32)
+
+
+# Area of a triangle, or of its texture coordinates, relative to two edges, that counts as none.
+_FLAT = 1e-6
+_SIDES = np.array([(1, 2), (2, 0), (0, 1)])  # the two other corners of each corner
+
+
+def unit_tangents(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Normalise tangents (V, 4) of a file: length 1 or 0, and a sign of 1 or -1."""
+    along = _of_length_one(values[:, :3].astype(np.float64))
+    signs = np.where(values[:, 3:] < 0, -1.0, 1.0)
+    return np.concatenate([along, signs], axis=1).astype(np.float32)
+
+
+def with_tangents(mesh: Mesh) -> Mesh:
+    """Return the mesh with tangents.
+
+    A vertex between mirrored and other texture coordinates is split in two. Tangents are zero where
+    the texture coordinates define no direction.
+    """
+    if mesh.tangents is not None:
+        return mesh
+    along, is_mirrored = _across_triangles(mesh)
+    mesh = _parted(mesh, is_mirrored)
+    triangles, normals = mesh.triangles, mesh.normals.astype(np.float64)
+    angles, sums = _angles(mesh), np.zeros((len(normals), 3))
+    for corner in range(3):
+        at = triangles[:, corner]
+        # Normalise in the tangent plane of the vertex, so that sloped triangles weigh the same.
+        leaning = along - normals[at] * np.sum(along * normals[at], axis=1, keepdims=True)
+        heavy = _of_length_one(leaning) * angles[:, corner, None]
+        for axis in range(3):
+            sums[:, axis] += np.bincount(at, heavy[:, axis], len(normals))
+    signs = np.ones((len(normals), 1))
+    signs[triangles[is_mirrored]] = -1.0
+    tangents = np.concatenate([_of_length_one(sums), signs], axis=1).astype(np.float32)
+    return replace(mesh, tangents=tangents)
+
+
+def _across_triangles(mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
+    """Return directions (T, 3) of u, zero for none, and a mask (T,) of mirrored uvs."""
+    corners = mesh.positions_m[mesh.triangles].astype(np.float64)
+    places = mesh.uvs[mesh.triangles].astype(np.float64)
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    s, t = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
+    area = s[:, 0] * t[:, 1] - t[:, 0] * s[:, 1]
+    along = (t[:, 1:] * a - s[:, 1:] * b) * np.sign(area)[:, None]
+    facing = np.cross(a, b)
+    is_flat = np.abs(area) <= _FLAT * np.linalg.norm(s, axis=1) * np.linalg.norm(t, axis=1)
+    is_flat |= np.linalg.norm(facing, axis=1) <= _FLAT * np.linalg.norm(a, axis=1) * (
+        np.linalg.norm(b, axis=1)
+    )
+    # The order of the corners may contradict the normals; v runs down.
+    outside = np.sum(facing * mesh.normals[mesh.triangles].sum(axis=1), axis=1)
+    is_mirrored = (area > 0) == (outside >= 0)
+    return np.where(is_flat[:, None], 0.0, _of_length_one(along)), is_mirrored & ~is_flat
+
+
+def _parted(mesh: Mesh, is_mirrored: NDArray[np.bool_]) -> Mesh:
+    """Duplicate each vertex that mirrored triangles share with others."""
+    count = len(mesh.positions_m)
+    uses = np.zeros((2, count), bool)
+    uses[0][mesh.triangles[~is_mirrored]] = uses[1][mesh.triangles[is_mirrored]] = True
+    shared = np.flatnonzero(uses.all(axis=0))
+    if not len(shared):
+        return mesh
+    second = np.arange(count)
+    second[shared] = count + np.arange(len(shared))
+    triangles = np.where(is_mirrored[:, None], second[mesh.triangles], mesh.triangles)
+    kept = np.concatenate([np.arange(count), shared])
+    return replace(
+        mesh,
+        positions_m=mesh.positions_m[kept],
+        normals=mesh.normals[kept],
+        uvs=mesh.uvs[kept],
+        triangles=triangles.astype(np.uint32),
+        colors=None if mesh.colors is None else mesh.colors[kept],
+        more_uvs=None if mesh.more_uvs is None else mesh.more_uvs[kept],
+        sources=(kept if mesh.sources is None else mesh.sources[kept]).astype(np.uint32),
+    )
+
+
+def _angles(mesh: Mesh) -> Array:
+    """Return the angles (T, 3) at the corners in radians."""
+    corners = mesh.positions_m[mesh.triangles].astype(np.float64)
+    sides = corners[:, _SIDES] - corners[:, :, None]
+    cosines = np.sum(_of_length_one(sides[:, :, 0]) * _of_length_one(sides[:, :, 1]), axis=-1)
+    return np.asarray(np.arccos(np.clip(cosines, -1.0, 1.0)))
+
+
+def _of_length_one(vectors: Array) -> Array:
+    """Return vectors (..., 3) scaled to length 1; zero stays zero."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    safe = lengths > 1e-30
+    return np.where(safe, vectors / np.where(safe, lengths, 1.0), 0.0)

@@ -46,7 +46,7 @@ class SurfaceRaster:
 
         The view takes its rows of `out`, which is cleared before the first of them.
         """
-        target = self._raster.target_of(out)
+        target = self._raster.targets.of(out)
         if view.rows_above == band.y0 == 0:
             target.clear()
         target.viewport = 0, view.rows_above, *view.size
@@ -64,7 +64,7 @@ class SurfaceRaster:
         """
         self._raster.buffers.tell_backs(view.eye_m)
         peeled = eye_uniforms(view) | {"before_is_depth": before.components == 1}
-        with self._raster.within(self._raster.target_of(out), band) as target:
+        with self._raster.within(self._raster.targets.of(out), band) as target:
             target.clear()
             self._raster.draw_into(
                 target, view, self._cover, self._surface, self._sky, peeled, {"before_tx": before}

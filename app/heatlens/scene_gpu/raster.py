@@ -31,7 +31,7 @@ class SceneRaster:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._targets = DrawTargets(ctx)
+        self.targets = DrawTargets(ctx)
         self._shadow = ShadowPass(ctx)
         self._sky = SkyDraw(ctx)
         self._done = DrawProgram(ctx, "scene_done")
@@ -113,13 +113,13 @@ class SceneRaster:
 
         With `band` only these rows are drawn.
         """
-        with self.within(self._targets.of(color), band) as target:
+        with self.within(self.targets.of(color), band) as target:
             target.clear()
             self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
 
     def depth(self, view: SceneView, depth: moderngl.Texture, band: Box | None = None) -> None:
         """Draw planar metres at the view's jitter into `depth`, R float32; +inf for sky."""
-        with self.within(self._targets.of(depth), band) as target:
+        with self.within(self.targets.of(depth), band) as target:
             target.clear(red=math.inf)
             self._ctx.enable_only(moderngl.DEPTH_TEST)
             self._draws["depth"](cover_uniforms(replace(view, sample=None)))
@@ -167,7 +167,7 @@ class SceneRaster:
     def read(self, texture: moderngl.Texture, area: Box) -> FloatArray:
         """Read a small area: (h, w) float32 of one component, (h, w, C) of more."""
         viewport = (area.x0, area.y0, area.width, area.height)
-        held = self._targets.of(texture).read(viewport, texture.components, dtype="f4")
+        held = self.targets.of(texture).read(viewport, texture.components, dtype="f4")
         pixels = np.frombuffer(held, np.float32)
         return pixels.reshape(area.shape if texture.components == 1 else (*area.shape, -1))
 
@@ -205,10 +205,6 @@ class SceneRaster:
         """The program that draws only the depth of visible surfaces."""
         return self._draws["cover"]
 
-    def target_of(self, texture: moderngl.Texture) -> moderngl.Framebuffer:
-        """Return a framebuffer with a depth buffer that draws into `texture`."""
-        return self._targets.of(texture)
-
     def _let_go(self) -> None:
         for draw in self._draws.values():
             draw.release()
@@ -219,7 +215,7 @@ class SceneRaster:
     def release(self) -> None:
         """Release everything on the GPU."""
         self._let_go()
-        self._targets.release()
+        self.targets.release()
         self._shadow.release()
         self._sky.release()
         self._done.release()

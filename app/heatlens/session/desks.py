@@ -17,14 +17,13 @@ from heatlens.session.keys.key_rows import CAMERA, Row, RowChoice
 from heatlens.session.lens.lens_commands import LensCommands
 from heatlens.session.lens.lens_imports import FramingImport
 from heatlens.session.live.pull_recording import PullRecording
-from heatlens.session.live.ring_hand import RingHand
-from heatlens.session.live.ring_out import RingOut
+from heatlens.session.live.ring_hand import RingHand, RingOut
 from heatlens.session.live.ring_take import RingTake
 from heatlens.session.live.sent_lens import SentLens
 from heatlens.session.loop.messages import Worker
 from heatlens.session.loop.speed import Speed
 from heatlens.session.marks.mark_commands import MarkCommands
-from heatlens.session.marks.scene_mark_tracks import SceneMarkTracks
+from heatlens.session.marks.mark_measuring import SceneMarkTracks
 from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.pictures.live_picture import LivePicture
 from heatlens.session.pictures.look_commands import LookCommands

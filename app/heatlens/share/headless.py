@@ -12,9 +12,8 @@ from heatlens.session.door.door import Door
 from heatlens.session.pictures.look_commands import still_of
 from heatlens.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.session.session import Session
-from heatlens.share.composed import Seen
 from heatlens.share.shared import SharedSession
-from heatlens.share.tap import Tap
+from heatlens.share.tap import Seen, Tap
 
 _LEAST_S = 0.004  # shortest sleep
 _STILL_PX = 320

@@ -5,11 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.files.json_record import plain
+from heatlens.files.json_record import digest, plain
 from heatlens.model.focus.live_focus import LiveFocus, MeasuredMark
 from heatlens.model.marks.mark import Mark
 from heatlens.model.shot.shot import Shot
-from heatlens.plate.picture.picture_digest import digest
 from heatlens.source.named import source_of
 from heatlens.source.source import Source
 

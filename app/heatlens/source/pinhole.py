@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from heatlens.defocus.cutout_pass import CutoutTextures
-from heatlens.defocus.gaps import gaps_of
+from heatlens.defocus.layer_cuts import gaps_of
 from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.optics import Optics

@@ -46,8 +46,8 @@ class StreamSource:
         self.arriving = ""  # a sentence while a part of the frame has not arrived
         self._made_of: tuple[int, PlateOptions] | None = None
         self._due_s = 0.0
-        self._maker: Background[_Made] = Background(self._tell)
-        self._server = TevServer(host, port, on_news=self._tell)
+        self._maker: Background[_Made] = Background(lambda: self.wake())
+        self._server = TevServer(host, port, on_news=lambda: self.wake())
         name, bound = self._server.address
         self.address = f"[{name}]:{bound}" if ":" in name else f"{name}:{bound}"
         self.text = f"{STREAM_PREFIX}{self.address}"
@@ -102,9 +102,6 @@ class StreamSource:
         if not (dropped or refused):
             return ""
         return f"Packets dropped: {dropped}, refused: {refused}. {self._server.fault or ''}".strip()
-
-    def _tell(self) -> None:
-        self.wake()
 
     def close(self) -> None:
         """Stop listening; a second call does nothing."""

@@ -38,8 +38,7 @@ from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.opening_panel import opening_panel
 from heatlens.ui.panels.plan_panel import PlanPanel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
-from heatlens.ui.panels.reel_panel import reel_panel
-from heatlens.ui.panels.reel_stills import ReelStills
+from heatlens.ui.panels.reel_panel import ReelStills, reel_panel
 from heatlens.ui.panels.ring_panel import ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.picture.grid import Pictures

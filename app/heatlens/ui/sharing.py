@@ -9,10 +9,9 @@ from heatlens.base.errors import HeatlensError
 from heatlens.session.door.door import Door
 from heatlens.session.session import Session
 from heatlens.share.address import Role
-from heatlens.share.composed import Seen
 from heatlens.share.shared import WINDOW
 from heatlens.share.sharing import Sharing, squares_of
-from heatlens.share.tap import Tap
+from heatlens.share.tap import Seen, Tap
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.picture.grid import Pictures
 

@@ -15,8 +15,8 @@ from heatlens.session.shot.editing import Editing
 from heatlens.ui import theme
 from heatlens.ui.files.file_browser import FileDialogs
 from heatlens.ui.palette import Palette
-from heatlens.ui.palettes import DARK, LIGHT
 from heatlens.ui.sharing import WindowSharing
+from heatlens.ui.theme import DARK, LIGHT
 from heatlens.ui.timeline.view import TimelineView
 
 _PALETTES = {Theme.DARK: DARK, Theme.LIGHT: LIGHT}

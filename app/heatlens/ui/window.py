@@ -28,11 +28,11 @@ from heatlens.session.shot.start import Start
 from heatlens.share.sharing import Sharing
 from heatlens.ui import theme
 from heatlens.ui.clean_feed import CleanFeed, fill_screen
-from heatlens.ui.export_bar import export_title
-from heatlens.ui.glfw_input import GlfwInput
+from heatlens.ui.devices import GlfwInput
 from heatlens.ui.input_queue import InputQueue
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.screen import Screen
+from heatlens.ui.status_bar import export_title
 
 _SIZE = 1600, 900
 _FRAMES_AFTER_EVENT = 3  # ImGui needs up to this many frames to settle hover, layout and focus

@@ -1,25 +1,112 @@
 """The options of the lens: given values come first, then the plate's header; all are printed.
 
-The options for reading a plate take lens and film back from them.
+A lens kit gives the properties and the limits of its lenses. The options for reading a plate take
+lens and film back from them.
 """
 
 import argparse
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.field_options import add_fields, attributes_of, flag_of, typed_fields
-from heatlens.commands.options.kit_options import add_kit_option, kit_values, lens_of_kit
 from heatlens.commands.output.say import say
+from heatlens.documents.lens_kits import kit_shelf
 from heatlens.model.lens.aperture import APERTURE_FIELDS
 from heatlens.model.lens.filmback import filmback_named
 from heatlens.model.lens.lens import Lens, MeasuredFrom, measured_text
+from heatlens.model.lens.lens_kit import LensKit
 from heatlens.model.option import Values
 from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.coc_line import depth_at_m, focused_at_pixel, no_distances
 from heatlens.plate.header.header_lens import MissingLensError, plate_lens
 from heatlens.plate.opening_picture import opening_notes, read_opening_image
 from heatlens.plate.plate import Plate
+
+# The fields of Lens that a kit limits, and the options that set them.
+_BOUNDED = {
+    "focal_length_mm": ("focal_length",),
+    "f_stop": ("f_stop",),
+    "focus_distance_m": ("focus_distance", "focus_at"),
+}
+
+
+def add_kit_option(group: "argparse._ArgumentGroup") -> None:
+    group.add_argument(
+        "--lens-kit",
+        metavar="NAME[:LENGTH]",
+        help="use a lens of a kit, such as vintage-primes:50: its focal length, character, widest "
+        "stop and close focus; `heatlens kits` lists them",
+    )
+    group.add_argument(
+        "--breathe",
+        action="store_true",
+        help="let the view breathe with focus as the lens of the kit does (default: no breathing); "
+        "--breathing sets it for a lens without a kit",
+    )
+
+
+def kit_of(args: argparse.Namespace) -> LensKit | None:
+    """Return the kit of the options. Raises InputError if there is no such kit."""
+    return None if args.lens_kit is None else kit_shelf().chosen(args.lens_kit)[0]
+
+
+def kit_values(args: argparse.Namespace) -> dict[str, object]:
+    """Return the fields of Lens from --lens-kit: the character, and the focal length if given.
+
+    Raises InputError if two focal lengths are given.
+    """
+    if args.lens_kit is None:
+        if args.breathe:
+            raise InputError(
+                "--breathe lets the view change as the lens of a kit does: give --lens-kit, or "
+                "--breathing with a ratio."
+            )
+        return {}
+    kit, length_mm = kit_shelf().chosen(args.lens_kit)
+    values = kit.character.opening | ({"breathing": _any_breathing(kit)} if args.breathe else {})
+    if length_mm is None:
+        return values
+    if args.focal_length not in (None, length_mm):
+        raise InputError(
+            f"--lens-kit {args.lens_kit} and {flag_of(Lens, 'focal_length_mm')} "
+            f"{args.focal_length:g} give two focal lengths: give one."
+        )
+    return {**values, "focal_length_mm": length_mm}
+
+
+def _any_breathing(kit: LensKit) -> float:
+    """Return the breathing of any lens of the kit; that of the lens in use later replaces it."""
+    return next((lens.breathing for lens in kit.lenses if lens.breathing != 1.0), 1.0)
+
+
+def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
+    """Return the lens limited to what the kit of the options allows, and print any change.
+
+    Raises InputError if an option requests something that the kit does not have.
+    """
+    kit = kit_of(args)
+    if kit is None:
+        return lens
+    refusal = kit.refusal(lens)
+    bounded = kit.followed(None, lens)
+    if args.breathing is not None:
+        bounded = replace(bounded, breathing=args.breathing)
+    changed = [name for name in _BOUNDED if getattr(bounded, name) != getattr(lens, name)]
+    if any(getattr(args, option, None) is not None for n in changed for option in _BOUNDED[n]):
+        raise InputError(refusal)
+    if refusal:
+        say(f"{refusal} The nearest possible value is used.")
+    return bounded
+
+
+def shot_with_kit(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with the kit of the options, its lens within the kit."""
+    kit = kit_of(args)
+    return shot if kit is None else replace(shot, kit=kit, lens=lens_of_kit(args, shot.lens))
+
 
 # The values that a lens needs; those in the plate's header need not be given.
 _NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")

@@ -10,8 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
-from heatlens.commands.options.kit_options import shot_with_kit
-from heatlens.commands.options.lens_options import given_lens, lens_words, pixel_of, sources_of
+from heatlens.commands.options.lens_options import (
+    given_lens,
+    lens_words,
+    pixel_of,
+    shot_with_kit,
+    sources_of,
+)
 from heatlens.commands.options.value_types import number, whole
 from heatlens.model.curves.frames import FRAMES_PER_SECOND, check_within
 from heatlens.model.shot.framing import Framing, SceneTiming, WorldAxis

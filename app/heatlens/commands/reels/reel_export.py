@@ -12,7 +12,7 @@ from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.reels.reel_options import checked_for_export, reel_of, shots_of
-from heatlens.documents.edit_write import Exported, check_edit_out, write_edit
+from heatlens.documents.edit_file import Exported, check_edit_out, write_edit
 from heatlens.export.cut import Cut, export_cut, kept_movie
 from heatlens.export.job import ExportJob
 from heatlens.export.movie_sound import heard

@@ -9,7 +9,7 @@ from heatlens.base.errors import InputError
 from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.options.value_types import number, whole
 from heatlens.commands.output.say import say
-from heatlens.documents.edit_read import EditOptions
+from heatlens.documents.edit_file import EditOptions
 from heatlens.documents.reel_file import is_reel, read_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.output import parse_output

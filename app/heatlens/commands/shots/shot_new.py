@@ -14,11 +14,11 @@ from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
 from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import refuse_unused
-from heatlens.commands.options.kit_options import shot_with_kit
 from heatlens.commands.options.lens_options import (
     add_lens_options,
     add_plate_options,
     plate_options,
+    shot_with_kit,
 )
 from heatlens.commands.options.scene_options import add_framing_options
 from heatlens.commands.options.shot_camera import (

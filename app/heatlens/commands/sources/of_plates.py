@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
 from heatlens.color.color_config import PLAIN_OCIO_VIEW
-from heatlens.commands.options.kit_options import shot_with_kit
-from heatlens.commands.options.lens_options import lens_of, plate_options
+from heatlens.commands.options.lens_options import lens_of, plate_options, shot_with_kit
 from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.plate_words import say_plate
 from heatlens.commands.output.progress_line import progress_line

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from heatlens.base.errors import InputError
-from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import LensSample
 from heatlens.model.curves.interpolation import Scale
 
 _BENDS = (0.2, 5.0)

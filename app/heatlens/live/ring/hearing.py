@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Protocol
 
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import (
     SEQUENCES,
     RingPacketError,
@@ -20,7 +19,7 @@ from heatlens.live.ring.opentrackio import (
     sample_of,
     segment_of,
 )
-from heatlens.live.ring.sources import SILENT_AFTER_S, RingSources
+from heatlens.live.ring.sources import SILENT_AFTER_S, LensSample, RingSources
 
 MAX_SENDERS = 64
 MAX_SEGMENTS = 256  # most segments of a sample; 64 kB in datagrams of usual size are 45

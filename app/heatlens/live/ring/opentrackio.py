@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import LensSample
 from heatlens.model.curves.frames import exact_rate
 from heatlens.model.option import Values
 from heatlens.model.timecode import Timecode

@@ -13,8 +13,8 @@ from threading import get_ident
 
 from heatlens.base.extras import import_extra
 from heatlens.live.ring.hearing import Sender
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import RingPacketError
+from heatlens.live.ring.sources import LensSample
 from heatlens.model.option import Values
 
 _VALUES = ("focus_distance_m", "f_stop", "focal_length_mm")

@@ -7,8 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 
 from heatlens.base.closing import Closing
-from heatlens.live.ring.lens_sample import LensSample
-from heatlens.live.ring.sources import SILENT_AFTER_S, Heard, Numbered, RingSources
+from heatlens.live.ring.sources import SILENT_AFTER_S, Heard, LensSample, RingSources
 
 _EVERY_S = 0.02
 
@@ -35,10 +34,6 @@ class RingInput(Closing):
     def heard(self, source: str | None = None) -> Heard:
         """Return the present state of a source; see `RingSources.heard`."""
         return self.sources.heard(source)
-
-    def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
-        """Return the samples of a source after a version of `heard`; see `RingSources.since`."""
-        return self.sources.since(version, source)
 
     def seconds_until_due(self) -> float | None:
         """Return the seconds until the window must poll the input; None if `on_news` wakes it."""

@@ -8,8 +8,8 @@ from typing import Protocol
 from heatlens.base.closing import Closing
 from heatlens.base.errors import InputError
 from heatlens.live.ring.address import RingAddress
-from heatlens.live.ring.lens_sample import LensSample
 from heatlens.live.ring.opentrackio import Encoding, datagrams_of, text_of
+from heatlens.live.ring.sources import LensSample
 
 
 class LensSender(Closing):

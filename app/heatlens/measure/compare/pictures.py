@@ -16,7 +16,7 @@ from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import pixels_of
 from heatlens.plate.picture.display import srgb_encoded
-from heatlens.plate.picture.png_write import encoded_picture
+from heatlens.plate.picture.picture_write import encoded_picture
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.windows import box_at_header
 

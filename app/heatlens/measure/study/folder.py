@@ -13,10 +13,9 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.base.stopping import unfinished
 from heatlens.measure.chart import write_figure
-from heatlens.measure.study.error_chart import error_chart
 from heatlens.measure.study.measured import Report, Row
 from heatlens.measure.study.page import page_html
-from heatlens.measure.study.pictures import write_pictures
+from heatlens.measure.study.pictures import error_chart, write_pictures
 from heatlens.version import __version__
 
 NUMBERS = "study.json"  # lists every file of the report, which identifies the folder

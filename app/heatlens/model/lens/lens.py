@@ -6,7 +6,7 @@ lens is converted here, so that a focus, its limits and a mark on the same thing
 
 import math
 from bisect import bisect_left, bisect_right
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
@@ -179,6 +179,15 @@ class Lens(OpeningFields):
         if self.acceptable_coc_mm is not None:
             return self.acceptable_coc_mm
         return self.sensor_width_mm * _SHARP_SHARE
+
+    def without_advice(self) -> "Lens":
+        """Return the lens without the values that only warn or measure and change no pixel.
+
+        An aperture image is identified by the digest of its light, not by the path of its file.
+        """
+        image = self.aperture_image
+        named = None if image is None else replace(image, path=image.digest)
+        return replace(self, acceptable_coc_mm=None, close_focus_m=None, aperture_image=named)
 
 
 def _outside(told: Option, value: float) -> str:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.bounds import DEPTH_LEAST_M, LIGHT_MOST
 from heatlens.plate.deep.deep_chunks import DeepPart
 from heatlens.plate.deep.fragment_merge import (
     FRAGMENTS_MOST,
@@ -29,7 +28,8 @@ from heatlens.plate.deep.stacked import (
 )
 from heatlens.plate.depth.depth import finite_range
 from heatlens.plate.depth.depth_guess import INFINITE_FROM
-from heatlens.plate.exr.deep_file import DeepChannels, deep_channels
+from heatlens.plate.depth.repair import DEPTH_LEAST_M, LIGHT_MOST
+from heatlens.plate.exr.exr_read import DeepChannels, deep_channels
 from heatlens.plate.fragments import LEAST_COVERAGE, OPAQUE
 from heatlens.plate.header.camera_header import camera_at_header
 from heatlens.plate.header.channels import Header, Part, list_channels, views_of

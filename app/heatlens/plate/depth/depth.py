@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.bounds import DEPTH_LEAST_M, bound_coc
 from heatlens.plate.depth.depth_guess import (
     NORMALIZED_UP_TO,
     DepthOrigin,
@@ -23,7 +22,7 @@ from heatlens.plate.depth.depth_guess import (
     in_full_scale,
     looked_at,
 )
-from heatlens.plate.depth.repair import repair_depth
+from heatlens.plate.depth.repair import DEPTH_LEAST_M, bound_coc, repair_depth
 from heatlens.plate.plate import DepthReport, FloatImage
 
 # A few values of the wrong sign come from filtering at edges; more mean it is not a depth channel.

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthConvention, DepthKind, DepthModelOutput
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.bounds import DEPTH_LEAST_M
 from heatlens.plate.depth.depth import DepthResult, checked_ends, with_ends
 from heatlens.plate.depth.depth_guess import DepthOrigin, Guess, looked_at
+from heatlens.plate.depth.repair import DEPTH_LEAST_M
 from heatlens.plate.estimate.chain import Chain, Look, estimated
 from heatlens.plate.estimate.network import Network, as_display, network_at, resized
 from heatlens.plate.estimate.scale import DIOPTRES_LEAST, Fit, scale_of

@@ -11,7 +11,7 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.model.depth_words import DepthModelOutput, KnownDistance
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.bounds import DEPTH_LEAST_M
+from heatlens.plate.depth.repair import DEPTH_LEAST_M
 from heatlens.plate.plate import FloatImage
 
 DIOPTRES_LEAST = 1e-4  # ten kilometres; networks know no infinity

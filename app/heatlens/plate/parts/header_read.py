@@ -14,8 +14,8 @@ from heatlens.files.picture_formats import in_movie, is_picture
 from heatlens.files.quiet import quiet_library
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.timecode import Timecode
-from heatlens.plate.exr.deep_file import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_limits import check_exr, for_library
+from heatlens.plate.exr.exr_read import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import Header

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from heatlens.base.errors import InputError
-from heatlens.files.ocio_library import ocio
+from heatlens.base.extras import ocio
 from heatlens.plate.plate import FloatImage
 
 # The full name, because another version of the library could have another config.

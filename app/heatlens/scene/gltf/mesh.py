@@ -20,11 +20,10 @@ from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.material import GltfMaterials
 from heatlens.scene.gltf.vertices import Vertices
-from heatlens.scene.mesh_make import made_mesh
+from heatlens.scene.mesh_make import made_mesh, unit_tangents, with_tangents
 from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
 from heatlens.scene.primitives import tubes
 from heatlens.scene.scene import Array, Deform, MapPlace, Material, Mesh
-from heatlens.scene.tangents import unit_tangents, with_tangents
 
 _BONELESS = "Skinned meshes on nodes without a skeleton keep their modelled shape"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6

@@ -136,7 +136,7 @@ class FileCommands(Commands, Worker):
         self._say("")  # clear the error of an earlier file
         if not (self._reel.opens(text) or self._documents.opens(text)):
             found = options or self.options_for(text)
-            self._source.open(text, found, timing=self._given.timing_of(text))
+            self._source.opener.open(text, found, timing=self._given.timing_of(text))
 
     def open_first(self) -> None:
         """Open the file that the command line named, if any."""
@@ -145,7 +145,7 @@ class FileCommands(Commands, Worker):
             return
         is_stream = self._source.stream is not None and text == self._source.stream.text
         found = given if is_stream else self._first_options(text, given)
-        self._source.open(text, found, timing=self._given.timing_of(text))
+        self._source.opener.open(text, found, timing=self._given.timing_of(text))
 
     def open_dropped(self, names: Sequence[str]) -> None:
         """Open a dropped picture with its depth file, if the names match; else the first file."""
@@ -182,7 +182,7 @@ class FileCommands(Commands, Worker):
         if opened is not None and opened.again is not None:
             framing = self._editing.shot.framing
             timing = None if framing is None else framing.timing
-            self._source.open(opened.text, opened.options, self._editing.frame, timing)
+            self._source.opener.open(opened.text, opened.options, self._editing.frame, timing)
         elif opened is not None:
             self._say(self._source.once_only)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError, InputError
-from heatlens.documents.edit_read import EditOptions
+from heatlens.documents.edit_file import EditOptions
 from heatlens.documents.reel_file import is_reel, read_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.model.shot.grade import Grade
@@ -234,7 +234,7 @@ class OpenReel(Commands, Worker):
             self._editing.frame = self._editing.frame if first is None else first
             self._wanted = None
             return
-        self._source.open(shot.source, self._preferences.options_for(shot.source), first)
+        self._source.opener.open(shot.source, self._preferences.options_for(shot.source), first)
 
 
 def _read(path: Path) -> _Read:

@@ -77,7 +77,7 @@ class PlateReading(Commands):
         opened = self._plates
         if opened is not None:
             self.options = self._chosen = options
-            self._source.open(opened.text, options, self._editing.frame)
+            self._source.opener.open(opened.text, options, self._editing.frame)
 
     def arrived(self, opened: Opened) -> None:
         """Remember the options that the user chose for the folder of the plates."""

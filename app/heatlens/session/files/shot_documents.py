@@ -261,7 +261,7 @@ class ShotDocuments(Commands, Worker):
         self._coming = replace(document, shot=shot)
         frame = None if shot.played is None else shot.played.first
         timing = None if shot.framing is None else shot.framing.timing
-        self._source.open(shot.source or "", shot.plate_options, frame, timing)
+        self._source.opener.open(shot.source or "", shot.plate_options, frame, timing)
 
     def _take_written(self) -> None:
         done = [entry for entry in self._writing if entry[0].done()]

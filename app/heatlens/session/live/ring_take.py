@@ -7,7 +7,7 @@ therefore recorded and placed on their frames when the recording ends.
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from heatlens.live.ring.lens_sample import LensSample
+from heatlens.live.ring.sources import LensSample
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.shot import LensParameter
 from heatlens.model.timecode import Timecode

@@ -107,11 +107,8 @@ class LiveFollowing(Commands, Worker):
             return
         asked = _depends(shot)
         if asked != self._known or self.seconds_until_needed() == 0.0:
-            self._known, self._has_failed, self._looked_at = asked, False, self._clock()
+            self._known, self._has_failed, self._looked_at = asked, False, self._editing.clock()
             self._reader.start(lambda: _Found(asked, measured(shot)))
-
-    def _clock(self) -> float:
-        return self._editing.clock()
 
     def seconds_until_needed(self) -> float | None:
         """See `Worker`; plates may be rendered again at any time, and are then measured again."""
@@ -119,7 +116,7 @@ class LiveFollowing(Commands, Worker):
         is_asked = self.live is not None and opened is not None and opened.cache is not None
         if not is_asked or self._has_failed or self._reader.is_busy:
             return None
-        return max(0.0, self._looked_at + _LOOK_S - self._clock())
+        return max(0.0, self._looked_at + _LOOK_S - self._editing.clock())
 
 
 def _depends(shot: Shot) -> object:

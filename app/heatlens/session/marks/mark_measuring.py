@@ -1,16 +1,18 @@
 """Measure the marks of the open shot: their distances, and the focus with which they are sharp.
 
 Picking the thing at a pixel and reading frames to follow one happen on a thread. A mark on a
-surface follows it through the frames of the sequence.
+surface follows it through the frames of the sequence. The distances of a scene's marks over its
+frames are measured a few at a time while idle.
 """
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from math import inf
 
 from heatlens.base.background import Background
-from heatlens.base.errors import InputError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.lean import lean_of
@@ -20,6 +22,7 @@ from heatlens.model.marks.mark import Mark
 from heatlens.model.marks.marks import MatteMark, ObjectMark, PointMark, distance_at_m
 from heatlens.model.marks.track_mark import TrackMark, TrackPlace
 from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.coc_line import sharp_at
 from heatlens.plate.mattes.mattes import thing_at
 from heatlens.plate.plate import Plate
@@ -29,7 +32,7 @@ from heatlens.session.loop.messages import Worker
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shared import Commands, Shared
-from heatlens.session.time.focus_track import ThingDistances, mark_m
+from heatlens.session.time.focus_track import MarkTrack, ThingDistances, mark_m, mark_track
 from heatlens.session.time.timeline import Timeline
 
 
@@ -172,3 +175,122 @@ class MarkDistances(Commands):
                 f"Mark {mark.name} has no distance here: it is hidden or outside the picture."
             )
         return distance_m
+
+
+_SLICE_S = 0.02
+_PAUSE_S = 0.005  # pause between slices, in which the window handles input
+_FRAMES_MOST = 240  # largest number of measured frames per mark
+_Moving = PointMark | ObjectMark
+_Known = dict[int, float | None]  # dioptres by frame; None without a distance
+
+
+class SceneMarkTracks(Commands, Worker):
+    """The distances of a scene's marks, kept while scene and camera stay the same."""
+
+    def __init__(
+        self, shared: Shared, timeline: Timeline, scenes: SceneCommands, is_busy: Callable[[], bool]
+    ) -> None:
+        """Create it; `is_busy` returns True while more urgent work is waiting."""
+        super().__init__(shared)
+        self._timeline, self._scenes, self._is_busy = timeline, scenes, is_busy
+        self._seen_by: object = None
+        self._known: dict[object, _Known] = {}
+        self._is_asked = False  # whether `tracks` was called since the last `poll`
+
+    def tracks(self) -> tuple[MarkTrack, ...]:
+        """Return the known parts of the tracks of all moving marks, and request the rest."""
+        self._is_asked = True
+        self._forget_what_changed()
+        return tuple(self._track(mark) for mark in self._marks)
+
+    @property
+    def is_due(self) -> bool:
+        """Return True if a requested distance is unknown and there is time to measure."""
+        return self._is_asked and self._is_idle and self._next() is not None
+
+    def poll(self) -> None:
+        """Measure for a moment if tracks were requested; call this once a frame."""
+        self._forget_what_changed()
+        end = time.perf_counter() + _SLICE_S
+        while self.is_due and time.perf_counter() < end:
+            self._measure()
+        self._is_asked = False
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the pause before the next slice; None if there is nothing to measure."""
+        return _PAUSE_S if self.is_due else None
+
+    @property
+    def _marks(self) -> list[_Moving]:
+        return [mark for mark in self._editing.shot.marks if isinstance(mark, _Moving)]
+
+    @property
+    def _frames(self) -> tuple[int, ...]:
+        """The frames to measure: all, or evenly spaced ones and the last if there are too many."""
+        frames = self._timeline.frames or FrameRange(0, 0)
+        step = -(-frames.count // _FRAMES_MOST)
+        return (*range(frames.first, frames.last, step), frames.last)
+
+    @property
+    def _is_idle(self) -> bool:
+        is_moving = self._timeline.playback.direction or self._editing.is_unsettled
+        is_settled = self._source.is_settled_at(self._editing.frame)
+        return is_settled and not (is_moving or self._is_busy())
+
+    def _forget_what_changed(self) -> None:
+        seen_by = (self._scenes.scene, *_looked_at(self._editing.shot))
+        if seen_by != self._seen_by:
+            self._seen_by, self._known = seen_by, {}
+
+    def _known_of(self, mark: _Moving) -> _Known:
+        return self._known.setdefault(_place(mark), {})
+
+    def _next(self) -> tuple[_Moving, int] | None:
+        """Return the next mark and frame to measure, so that all marks progress equally."""
+        frames = self._frames
+        missing = [
+            (len(known), mark)
+            for mark in self._marks
+            if len(known := self._known_of(mark)) < len(frames)
+        ]
+        if not missing:
+            return None
+        mark = min(missing, key=lambda pair: pair[0])[1]
+        known = self._known_of(mark)
+        return mark, next(frame for frame in frames if frame not in known)
+
+    def _measure(self) -> None:
+        found = self._next()
+        if found is not None:
+            mark, frame = found
+            self._known_of(mark)[frame] = self._dioptres(mark, frame)
+
+    def _dioptres(self, mark: _Moving, frame: int) -> float | None:
+        try:
+            if isinstance(mark, ObjectMark):
+                distance_m = self._scenes.object_m(mark.object_name, frame)
+            else:
+                distance_m = self._scenes.point_m(int(mark.x_px), int(mark.y_px), frame)
+        except HeatlensError:  # outside the picture, or an impossible lens at this frame
+            return None
+        return None if distance_m is None else 1.0 / distance_m
+
+    def _track(self, mark: _Moving) -> MarkTrack:
+        """Return the track of a mark, with gaps at frames without a distance."""
+        known = self._known_of(mark)
+        places = [(frame, known[frame]) for frame in self._frames if frame in known]
+        return mark_track(mark.name, [places])
+
+
+def _looked_at(shot: Shot) -> tuple[object, ...]:
+    """Return a key of everything that decides the view of the scene, independent of the focus."""
+    lens = shot.lens
+    focal_length = shot.curves.of(LensParameter.FOCAL_LENGTH)
+    return shot.framing, lens.focal_length_mm, lens.sensor_width_mm, focal_length
+
+
+def _place(mark: _Moving) -> object:
+    """Return a key that is equal for marks at the same position."""
+    if isinstance(mark, ObjectMark):
+        return mark.object_name
+    return int(mark.x_px), int(mark.y_px)

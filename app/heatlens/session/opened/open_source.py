@@ -6,8 +6,6 @@ from threading import Event, Thread
 
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.framing import SceneTiming
-from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
 from heatlens.model.view.view_geometry import PictureShape
@@ -77,16 +75,6 @@ class OpenSource:
         self.picture = GpuPicture(renderer)
         self.feed = PictureFeed(self.picture)
         self._watch = DiskWatch()
-
-    def open(
-        self,
-        text: str,
-        options: PlateOptions,
-        frame: int | None = None,
-        timing: SceneTiming | None = None,
-    ) -> None:
-        """Begin to open a file, pattern, folder, scene or the stream, see `SourceOpener`."""
-        self.opener.open(text, options, frame, timing)
 
     def arrived(self) -> Opened | None:
         """Return a newly opened source once its picture is on the GPU, and close the previous one.

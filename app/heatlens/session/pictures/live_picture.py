@@ -92,15 +92,12 @@ class LivePicture:
 
     def restart(self) -> None:
         """Start again, because another plate is on the GPU."""
-        self._give_up()
+        self.pause()
         self._request = self.shown = None
         self.is_answering = False
 
     def pause(self) -> None:
         """Give up the picture in progress, because others use the renderer now."""
-        self._give_up()
-
-    def _give_up(self) -> None:
         self._work = None
         self.elsewhere.recall()
 
@@ -131,7 +128,7 @@ class LivePicture:
         if self.is_answering and not is_same_plate:
             within_s = math.inf  # otherwise a constantly changing plate would never appear
         if begun is not None or not self.is_answering or within_s == math.inf:
-            self._give_up()
+            self.pause()
         self._request, self._is_refused, self.is_answering = request, False, begun is None
         if begun is not None:
             self.shown = begun
@@ -153,7 +150,7 @@ class LivePicture:
             return True
         is_same_but_plate = replace(request, plate=before.plate) == before
         if is_same_but_plate and is_finer and self.shown is not None and not self.is_answering:
-            self._give_up()
+            self.pause()
             self._request = request
             return True
         return False
@@ -193,7 +190,7 @@ class LivePicture:
         try:
             yield
         except HeatlensError:
-            self._give_up()
+            self.pause()
             self._is_refused, self.is_answering = True, False
             raise
 

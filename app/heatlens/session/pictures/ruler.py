@@ -34,11 +34,6 @@ class Intrinsics:
         return across * depth_m, down * depth_m, depth_m
 
 
-def distance_m(a: Vector, b: Vector) -> float:
-    """Return the distance of two points in metres."""
-    return math.dist(a, b)
-
-
 Pixel = tuple[int, int]
 
 _ASSUMED = "The file has no lens: the ruler uses the current one."
@@ -106,7 +101,7 @@ class Ruler(Commands):
             near_m, far_m = (depth_at_m(plate, *end) for end in on_plate)
             camera = self._camera(plate)
             a, b = camera.point_m(ends[0], near_m), camera.point_m(ends[1], far_m)
-            return Measured((near_m, far_m), distance_m(a, b))
+            return Measured((near_m, far_m), math.dist(a, b))
         return None
 
     def is_inside(self, pixel: Pixel) -> bool:

@@ -69,7 +69,7 @@ class KeptScreen(ScreenWork):
         job = pull.jobs.of(self._editing.frame) if is_kept else None
         if job is None:
             return None
-        picture = pull.store.get(job.key)
+        picture = pull.store.memory.get(job.key)
         if picture is None:
             return self._seen if pull.is_alone else None
         seen = self._seen
@@ -160,7 +160,7 @@ class KeptScreen(ScreenWork):
     def _unprepared(self) -> Iterator[KeptFrame]:
         pull, memory = self._pull, self._pull.store.memory.keys()
         for job in pull.at_hand(memory):
-            picture = pull.store.get(job.key)
+            picture = pull.store.memory.get(job.key)
             if picture is None:
                 continue
             size = picture.pixels.shape[1], picture.pixels.shape[0]

@@ -119,7 +119,7 @@ class RenderedPull(Commands, Worker):
     def is_at_hand(self, frame: int) -> bool:
         """Return True if the frame's picture is in memory."""
         job = self.jobs.of(frame) if self.is_on else None
-        return job is not None and self.store.get(job.key) is not None
+        return job is not None and self.store.memory.get(job.key) is not None
 
     @property
     def is_alone(self) -> bool:

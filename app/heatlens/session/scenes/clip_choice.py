@@ -78,7 +78,7 @@ class ClipChoice(Commands, Worker):
         assert opened is not None  # there is a scene
         usual = timing == SceneTiming()
         frame = self._editing.frame
-        self._source.open(opened.text, opened.options, frame, None if usual else timing)
+        self._source.opener.open(opened.text, opened.options, frame, None if usual else timing)
 
     def arrived(self) -> None:
         """Put the clip that the user chose into the shot, with its frames, as one undo step.

@@ -10,8 +10,8 @@ from heatlens.base.outside_text import printable
 from heatlens.session.exports.export_process import ExportRun
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.ui import topmost, widgets
-from heatlens.ui.export_bar import export_words
 from heatlens.ui.state import UiState
+from heatlens.ui.status_bar import export_words
 
 _LEFT = "The cluster can go on with it; opening the shot again shows how far it is."
 _FLAGS = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
