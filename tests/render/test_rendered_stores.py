@@ -240,7 +240,7 @@ def test_frames_of_the_window_before_are_there(tmp_path):
     assert second.known() == {key_of(1)}
     second.fetch([key_of(1)])
     second.wait()
-    assert same(second.get(key_of(1)), picture_of(1))
+    assert same(second.memory.get(key_of(1)), picture_of(1))
     second.clear()
     second.wait()
     assert second.known() == set() and list(tmp_path.iterdir()) == []
