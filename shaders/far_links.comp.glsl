@@ -5,18 +5,18 @@
 // Inputs
 //   coc_tx    signed coc, pixels
 //   lib/far_fragments.lib.glsl
-//   shift     how far a point moves for each pixel of its coc
+//   lib/lens_part.lib.glsl
 // Outputs
 //   head_buf  last surface of each pixel's list, plus 1; 0 for none. Has one row and one column more than the
 //             picture has: cell (x, y) holds what lies between the pixels x - 1, y - 1 and x, y
 //   link_buf  one for each surface: the one before it plus 1, and its place between the pixels
 
 #include "lib/far_fragments.lib.glsl"
+#include "lib/lens_part.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;  // first row of the band (defocus/pixel_list.py)
-uniform vec2 shift;
 layout(std430) buffer head_block { uint head_buf[]; };
 layout(std430) writeonly buffer link_block { uvec2 link_buf[]; };
 
@@ -24,7 +24,7 @@ layout(std430) writeonly buffer link_block { uvec2 link_buf[]; };
 
 void link(uint number, ivec2 at, float coc) {
     if (coc <= least_px) return;
-    vec2 place = vec2(at) + coc * shift;
+    vec2 place = vec2(at) + coc * lens_part_at(at, textureSize(coc_tx, 0)).xy;
     ivec2 cell = ivec2(floor(place)) + 1, cells = textureSize(coc_tx, 0) + 1;
     if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, cells))) return;
     uint before = atomicExchange(head_buf[cell.y * cells.x + cell.x], number + 1u);

@@ -2,16 +2,19 @@
 //
 // Inputs
 //   view_tx   rgb times the known share, and the known share
-//   weight    weight of the part; 0 to begin a sum
+//   lib/lens_part.lib.glsl
+//   begins    the sum begins, without a view
 // Outputs
 //   sum_img   the sum (read and written)
 //   head_buf  0
+
+#include "lib/lens_part.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;  // first row of the band (defocus/pixel_list.py)
 uniform sampler2D view_tx;
-uniform float weight;
+uniform bool begins;
 layout(rgba32f) uniform image2D sum_img;
 layout(std430) writeonly buffer head_block { uint head_buf[]; };
 
@@ -21,6 +24,6 @@ void main() {
     head_buf[at.y * (size.x + 1) + at.x] = 0u;
     if (any(greaterThanEqual(at, size))) return;
     vec4 sum = vec4(0.0);
-    if (weight > 0.0) sum = imageLoad(sum_img, at) + weight * texelFetch(view_tx, at, 0);
+    if (!begins) sum = imageLoad(sum_img, at) + lens_part_at(at, size).w * texelFetch(view_tx, at, 0);
     imageStore(sum_img, at, sum);
 }

@@ -4,17 +4,17 @@
 // Inputs
 //   lib/far_fragments.lib.glsl
 //   head_buf, link_buf   see far_links
-//   part_scale           diameter of the part over that of the lens
+//   lib/lens_part.lib.glsl
 // Outputs
 //   out_view_img   rgb, a 1; all 0 where nothing is known
 //   out_coc_img    diameter of the part's own disc, pixels; where nothing is known, as if nothing had moved
 
 #include "lib/far_fragments.lib.glsl"
+#include "lib/lens_part.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;  // first row of the band (defocus/pixel_list.py)
-uniform float part_scale;
 layout(std430) readonly buffer head_block { uint head_buf[]; };
 layout(std430) readonly buffer link_block { uvec2 link_buf[]; };
 layout(rgba32f) uniform writeonly image2D out_view_img;
@@ -100,5 +100,6 @@ void main() {
     View view = seen_from_part();
     bool is_known = view.seen.a > LEAST_KNOWN;
     imageStore(out_view_img, at, is_known ? vec4(view.seen.rgb / view.seen.a, 1.0) : vec4(0.0));
+    float part_scale = lens_part_at(at, textureSize(coc_tx, 0)).z;
     imageStore(out_coc_img, at, vec4(part_scale * (is_known ? view.coc : max(far_coc_at(at), 0.0))));
 }

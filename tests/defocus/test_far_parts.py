@@ -1,4 +1,4 @@
-"""Parts of the lens behind the focus: their centres, one plane, and what hides what."""
+"""Parts of the lens behind the focus: one plane, what hides what, and the opening's shape."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.defocus.far_parts import FAR_FROM_PX, part_centres, with_far_cut
+from heatlens.defocus.far_parts import FAR_FROM_PX, with_far_cut
 from heatlens.defocus.quality import unused_behind_notes
-from heatlens.model.shot.settings import LAYERS_MAX, PARTS, DefocusSettings, Quality
+from heatlens.model.lens.opening_image import OpeningImage
+from heatlens.model.shot.settings import LAYERS_MAX, DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.behind import with_behind
 from heatlens.plate.plate import Plate
 from support.lamps import HALF_ROUNDING
 from support.layers import ladder_of
+from support.opening_images import image_of
 from support.plates import FAR_M, FOCUS_M, Image, lens_blurring, plate_of, room
 
 HEIGHT, WIDTH = 48, 192
@@ -23,9 +25,16 @@ NEARER_M = FOCUS_M / 0.85  # 0.3 of the blur at FAR_M
 COC_PX = 30.0
 
 
-def through(renderer, plate: Plate, coc_px: float = COC_PX, **settings: object) -> Image:
+def through(
+    renderer,
+    plate: Plate,
+    coc_px: float = COC_PX,
+    opening: OpeningImage | None = None,
+    **settings: object,
+) -> Image:
     renderer.load(plate)
-    shot = Shot(lens_blurring(coc_px, WIDTH), DefocusSettings(**settings))
+    lens = replace(lens_blurring(coc_px, WIDTH), aperture_image=opening)
+    shot = Shot(lens, DefocusSettings(**settings))
     return renderer.pixels(shot)[..., :3].copy()
 
 
@@ -52,23 +61,16 @@ def card_before(row: Image, card_m: float = NEARER_M) -> Plate:
     return with_behind(plate_of(seen.color[..., :3], depth_m), [wall(row, FAR_M)])
 
 
-def truth(row: Image) -> Image:
-    """Return a row as a round lens shows it: the mean of what each of its columns sees."""
+def truth(row: Image, sides: tuple[int, ...] = (-1, 1)) -> Image:
+    """Return a row as these halves of a round lens show it: the mean of what its columns see."""
     u = (np.arange(401) + 0.5) / 401 * 2 - 1
     x = np.arange(WIDTH)[:, None] + 0.5
     on_card = x - 0.3 * COC_PX * u / 2
     on_wall = np.clip(np.floor(x - COC_PX * u / 2), 0, WIDTH - 1).astype(int)
     seen = np.where(on_card < EDGE, 0.4, row[on_wall])
-    return np.asarray(np.average(seen, axis=1, weights=np.sqrt(1 - u**2)), np.float32)
-
-
-@pytest.mark.parametrize("parts", PARTS)
-def test_parts_have_the_middle_and_the_variances_of_the_lens(parts):
-    centres = part_centres(parts)
-    assert centres.shape == (parts, 2)
-    np.testing.assert_allclose(centres.mean(0), 0, atol=1e-12)
-    own = np.eye(2) / (4 * parts)
-    np.testing.assert_allclose(centres.T @ centres / parts + own, np.eye(2) / 4, atol=1e-12)
+    return np.asarray(
+        np.average(seen, axis=1, weights=np.sqrt(1 - u**2) * np.isin(np.sign(u), sides)), np.float32
+    )
 
 
 @pytest.mark.parametrize("parts", [0, 2, 8, 38])
@@ -101,6 +103,29 @@ def test_a_surface_that_only_a_side_of_the_lens_sees_appears(ctx, renderer):
     }
     assert off[7].mean() < 0.5 * off[1].mean()
     assert off[19].mean() < 0.35 * off[1].mean()
+
+
+def half_open(side: int) -> OpeningImage:
+    """Return the right half of a round opening for 1, the left half for -1."""
+    y, x = (np.mgrid[:64, :64] + 0.5) / 32 - 1
+    return image_of(((side * x > 0) & (np.hypot(x, y) < 1)).astype(np.float32), f"half {side}")
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_half_an_opening_sees_past_the_edge_from_its_own_side(ctx, renderer, side):
+    row = hidden_stripe()
+    plate, true = card_before(row), truth(row, (side,))
+    near_edge = np.s_[EDGE - 20 : EDGE + 20]
+    off = {
+        parts: np.abs(
+            through(renderer, plate, opening=half_open(side), parts=parts)[
+                HEIGHT // 2, near_edge, 0
+            ]
+            - true[near_edge]
+        ).mean()
+        for parts in (1, 7, 19)
+    }
+    assert off[7] < 0.5 * off[1] and off[19] < 0.35 * off[1], off
 
 
 @pytest.mark.parametrize("parts", [7, 19])

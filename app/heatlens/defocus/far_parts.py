@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import Cut, LayerCut
+from heatlens.defocus.lens_parts import lens_parts
 from heatlens.defocus.listed_fragments import ListedFragments
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import PixelBands
@@ -30,36 +31,18 @@ FAR_FROM_PX = 1.5  # coc of the whole picture from which a surface is behind the
 _SOFTNESS = 0.2
 _MARGIN_PX = 4.0  # as in far_edges.comp.glsl
 _LINK_BYTES, _FRAGMENT_BYTES, _WORD = 8, 12, 4
+_NO_PART = np.zeros((1, 4))
 FAR_PARTS = "far parts"  # name of the step
-
-
-def part_centres(parts: int) -> NDArray[np.float64]:
-    """Return the centres (n, 2) of parts of a round lens of radius 1, all of the same area.
-
-    They are in rings of 1, 6, 12, ... parts. Their mean is 0, and with discs of the parts' area
-    around them the variances are those of the lens: 1/4 along each axis.
-    """
-    rings = range(math.isqrt(parts // 3) + 1)
-    points = np.concatenate([_ring(6 * k, 3 * k * k) for k in rings])
-    spread = 2 * np.mean(points**2)
-    return points * math.sqrt((1 - 1 / parts) / 2 / spread) if parts > 1 else points
-
-
-def _ring(count: int, middle: float) -> NDArray[np.float64]:
-    """Return the centres of a ring of `count` parts; `middle` parts of area lie inside the ring."""
-    angle = np.arange(max(count, 1)) * 2 * math.pi / max(count, 1) + 0.2 * count
-    return math.sqrt(middle + 0.5 * bool(count)) * np.stack([np.cos(angle), np.sin(angle)], -1)
 
 
 def is_in_parts(optics: Optics, settings: DefocusSettings, has_alpha: bool) -> bool:
     """Return whether the far field is blurred in parts.
 
-    Only round or squeezed openings, level focus and pictures without alpha are cut into parts.
+    The focus must be level, and the picture without alpha.
     """
     is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
     is_level = optics.line is None or optics.line.lean.is_level
-    is_simple = is_level and optics.disc.is_plain and not has_alpha
-    return parts_for(settings) > 1 and is_far and is_simple
+    return parts_for(settings) > 1 and is_far and is_level and not has_alpha
 
 
 def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
@@ -142,13 +125,15 @@ class FarPartsPass:
 
     def __init__(self, ctx: moderngl.Context, blur: BlurPass) -> None:
         self._ctx, self._blur, self._bands = ctx, blur, PixelBands(ctx)
-        self._programs: dict[str, ComputeProgram] = {}
+        self._programs: dict[tuple[str, bool], ComputeProgram] = {}
 
-    def _program(self, name: str) -> ComputeProgram:
+    def _program(self, name: str, places: int = 1) -> ComputeProgram:
         """Return a program, which is built when it is first used."""
-        if name not in self._programs:
-            self._programs[name] = ComputeProgram(self._ctx, f"far_{name}.comp.glsl")
-        return self._programs[name]
+        key = name, places > 1
+        if key not in self._programs:
+            defines = {"PART_VARIES": 1} if places > 1 else {}
+            self._programs[key] = ComputeProgram(self._ctx, f"far_{name}.comp.glsl", defines)
+        return self._programs[key]
 
     def steps(
         self,
@@ -162,51 +147,44 @@ class FarPartsPass:
         """Diffuse the view of each part; return the mean view and the zone for it."""
         room = _Room.of(what, scratch)
         total = scratch.texture("far sum", what.coc.size, 4)
-        yield from self._added(room, 0.0, total)
-        for centre in part_centres(parts):
-            yield from self._viewed(what, optics, centre, parts**-0.5, room)
+        yield from self._added(room, total, None)
+        for part in lens_parts(optics.disc, what.coc.size, parts):
+            yield from self._viewed(what, part, room)
             seen = Diffusion(room.view, room.coc, kernel, optics.disc.half_extents)
             for _ in self._blur.steps(seen, BlurTargets(poles, room.view)):
                 yield FAR_PARTS
-            yield from self._added(room, 1 / parts, total)
+            yield from self._added(room, total, part)
         zone = self._zone(what, optics, parts**-0.5, scratch)
         yield scratch.passed(FAR_PARTS)
         return FarField(total, zone)
 
-    def _viewed(
-        self,
-        what: FarSurfaces,
-        optics: Optics,
-        centre: NDArray[np.float64],
-        part_scale: float,
-        room: _Room,
-    ) -> Iterator[str]:
-        """Write what the lens sees around `centre`, and the discs of a part of the lens."""
-        (across, down), size = optics.disc.half_extents, what.coc.size
+    def _viewed(self, what: FarSurfaces, part: NDArray[np.float64], room: _Room) -> Iterator[str]:
+        """Write what one part of the lens sees, and the discs of that part."""
         linked = {"head_block": room.heads, "link_block": room.links}
-        shift = {"shift": (across * centre[0] / 2, -down * centre[1] / 2)}
-        own = {"part_scale": part_scale}
         images = {"out_view_img": room.view, "out_coc_img": room.coc}
-        for name, uniforms, out in (("links", shift, {}), ("view", own, images)):
+        for name, out in (("links", {}), ("view", images)):
             yield from _named(
                 self._bands.run(
-                    self._program(name),
-                    size,
-                    what.uniforms | uniforms,
+                    self._program(name, len(part)),
+                    what.coc.size,
+                    what.uniforms | _part_uniforms(part),
                     textures=what.textures,
                     images=out,
                     buffers=what.lists.buffers | linked,
                 )
             )
 
-    def _added(self, room: _Room, weight: float, total: moderngl.Texture) -> Iterator[str]:
-        """Add the blurred view to the sum, or begin one where `weight` is 0."""
+    def _added(
+        self, room: _Room, total: moderngl.Texture, part: NDArray[np.float64] | None
+    ) -> Iterator[str]:
+        """Add the blurred view of a part to the sum, or begin one without a part."""
         width, height = total.size
+        own = _NO_PART if part is None else part
         return _named(
             self._bands.run(
-                self._program("sum"),
+                self._program("sum", len(own)),
                 (width + 1, height + 1),
-                {"weight": weight},
+                _part_uniforms(own) | {"begins": part is None},
                 textures={"view_tx": room.view},
                 images={"sum_img": total},
                 buffers={"head_block": room.heads},
@@ -250,6 +228,12 @@ class FarPartsPass:
 def zone_size(size: tuple[int, int]) -> tuple[int, int]:
     """Return how many blocks cover a picture of `size`."""
     return groups_for(size[0], FAR_BLOCK), groups_for(size[1], FAR_BLOCK)
+
+
+def _part_uniforms(part: NDArray[np.float64]) -> dict[str, object]:
+    """Return the uniform of lib/lens_part.lib.glsl."""
+    places = [tuple(place) for place in part]
+    return {"lens_part": places if len(places) > 1 else places[0]}
 
 
 def _named(steps: Iterator[None]) -> Iterator[str]:

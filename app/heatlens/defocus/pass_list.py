@@ -108,7 +108,8 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
-        _comp("far_links", "far_view", "far_sum", "far_edges", "far_zone", "far_over"),
+        _comp("far_links", "far_view", "far_sum", variants=({}, {"PART_VARIES": 1}))
+        | _comp("far_edges", "far_zone", "far_over"),
         pass_costs.far_parts_bytes,
         _own("far sum", "far zone"),
         alone=_own("far heads", "far links", "far zone rows")
