@@ -7,8 +7,9 @@ import gc
 import os
 import re
 import signal
+import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ from hypothesis import settings
 
 from heatlens.base import faults
 from support import contexts
-from support.command_line import end_started
+from support.command_line import ENVIRONMENT, end_started
 
 if TYPE_CHECKING:
     import moderngl
@@ -44,8 +45,21 @@ def pytest_configure() -> None:
     os.environ["HEATLENS_RUNTIME_DIR"] = str(folder / "run")
     # gpu.program: an input of a shader that is never given is an error.
     os.environ["HEATLENS_STRICT_SHADERS"] = "1"
+    # Hundreds of processes start the program; compiled once, its modules serve them all.
+    sys.dont_write_bytecode = False
+    for environment in (os.environ, ENVIRONMENT):
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
     # What a shell starts in the background ignores Ctrl-C, and hands that on to what it starts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(wrapper=True, optionalhook=True)
+def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
+    """Let `-n auto` start one worker more than there are processors.
+
+    A quarter of the time a test waits: for a process, a browser, Slurm, or what rests.
+    """
+    return (yield) + 1
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
