@@ -13,13 +13,14 @@
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform float part_scale;
+uniform float nearest_px;   // least coc of both surfaces at an edge
+uniform float thin_coc_px;  // a surface that is blurred more is not thin
 layout(rg32f) uniform writeonly image2D out_zone_img;
 
 #define LEAST_STEP_PX 2.0    // surfaces whose blur differs less are right in one layer
 #define LEAST_STEP_PART 0.65 // the same as a share of the disc of a part; the larger limit counts
 #define MARGIN_PX 4.0
 #define WIDE_PX 5
-#define THIN_COC_PX 4.5      // a surface that is blurred more is not thin
 
 bool is_step(float one, float other, float least_step) {
     return abs(one - other) > max(least_step, LEAST_STEP_PART * part_scale * max(one, other));
@@ -35,9 +36,9 @@ bool is_wide(ivec2 at, ivec2 along, float coc) {
 // Reach of the edge between a pixel and the next one: that of wide surfaces, and of thin ones.
 vec2 reach_between(ivec2 at, float coc, ivec2 along) {
     float other = far_coc_at(at + along);
-    if (min(coc, other) <= 0.0 || !is_step(coc, other, LEAST_STEP_PX)) return vec2(-1.0);
+    if (min(coc, other) <= nearest_px || !is_step(coc, other, LEAST_STEP_PX)) return vec2(-1.0);
     float reach = max(coc, other) / 2.0 + MARGIN_PX;
-    bool is_thin = min(coc, other) < THIN_COC_PX && !(is_wide(at, -along, coc) && is_wide(at + along, along, other));
+    bool is_thin = min(coc, other) < thin_coc_px && !(is_wide(at, -along, coc) && is_wide(at + along, along, other));
     return is_thin ? vec2(-1.0, reach) : vec2(reach, -1.0);
 }
 

@@ -89,7 +89,7 @@ def test_the_time_of_final_and_of_film_is_told(card, tmp_path, capsys):
     paces = [event["pace"] for event in events if event["event"] == "frame"]
     assert all("a frame, film about" in pace for pace in paces)
     assert events[-1]["told"].endswith(f"{paces[-1]}.")
-    exported(tmp_path / "alone.#.exr", plate)
+    exported(tmp_path / "flat.#.exr", wall)
     assert "a frame, here the same as film.\n" in capsys.readouterr().err
     exported(tmp_path / "film.#.exr", plate, "--quality", "film")
     assert "final" not in capsys.readouterr().err
@@ -97,7 +97,9 @@ def test_the_time_of_final_and_of_film_is_told(card, tmp_path, capsys):
 
 def test_film_takes_what_the_parts_leave():
     assert pace_words(12.4, 9.3) == "quality final: about 12 s a frame, film about 3.1 s"
-    assert pace_words(0.25, 0.0) == "quality final: about 0.25 s a frame, here the same as film"
+    for parts_s in (0.0, 0.02):
+        told = pace_words(0.25, parts_s)
+        assert told == "quality final: about 0.25 s a frame, here the same as film"
 
 
 def test_a_quality_of_the_shot_is_kept(tmp_path, capsys):

@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
+from heatlens.defocus.far_guess import FAR_PARTS, FRAGMENT_BYTES, GUESSED_FROM_PX, WORD_BYTES
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import Cut, LayerCut
 from heatlens.defocus.lens_parts import lens_parts
 from heatlens.defocus.listed_fragments import ListedFragments
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import PixelBands
-from heatlens.defocus.quality import parts_for
+from heatlens.defocus.quality import GUESSED_PARTS, parts_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
@@ -30,19 +31,19 @@ from heatlens.model.shot.settings import LAYERS_MAX, DefocusSettings
 FAR_FROM_PX = 1.5  # coc of the whole picture from which a surface is behind the focus
 _SOFTNESS = 0.2
 _MARGIN_PX = 4.0  # as in far_edges.comp.glsl
-_LINK_BYTES, _FRAGMENT_BYTES, _WORD = 8, 12, 4
+_LINK_BYTES = 8
 _NO_PART = np.zeros((1, 4))
-FAR_PARTS = "far parts"  # name of the step
+# Least coc of both surfaces at an edge that makes a zone, and coc below which layers show thin
+# surfaces better: a guess is worth less, and knows nothing of what a thin surface hides.
+_KNOWN_EDGES: dict[str, object] = {"nearest_px": 0.0, "thin_coc_px": 4.5}
+_GUESSED_EDGES: dict[str, object] = {"nearest_px": GUESSED_FROM_PX, "thin_coc_px": 16.0}
 
 
-def is_in_parts(optics: Optics, settings: DefocusSettings, has_alpha: bool) -> bool:
-    """Return whether the far field is blurred in parts.
-
-    The focus must be level, and the picture without alpha.
-    """
+def is_in_parts(optics: Optics, settings: DefocusSettings) -> bool:
+    """Return whether the far field is blurred in parts, if its surfaces are known or guessed."""
     is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
     is_level = optics.line is None or optics.line.lean.is_level
-    return parts_for(settings) > 1 and is_far and is_level and not has_alpha
+    return parts_for(settings) > 1 and is_far and is_level
 
 
 def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
@@ -81,11 +82,12 @@ class FarSurfaces:
     coc: moderngl.Texture
     lists: ListedFragments
     least_px: float
+    is_guessed: bool = False  # the surfaces behind it
 
     @property
     def front_first(self) -> int:
         """The number of the first pixel, after those of all fragments."""
-        return self.lists.held.words.size // _FRAGMENT_BYTES
+        return self.lists.held.words.size // FRAGMENT_BYTES
 
     @property
     def textures(self) -> dict[str, moderngl.Texture]:
@@ -115,7 +117,7 @@ class _Room:
         return _Room(
             scratch.texture("far view", (width, height), 4),
             scratch.texture("far coc", (width, height), 1),
-            scratch.buffer("far heads", _WORD * (width + 1) * (height + 1)),
+            scratch.buffer("far heads", WORD_BYTES * (width + 1) * (height + 1)),
             scratch.buffer("far links", _LINK_BYTES * surfaces),
         )
 
@@ -143,8 +145,16 @@ class FarPartsPass:
         kernel: Kernel,
         poles: moderngl.TextureArray,
         scratch: Scratch,
-    ) -> Steps[FarField]:
-        """Diffuse the view of each part; return the mean view and the zone for it."""
+    ) -> Steps[FarField | None]:
+        """Diffuse the view of each part; return the mean view and the zone for it.
+
+        Return None if there is no zone.
+        """
+        zone = self._zone(what, optics, parts, scratch)
+        yield FAR_PARTS
+        if not _has_any(zone):
+            scratch.passed(FAR_PARTS)
+            return None
         room = _Room.of(what, scratch)
         total = scratch.texture("far sum", what.coc.size, 4)
         yield from self._added(room, total, None)
@@ -154,7 +164,6 @@ class FarPartsPass:
             for _ in self._blur.steps(seen, BlurTargets(poles, room.view)):
                 yield FAR_PARTS
             yield from self._added(room, total, part)
-        zone = self._zone(what, optics, parts**-0.5, scratch)
         yield scratch.passed(FAR_PARTS)
         return FarField(total, zone)
 
@@ -192,10 +201,11 @@ class FarPartsPass:
         )
 
     def _zone(
-        self, what: FarSurfaces, optics: Optics, part_scale: float, scratch: Scratch
+        self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
     ) -> moderngl.Texture:
         """Find the zones in which surfaces of different blur overlap."""
         size = zone_size(what.coc.size)
+        part_scale = min(parts, GUESSED_PARTS if what.is_guessed else parts) ** -0.5
         zone, rows = (scratch.texture(name, size, 2) for name in ("far zone", "far zone rows"))
         groups = pixel_groups(size)
         self._program("edges").dispatch(
@@ -203,7 +213,9 @@ class FarPartsPass:
             textures=what.textures,
             images={"out_zone_img": zone},
             buffers=what.lists.buffers,
-            uniforms=what.uniforms | {"part_scale": part_scale},
+            uniforms=what.uniforms
+            | {"part_scale": part_scale}
+            | (_GUESSED_EDGES if what.is_guessed else _KNOWN_EDGES),
         )
         widest = max(optics.disc.half_extents) * optics.farthest_px / 2 + _MARGIN_PX
         reach = {"reach_blocks": min(math.ceil(widest / FAR_BLOCK), max(size))}
@@ -228,6 +240,12 @@ class FarPartsPass:
 def zone_size(size: tuple[int, int]) -> tuple[int, int]:
     """Return how many blocks cover a picture of `size`."""
     return groups_for(size[0], FAR_BLOCK), groups_for(size[1], FAR_BLOCK)
+
+
+def _has_any(zone: moderngl.Texture) -> bool:
+    """Return whether any block is in a zone, see far_zone.comp.glsl; wait for the GPU."""
+    wide, thin = np.frombuffer(zone.read(), np.float32).reshape(-1, 2).T
+    return bool(((wide >= 0.0) & (thin < 0.0)).any())
 
 
 def _part_uniforms(part: NDArray[np.float64]) -> dict[str, object]:

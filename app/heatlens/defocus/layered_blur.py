@@ -135,6 +135,7 @@ class LayeredPicture:
     lists           the surfaces behind the visible ones; None if none are known
     sharp           what is kept from the blur
     places          RGBA, subpixel positions of the light; None if they are not known
+    may_guess       surfaces behind the focus may be guessed for parts of the lens
     """
 
     color: moderngl.Texture
@@ -143,6 +144,7 @@ class LayeredPicture:
     lists: ListedFragments | None = None
     sharp: SharpPart | None = None
     places: moderngl.Texture | None = None
+    may_guess: bool = False
 
 
 class LayeredBlur:
@@ -168,7 +170,8 @@ class LayeredBlur:
             listed = yield from self._without_highlights(what, kernel, optics, without)
             color, around = without.low, without.around
             lists = None if without.lists is None else without.lists.diffused
-        far = yield from self._far_field(color, coc, optics, settings, lists)
+        diffused = replace(what, color=color, lists=lists)
+        far = yield from self._far_field(diffused, optics, settings)
         picture = yield from self._fragmented(color, coc, optics, lists, around)
         out = self._scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
         yield from self._over_each_other(picture, optics, settings, far, sharp, out)
@@ -223,22 +226,28 @@ class LayeredBlur:
 
     def _far_field(
         self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
+        what: LayeredPicture,
         optics: Optics,
         settings: DefocusSettings,
-        lists: ListedFragments | None,
     ) -> Steps[FarField | None]:
         """Blur the far field in parts of the lens; return None if it is blurred in layers."""
-        least_px = FAR_FROM_PX * settings.proxy
-        if lists is None or not is_in_parts(optics, settings, lists.is_open):
+        if not is_in_parts(optics, settings):
+            return None
+        least_px, lists = FAR_FROM_PX * settings.proxy, what.lists
+        is_guessed = lists is None and what.may_guess
+        if is_guessed:
+            guess = self._passes.far_guess
+            lists = yield from guess.steps(what.color, what.coc, optics, least_px, self._scratch)
+        if lists is None or lists.is_open:
             return None
         draft = kernel_for(replace(settings, quality=Quality.DRAFT))
-        poles = self._passes.poles(self._scratch, "far poles", color.size, kernel_for(settings))
-        what = FarSurfaces(color, coc, lists, least_px)
+        poles = self._passes.poles(
+            self._scratch, "far poles", what.color.size, kernel_for(settings)
+        )
+        surfaces = FarSurfaces(what.color, what.coc, lists, least_px, is_guessed)
         return (
             yield from self._passes.far_parts.steps(
-                what, optics, parts_for(settings), draft, poles, self._scratch
+                surfaces, optics, parts_for(settings, is_guessed), draft, poles, self._scratch
             )
         )
 

@@ -109,10 +109,12 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
         _comp("far_links", "far_view", "far_sum", variants=({}, {"PART_VARIES": 1}))
-        | _comp("far_edges", "far_zone", "far_over"),
+        | _comp("far_edges", "far_zone", "far_over", "guess_push", "guess_lists")
+        | _comp("guess_pull", variants=either("FIRST")),
         pass_costs.far_parts_bytes,
         _own("far sum", "far zone"),
         alone=_own("far heads", "far links", "far zone rows")
+        | _own("guess starts", "guess words", "guess levels")
         | {"far view": ("layer", 1), "far coc": "layer coc", "far poles": "poles"},
     ),
     Pass(

@@ -4,6 +4,7 @@ import moderngl
 
 from heatlens.defocus.blur_pass import PACKED, BlurPass, pole_layers
 from heatlens.defocus.cutout_pass import CutoutPass
+from heatlens.defocus.far_guess import FarGuess
 from heatlens.defocus.far_parts import FarPartsPass
 from heatlens.defocus.fragment_pass import FragmentPass
 from heatlens.defocus.highlight_pass import (
@@ -52,6 +53,7 @@ class DefocusPasses:
         self.hidden = HiddenFillPass(ctx)
         self.coc_fill = CocFillPass(solver)
         self.blur = BlurPass(solver)
+        self.far_guess = FarGuess(ctx)
         self.far_parts = FarPartsPass(ctx, self.blur)
         self.composite = CompositePass(ctx)
         self.cutout = CutoutPass(ctx)

@@ -93,7 +93,8 @@ class DefocusPipeline:
             return blurred
         has_highlights = settings.bokeh is Bokeh.DISC
         lists = listed_through(plate.fragments, optics, has_alpha)
-        what = LayeredPicture(color, coc, has_highlights, lists, sharp, plate.places)
+        may_guess = lists is None and not has_alpha and settings.proxy == 1.0
+        what = LayeredPicture(color, coc, has_highlights, lists, sharp, plate.places, may_guess)
         if not has_alpha:
             return (yield from self._layered.steps(what, optics, settings, "out"))
         return (yield from self._with_alpha(what, optics, settings))

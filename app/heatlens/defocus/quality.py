@@ -12,7 +12,7 @@ from heatlens.plate.plate import Plate
 class _Spent:
     """The cost of a quality: kernel of the disc, steps of a Gaussian, largest number of layers.
 
-    parts  parts of the lens, where surfaces behind the focus are known
+    parts  parts of the lens, for surfaces behind the focus
     """
 
     disc: str
@@ -33,6 +33,9 @@ def _spent(quality: Quality) -> _Spent:
             return replace(_spent(Quality.FILM), parts=PARTS[-1])
         case _:
             assert_never(quality)
+
+
+GUESSED_PARTS = PARTS[1]  # more of them cost much and gain little
 
 
 def kernel_for(settings: DefocusSettings, rim: float = 0.0) -> Kernel:
@@ -61,9 +64,14 @@ def layers_for(settings: DefocusSettings) -> int:
     return settings.layers or _spent(settings.at_quality).layers
 
 
-def parts_for(settings: DefocusSettings) -> int:
-    """Return the number of parts of the lens; a number above 1 overrides that of the quality."""
-    return settings.parts if settings.parts > 1 else _spent(settings.at_quality).parts
+def parts_for(settings: DefocusSettings, is_guessed: bool = False) -> int:
+    """Return the number of parts of the lens; a number above 1 overrides that of the quality.
+
+    A quality spends fewer of them on surfaces that are only guessed.
+    """
+    of_quality = _spent(settings.at_quality).parts
+    own = min(of_quality, GUESSED_PARTS) if is_guessed else of_quality
+    return settings.parts if settings.parts > 1 else own
 
 
 def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, ...]:
@@ -74,7 +82,8 @@ def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, .
             f"The method {settings.method} blurs in one layer and guesses what lies behind; only "
             "diffusion can take that from files."
         )
-    if settings.parts > 1 and (plate.fragments is None or plate.has_alpha):
-        lack = "known surfaces behind it" if plate.fragments is None else "a picture without alpha"
-        notes.append(f"{settings.parts} parts of the lens change nothing: they need {lack}.")
+    if settings.parts > 1 and plate.has_alpha:
+        notes.append(
+            f"{settings.parts} parts of the lens change nothing: they need a picture without alpha."
+        )
     return tuple(notes)

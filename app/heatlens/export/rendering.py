@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.defocus.far_parts import FAR_PARTS
+from heatlens.defocus.far_guess import FAR_PARTS
 from heatlens.display.display_pass import DisplayPass
 from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.frame_files import RenderedFrame, frame_timecode
@@ -33,6 +33,7 @@ from heatlens.render import FrameRenderer
 from heatlens.source.source import Origin
 
 _LINE_SHARE = 1 / 720  # thickness of a line as a part of the picture's height
+_MUCH = 0.1  # share of a frame's time, above which it is told how much faster film is
 _TIMED = 2  # frames whose parts of the lens are timed: in the first, drivers still build programs
 
 
@@ -169,7 +170,8 @@ class FrameRendering:
 
 def pace_words(whole_s: float, parts_s: float) -> str:
     """Return what a frame of the quality final takes, and film, which has no parts of the lens."""
-    film = f"film about {_seconds(whole_s - parts_s)}" if parts_s else "here the same as film"
+    is_much = parts_s > _MUCH * whole_s
+    film = f"film about {_seconds(whole_s - parts_s)}" if is_much else "here the same as film"
     return f"quality final: about {_seconds(whole_s)} a frame, {film}"
 
 

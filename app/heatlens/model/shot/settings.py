@@ -99,7 +99,7 @@ class DefocusSettings:
     quality  None: film, and final in an export of plates
     method  only diffusion uses bokeh, quality, layers and parts
     views   lens points of accumulation, or rays of each pixel
-    parts   parts of the lens, for what lies behind the focus where surfaces behind are known
+    parts   parts of the lens, for what lies behind the focus
 
     Raises InputError for a number outside its range.
     """
@@ -115,7 +115,7 @@ class DefocusSettings:
         None,
         "quality",
         "how closely that shape is matched; the amount of blur is the same (default: film, and "
-        "final for an export of plates); final is film in 37 parts of the lens, see --parts",
+        "final for an export of plates); final is film in parts of the lens, see --parts",
         **_ONLY_DIFFUSION,
     )
     layers: int | None = option_field(
@@ -159,8 +159,8 @@ class DefocusSettings:
         1,
         "parts",
         "parts of the lens, 1, 7, 19 or 37, that blur the surfaces behind the focus separately: "
-        "known surfaces then overlap correctly, but it takes longer (default: 37 for the quality "
-        "final, else 1)",
+        "they then overlap correctly, but it takes longer (default: for the quality final 37, or 7 "
+        "if the surfaces that they hide are guessed; else 1)",
         metavar="N",
         least=PARTS[0],
         most=PARTS[-1],

@@ -277,7 +277,7 @@ def blur_panel(settings: DefocusSettings, has_many_views: bool) -> DefocusSettin
         it: str(it) for it in Quality
     }
     layers = {None: "as quality says"} | {n: str(n) for n in _whole_numbers("layers")}
-    tip = "Parts of the lens. With more, known surfaces behind the focus overlap correctly."
+    tip = "Parts of the lens. With more, surfaces behind the focus overlap correctly."
     return replace(
         settings,
         method=method,

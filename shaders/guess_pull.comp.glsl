@@ -1,0 +1,49 @@
+// Computes a level of the pyramid of what is farther than a cut: the mean of the known ones of 2 x 2 pixels.
+//
+// Inputs
+//   color_tx, coc_tx   the picture and its signed coc in pixels, with FIRST; else
+//   lib/guess_levels.lib.glsl   holds the level below
+// Output
+//   out_levels_img     receives this level
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform ivec4 out_place;  // corner and size of the level
+layout(rgba32f) uniform writeonly image2D out_levels_img;
+
+#ifdef FIRST
+uniform sampler2D color_tx;
+uniform sampler2D coc_tx;
+uniform float cut_px;
+
+ivec2 finer_size() { return textureSize(coc_tx, 0); }
+
+bool is_known(vec4 surface) { return surface.a > 0.0; }
+
+vec4 finer_at(ivec2 at) {
+    float coc = texelFetch(coc_tx, at, 0).r;
+    return coc > cut_px ? vec4(texelFetch(color_tx, at, 0).rgb, coc) : vec4(0.0);
+}
+#else
+#include "lib/guess_levels.lib.glsl"
+
+uniform ivec4 finer_place;
+
+ivec2 finer_size() { return finer_place.zw; }
+vec4 finer_at(ivec2 at) { return texelFetch(levels_tx, finer_place.xy + at, 0); }
+#endif
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, out_place.zw))) return;
+    vec4 sum = vec4(0.0);
+    float known = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 from = 2 * at + ivec2(k & 1, k >> 1);
+        if (any(greaterThanEqual(from, finer_size()))) continue;
+        vec4 surface = finer_at(from);
+        sum += surface;
+        known += float(is_known(surface));
+    }
+    imageStore(out_levels_img, out_place.xy + at, sum / max(known, 1.0));
+}
