@@ -1,5 +1,7 @@
 """Lamps: taken out, listed within bounds, drawn with their light."""
 
+from functools import lru_cache
+
 import moderngl
 import numpy as np
 import pytest
@@ -34,6 +36,19 @@ IMAGED = DiscShape(Aperture(rim=0.4, cat_eye=0.6, aperture_image=letter()), 1.0,
 COLORED = DiscShape(Aperture(axial_colour_mm=1.0), 1.0, FIELD, axial_px=6.0)
 
 
+class Passes:
+    """The highlight passes with their programs, which a driver may take long to build."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.solver = SweepSolver(ctx)
+        self.split = HighlightSplitPass(ctx, BlurPass(self.solver))
+        self.lists = HighlightListPass(ctx)
+        self.drawing = HighlightDrawPass(ctx)
+
+
+passes_of = lru_cache(maxsize=1)(Passes)
+
+
 class Lamps:
     """The three highlight passes on one picture."""
 
@@ -52,19 +67,17 @@ class Lamps:
         self.low, self.high, self.out = (new_texture(ctx, size, 4) for _ in range(3))
         sizes = HighlightBuffers.sizes(size)
         self.buffers = HighlightBuffers(**{k: ctx.buffer(reserve=v) for k, v in sizes.items()})
-        solver, half = SweepSolver(ctx), Surroundings.half_size(size)
-        poles = new_array(ctx, solver.between_size(half), 1, 4, PACKED)
+        self._passes, half = passes_of(ctx), Surroundings.half_size(size)
+        poles = new_array(ctx, self._passes.solver.between_size(half), 1, 4, PACKED)
         scratch = Surroundings(
             new_texture(ctx, half, 4),
             new_texture(ctx, half, 1),
             BlurTargets(poles, new_texture(ctx, half, 4)),
         )
-        split = HighlightSplitPass(ctx, BlurPass(solver))
         into = WithoutHighlights(self.low, self.high, new_texture(ctx, half, 1, "f2"))
-        list(split.steps(self.color, self.coc, self.optics, scratch, into))
+        list(self._passes.split.steps(self.color, self.coc, self.optics, scratch, into))
         self.taken = download(self.high)[..., :3]
-        lists = HighlightListPass(ctx)
-        list(lists.steps(into, self.optics, self.buffers, self.coc))
+        list(self._passes.lists.steps(into, self.optics, self.buffers, self.coc))
         kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
         for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
             empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))
@@ -76,8 +89,8 @@ class Lamps:
         self.out.write(bytes(16 * self.out.width * self.out.height))
         least = new_texture(self._ctx, nearest.shape[::-1], 1)
         upload(least, nearest)
-        drawing = HighlightDrawPass(self._ctx)
-        list(drawing.steps(self.buffers, self._picture, least, self.optics, self.out))
+        drawn = self._passes.drawing.steps
+        list(drawn(self.buffers, self._picture, least, self.optics, self.out))
 
     @property
     def count(self) -> int:

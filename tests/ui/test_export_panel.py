@@ -4,7 +4,7 @@ import json
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -61,11 +61,18 @@ def gui(session_context, tmp_path: Path) -> Iterator[Gui]:
         yield window
 
 
-def ended(gui: Gui) -> ExportState:
-    run, end = gui.session.files.exports.run, time.monotonic() + WAIT_S
-    while run.is_busy:
-        assert time.monotonic() < end, run.state
+def wait_for(gui: Gui, is_true: Callable[[], bool], told: Callable[[], object]) -> None:
+    """Draw few frames, which leaves the processors to what is waited for."""
+    end = time.monotonic() + WAIT_S
+    while not is_true():
+        assert time.monotonic() < end, told()
         gui.frame()
+        time.sleep(0.05)
+
+
+def ended(gui: Gui) -> ExportState:
+    run = gui.session.files.exports.run
+    wait_for(gui, lambda: not run.is_busy, lambda: run.state)
     gui.frame(2)
     assert run.state is not None
     return run.state
@@ -345,10 +352,11 @@ def test_a_cluster_that_is_chosen_renders_the_frames_ahead(gui: Gui, tmp_path: P
         gui.type(cluster.address)
         gui.key(imgui.Key.enter)
         assert gui.session.preferences.now.export_place.scheduler == cluster.address
-        end = time.monotonic() + WAIT_S
-        while not (pull.cluster.told == "1 worker ready" and len(pull.rendered) == len(FRAMES)):
-            assert time.monotonic() < end, pull.cluster.told
-            gui.frame()
+        wait_for(
+            gui,
+            lambda: pull.cluster.told == "1 worker ready" and len(pull.rendered) == len(FRAMES),
+            lambda: pull.cluster.told,
+        )
         gui.click(gui.middle("frames ahead (the blue bar)"))
         gui.frame(2)
         assert pull.cluster._cluster is None and pull.cluster.told == ""
