@@ -12,7 +12,7 @@ import pytest
 from heatlens.base.paths import data_dir
 from heatlens.camera.camera_file import read_camera
 from heatlens.documents.shot_file import read_shot
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import LensModel
 from heatlens.plate.read import read_plate
 from support.blender import PYTHON
 from support.tev_peers import serving, settle

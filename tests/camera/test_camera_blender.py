@@ -13,8 +13,7 @@ from heatlens.camera.blender_write import blender_text
 from heatlens.camera.camera_file import write_camera
 from heatlens.camera.samples import INFINITE_M, with_renderer_f_stop
 from heatlens.model.curves.frames import FrameRange
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.shot.shot import Shot
 from heatlens.source.named import camera_of_shot

@@ -12,7 +12,7 @@ from heatlens.camera.camera_file import write_camera
 from heatlens.camera.nuke_write import left_out, nuke_text
 from heatlens.camera.samples import INFINITE_M, with_nominal_f_stop, with_renderer_f_stop
 from heatlens.model.focus.coc import coc_line, coc_px
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import LensModel
 from heatlens.source.named import camera_of_shot
 from support.cameras import EYE, FRAMES, SHOTS, TARGET, dolly, moving_camera, world_to_camera
 

@@ -9,8 +9,7 @@ from heatlens.camera.blender_write import blender_text
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.lens.disc_shape import DiscShape
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.shot.shot import Shot
 from heatlens.source.named import camera_of_shot
 from support.blender import PYTHON

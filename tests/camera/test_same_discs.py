@@ -11,8 +11,7 @@ from heatlens.camera.into_shot import with_camera
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.camera.samples import with_nominal_f_stop, with_renderer_f_stop
 from heatlens.model.focus.coc import coc_line
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.source.named import camera_of_shot
 from support.cameras import FRAMES, SHOTS, moving_camera

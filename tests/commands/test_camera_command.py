@@ -19,8 +19,7 @@ from heatlens.live.ring.sources import LensSample, RingSources
 from heatlens.model.curves.curve import Key
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.curves.interpolation import Interpolation, Scale
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.timecode import Timecode
 from heatlens.plate.header.camera_header import lens_attributes

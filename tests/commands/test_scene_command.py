@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.model.shot.shot import Shot

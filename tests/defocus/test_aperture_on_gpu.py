@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from heatlens.model.lens import opening
 from heatlens.model.lens.aperture import Aperture
-from heatlens.model.lens.disc_shape import DiscShape
-from heatlens.model.lens.picture_field import PictureField
+from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.model.lens.pupil import Pupil
 from support.apertures import apertures
 from support.shader_questions import ShaderQuestions

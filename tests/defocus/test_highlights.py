@@ -24,8 +24,7 @@ from heatlens.defocus.optics import Optics
 from heatlens.gpu.shader_constants import TILE
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
 from heatlens.model.lens.aperture import Aperture
-from heatlens.model.lens.disc_shape import DiscShape
-from heatlens.model.lens.picture_field import PictureField
+from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from support.opening_images import letter
 
 ROUND, SQUEEZED = DiscShape(), DiscShape(Aperture(squeeze=2.0), 1.5)

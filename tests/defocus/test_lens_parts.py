@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from heatlens.defocus.lens_parts import lens_parts, part_centres
 from heatlens.gpu.shader_constants import PART_PLACES
 from heatlens.model.lens.aperture import Aperture
-from heatlens.model.lens.disc_shape import DiscShape
-from heatlens.model.lens.picture_field import PictureField
+from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.model.shot.settings import PARTS
 from support.opening_images import letter, opening_images
 

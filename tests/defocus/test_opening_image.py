@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from heatlens.gpu.textures import OpeningTextures
 from heatlens.model.lens.aperture import Aperture
-from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.model.lens.opening_image import IMAGE_SIDE, ImageGrid, OpeningImage
-from heatlens.model.lens.picture_field import PictureField
 from support.opening_images import image_of, letter, opening_images
 from support.shader_questions import ShaderQuestions
 

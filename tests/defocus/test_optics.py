@@ -12,8 +12,7 @@ from heatlens.defocus.optics import Color, Optics
 from heatlens.model.focus.coc import CocLine
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.disc_shape import DiscShape
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.value_bins import BINS, ValueBins, bins_of
 from heatlens.source.pinhole import optics_of
 from support.plates import coc_plate_of, plate_of

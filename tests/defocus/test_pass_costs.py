@@ -8,8 +8,8 @@ from heatlens.defocus.kernels import gaussian_kernel, named_kernel
 from heatlens.defocus.line_solver import SOLVERS, LineSystem, SolverName, SweepSolver
 from heatlens.defocus.pass_costs import AxisReads, Traffic, Work, solve_bytes
 from heatlens.defocus.pass_list import PASSES, pass_named
-from heatlens.measure.bench.frames import PassSeconds
 from heatlens.measure.bench.measure import pass_row
+from heatlens.measure.bench.timing import PassSeconds
 
 SIZE = (64, 48)
 HEAT, DISC_4 = named_kernel("heat"), named_kernel("disc_4")

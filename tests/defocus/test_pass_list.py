@@ -15,8 +15,8 @@ from heatlens.defocus.pass_list import Pass
 from heatlens.defocus.scratch import Scratch, lifetimes
 from heatlens.doctor.gpu_check import pass_builds
 from heatlens.gpu.program_versions import crossed, either
-from heatlens.measure.bench.frames import PassSeconds
 from heatlens.measure.bench.measure import pass_row
+from heatlens.measure.bench.timing import PassSeconds
 
 WORK = Work((64, 48), named_kernel("heat"), SolverName.SWEEP)
 GRAIN = Pass(

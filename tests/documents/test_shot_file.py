@@ -13,8 +13,7 @@ from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.model.curves.curve import Curve, Key
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark, WorldMark
 from heatlens.model.marks.track_mark import Click, TrackMark, TrackPlace
 from heatlens.model.shot.plate_options import PlateOptions

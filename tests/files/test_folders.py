@@ -10,7 +10,7 @@ from platformdirs import PlatformDirs, windows
 from platformdirs.macos import MacOS
 from platformdirs.windows import Windows
 
-from heatlens.base.folders import preferences_dir, rendered_frames_dir, reports_dir
+from heatlens.base.paths import preferences_dir, rendered_frames_dir, reports_dir
 from support.command_line import ENVIRONMENT
 
 FOLDERS = (preferences_dir, rendered_frames_dir, reports_dir)
@@ -92,7 +92,7 @@ def test_a_user_without_a_home_has_folders_below_the_root():
     """As in a container whose user stands in no list and whose environment is empty."""
     code = (
         "import os; os.path.expanduser = lambda text: text\n"
-        "from heatlens.base.folders import preferences_dir; print(preferences_dir())"
+        "from heatlens.base.paths import preferences_dir; print(preferences_dir())"
     )
     environment = {k: v for k, v in ENVIRONMENT.items() if k not in (*VARIABLES, "HOME")}
     run = subprocess.run(

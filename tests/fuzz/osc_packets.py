@@ -9,7 +9,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 
 from heatlens.base.errors import HeatlensError
 from heatlens.live.ring.hearing import Hearing
-from heatlens.live.ring.osc import OscDecoder
+from heatlens.live.ring.receiver import OscDecoder
 
 
 def datagrams(folder: Path) -> list[Path]:

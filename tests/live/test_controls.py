@@ -7,7 +7,7 @@ import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.live.ring.receiver import MidiInput, open_ring
-from heatlens.live.ring.ring_input import PadInput
+from heatlens.live.ring.sources import PadInput
 
 
 class Port:

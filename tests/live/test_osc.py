@@ -20,8 +20,7 @@ from heatlens.live.ring.address import (
     parse_ring_address,
 )
 from heatlens.live.ring.hearing import Hearing
-from heatlens.live.ring.osc import OscDecoder
-from heatlens.live.ring.receiver import LensReceiver
+from heatlens.live.ring.receiver import LensReceiver, OscDecoder
 from heatlens.live.ring.sources import CHANNELS_MOST, LensSample
 
 SENDER = ("127.0.0.1", 5)
@@ -117,7 +116,7 @@ def test_what_the_library_only_warns_of_is_refused_without_a_word(tags, capfd):
 def test_osc_prints_no_control_characters_in_a_process_of_its_own():
     code = (
         "from heatlens.live.ring.hearing import Hearing\n"
-        "from heatlens.live.ring.osc import OscDecoder\n"
+        "from heatlens.live.ring.receiver import OscDecoder\n"
         "import logging; hearing = Hearing(OscDecoder())\n"
         "hearing.take(b'/x\\0\\0,\\x1b\\0\\0', ('stranger', 1))\n"
         "assert hearing.refused == 1; logging.getLogger('others').warning('heard')"

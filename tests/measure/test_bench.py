@@ -17,7 +17,6 @@ from heatlens.defocus.line_solver import SOLVERS
 from heatlens.defocus.pass_list import PASSES
 from heatlens.gpu.textures import download
 from heatlens.measure.bench import measure
-from heatlens.measure.bench.frames import BenchFrames, frame_seconds, median_seconds
 from heatlens.measure.bench.measure import (
     BareSweeps,
     conductances,
@@ -32,6 +31,7 @@ from heatlens.measure.bench.synthetic_plate import (
     scene_plate,
     uniform_coc_plate,
 )
+from heatlens.measure.bench.timing import BenchFrames, frame_seconds, median_seconds
 from heatlens.model.shot.settings import LAYERS_MAX, Bokeh, DefocusSettings
 from support import oracle
 

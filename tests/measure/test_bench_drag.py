@@ -10,8 +10,8 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.measure.bench.drag import DragView, flip_missing, measure_drag
-from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
+from heatlens.measure.bench.timing import BenchFrames
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.picture.display import srgb_encoded

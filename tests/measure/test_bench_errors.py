@@ -12,8 +12,7 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.gpu.textures import FloatArray, download
-from heatlens.measure.bench import bounded, method_errors, methods
-from heatlens.measure.bench.frames import BenchFrames, SceneFrame
+from heatlens.measure.bench import method_errors, methods, timing
 from heatlens.measure.bench.method_errors import (
     ErrorReport,
     check_errors,
@@ -25,6 +24,7 @@ from heatlens.measure.bench.method_errors import (
 from heatlens.measure.bench.methods import entrants, wall_framing
 from heatlens.measure.bench.report import error_tables
 from heatlens.measure.bench.synthetic_plate import LENS
+from heatlens.measure.bench.timing import BenchFrames, SceneFrame
 from heatlens.measure.compare.metrics import score
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.shot.settings import DefocusSettings, Method
@@ -145,7 +145,7 @@ def test_the_tables_have_all_rows_and_columns_and_say_skipped(report):
 @pytest.mark.usefixtures("ctx")
 def test_one_that_takes_too_long_is_given_up_and_left_out_from_there_on(frames, monkeypatch):
     monkeypatch.setattr(methods, "METHOD_COC_PX", (2.0, 9.0))
-    monkeypatch.setattr(bounded, "LIMIT_S", -1.0)
+    monkeypatch.setattr(timing, "LIMIT_S", -1.0)
     said: list[str] = []
     found = measure_errors(frames, SIZE, SETTINGS, VIEWS, 1, said.append)
     assert all(cell is None for row in found.rows for cell in row.cells.values())

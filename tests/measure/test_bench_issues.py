@@ -10,9 +10,9 @@ import pytest
 from heatlens.commands.main import main
 from heatlens.defocus.line_solver import SolverName
 from heatlens.measure.bench import issues
-from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.issues import measure_issues
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
+from heatlens.measure.bench.timing import BenchFrames
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 

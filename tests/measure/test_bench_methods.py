@@ -11,9 +11,7 @@ from heatlens.commands.main import main
 from heatlens.defocus.other_methods import gather_steps
 from heatlens.defocus.scatter_pass import disc_fragments
 from heatlens.gpu.textures import download
-from heatlens.measure.bench import bounded, methods
-from heatlens.measure.bench.bounded import bounded as bounded_frame
-from heatlens.measure.bench.frames import BenchFrames
+from heatlens.measure.bench import methods, timing
 from heatlens.measure.bench.methods import (
     MethodReport,
     MethodRow,
@@ -24,6 +22,8 @@ from heatlens.measure.bench.methods import (
 )
 from heatlens.measure.bench.report import time_table
 from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
+from heatlens.measure.bench.timing import BenchFrames
+from heatlens.measure.bench.timing import bounded as bounded_frame
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.lens.disc_shape import DiscShape
 from heatlens.model.shot.settings import DefocusSettings, Method
@@ -97,7 +97,7 @@ def test_the_table_is_aligned_and_says_skipped():
 
 def test_a_method_that_takes_too_long_is_given_up_and_left_out_from_there_on(ctx, monkeypatch):
     monkeypatch.setattr(methods, "METHOD_COC_PX", (2.0, 9.0))
-    monkeypatch.setattr(bounded, "LIMIT_S", -1.0)
+    monkeypatch.setattr(timing, "LIMIT_S", -1.0)
     said: list[str] = []
     frames = BenchFrames(ctx, "sweep")
     report = measure_methods(frames, SIZE, DefocusSettings(), 1, said.append)

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from heatlens.commands.main import main
 from heatlens.commands.output import progress_line
 from heatlens.commands.output.progress_line import paced_progress
-from heatlens.measure.bench.bounded import LIMIT_S
 from heatlens.measure.bench.pace import Pace, Step
 from heatlens.measure.bench.schedule import Asked, planned
+from heatlens.measure.bench.timing import LIMIT_S
 from heatlens.model.shot.settings import DefocusSettings
 
 PLAN = st.lists(st.floats(0.01, 100.0), min_size=1, max_size=20)

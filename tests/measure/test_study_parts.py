@@ -12,12 +12,10 @@ from hypothesis import strategies as st
 from heatlens.base.errors import GpuError, InputError
 from heatlens.measure.chart import write_figure
 from heatlens.measure.study import measured
-from heatlens.measure.study import subject as references
-from heatlens.measure.study.folder import report_folder, write_numbers
-from heatlens.measure.study.measured import measure_all
-from heatlens.measure.study.page import duration
+from heatlens.measure.study import measured as references
+from heatlens.measure.study.folder import duration, report_folder, write_numbers
+from heatlens.measure.study.measured import Subject, measure_all
 from heatlens.measure.study.pictures import crop_boxes, crop_side, error_chart
-from heatlens.measure.study.subject import Subject
 from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings, Method
@@ -178,7 +176,7 @@ class Going:
 
 @pytest.fixture(autouse=True)
 def pictures_need_no_gpu(monkeypatch):
-    monkeypatch.setattr("heatlens.measure.study.subject.download", lambda pixels: pixels)
+    monkeypatch.setattr("heatlens.measure.study.measured.download", lambda pixels: pixels)
 
 
 def truth_from(subject: Subject, views: int) -> references.Reference:

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from heatlens.model.focus.coc import coc_line
 from heatlens.model.lens.breathing import as_seen, breathing_note, plate_ratio, view_ratio
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 
 FOCI = st.floats(0.3, 1e4) | st.just(math.inf)
 RATIOS = st.floats(0.7, 1.3)

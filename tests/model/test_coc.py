@@ -18,8 +18,7 @@ from heatlens.model.focus.coc import (
     lens_diameter_m,
     near_limit_m,
 )
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 
 FIFTY = Lens(focal_length_mm=50.0, f_stop=2.0, focus_distance_m=2.0, sensor_width_mm=36.0)
 

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from heatlens.model.lens import opening
 from heatlens.model.lens.aperture import Aperture, shape_uniforms
-from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.disc_shape import DiscShape, PictureField, field_variances
 from heatlens.model.lens.opening import Barrel
-from heatlens.model.lens.picture_field import PictureField, field_variances
 from heatlens.model.lens.pupil import PINHOLE, Pupil
 from support.opening_images import letter
 

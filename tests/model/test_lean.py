@@ -9,10 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.model.boxes import Box
-from heatlens.model.focus.coc import coc_line, coc_px, lean_coc_px
-from heatlens.model.focus.lean import LEVEL, lean_of
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.focus.coc import LEVEL, coc_line, coc_px, lean_coc_px, lean_of
+from heatlens.model.lens.lens import Lens, LensModel
 
 SIZE = (1920, 1080)
 LENSES = st.builds(

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from heatlens.base.errors import LensError
 from heatlens.model.lens import opening
 from heatlens.model.lens.aperture import Aperture
-from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.model.lens.opening import Barrel, Blades
-from heatlens.model.lens.picture_field import PictureField
 from support.apertures import apertures
 
 GRID = (np.indices((200, 200)) + 0.5) / 100 - 1

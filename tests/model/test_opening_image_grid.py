@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from heatlens.base.errors import LensError
 from heatlens.model.lens import opening
 from heatlens.model.lens.aperture import Aperture, shape_uniforms
-from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.disc_shape import DiscShape, PictureField, _parts_past_barrel
 from heatlens.model.lens.opening import Barrel
 from heatlens.model.lens.opening_image import BARREL_STEPS, IMAGE_SIDE, OpeningImage, seen_light
-from heatlens.model.lens.picture_field import PictureField, _parts_past_barrel
 from support.opening_images import image_of, letter, opening_images
 
 OPEN = image_of(np.ones((8, 8), np.float32), "open")

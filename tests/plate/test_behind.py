@@ -6,7 +6,7 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.frame_cache.reader import SequenceReader, settled_options
+from heatlens.frame_cache.sequence_reader import SequenceReader, settled_options
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.frame_cache.reader import SequenceReader
+from heatlens.frame_cache.sequence_reader import SequenceReader
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.depth.depth_shape import flat_votes
 from heatlens.plate.header.written_by import rendered_by, written_by

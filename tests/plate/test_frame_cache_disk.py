@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.frame_cache.cache import Damaged, FrameCache
-from heatlens.frame_cache.reader import SequenceReader
+from heatlens.frame_cache.sequence_reader import SequenceReader
 from heatlens.model.depth_words import DepthConvention
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.read import read_plate

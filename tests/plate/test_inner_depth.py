@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.plate.picture.inner_depth import inner_depth
 from heatlens.plate.picture.picture_open import picture_info
+from heatlens.plate.picture.portrait import inner_depth
 from heatlens.plate.read import read_plate
 from support.crashing import crashing
 from support.picture_files import (

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import LensError
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.plate.header.camera_header import camera_at_header, lens_attributes
 from heatlens.plate.header.header_lens import MissingLensError, plate_lens, start_lens
 from heatlens.plate.plate import CameraHeader

@@ -9,8 +9,7 @@ import pytest
 from heatlens.defocus.kernels import rim_kernel
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.focus.coc import axial_dioptres, axial_px
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate

@@ -30,7 +30,7 @@ from heatlens.rendered_frames.frame_key import (
     runs_of,
     shot_key,
 )
-from heatlens.rendered_frames.kept_picture import half_of
+from heatlens.rendered_frames.kept_pictures import half_of
 from heatlens.rendered_frames.stamp_book import StampBook
 from heatlens.sequence.sequence import stamp_of
 from heatlens.source.source import StampedFile, stamped

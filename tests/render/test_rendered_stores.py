@@ -14,15 +14,17 @@ from hypothesis import strategies as st
 from heatlens.base import free_memory
 from heatlens.model.boxes import Box
 from heatlens.rendered_frames.frame_store import FrameStore
-from heatlens.rendered_frames.kept_picture import (
+from heatlens.rendered_frames.kept_pictures import (
     _HEAD,
+    DiskStore,
     KeptPicture,
+    MemoryStore,
     RenderedPicture,
     decoded,
+    default_memory_bytes,
     encoded,
     half_of,
 )
-from heatlens.rendered_frames.limited_stores import DiskStore, MemoryStore, default_memory_bytes
 
 WINDOWS = Box(-2, 3, 10, 9), Box(0, 0, 12, 8)
 

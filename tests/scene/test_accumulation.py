@@ -11,10 +11,8 @@ import pytest
 from demo_street.shapes import moved, quads, scaled
 from heatlens.gpu.textures import download, new_texture
 from heatlens.model.focus.coc import axial_px, coc_line, coc_px
-from heatlens.model.lens.disc_shape import DiscShape
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
-from heatlens.model.lens.picture_field import PictureField
+from heatlens.model.lens.disc_shape import DiscShape, PictureField
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.shot.framing import Pose
 from heatlens.scene.scene import Daylight, Instance, Material, Scene
 from heatlens.scene.scene_view import SceneView, pupil_of, view_of

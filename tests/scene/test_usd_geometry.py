@@ -8,7 +8,7 @@ from heatlens.base.errors import InputError
 from heatlens.model.curves.frames import FrameRange
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_bounds import bounds_m
-from heatlens.scene.usd import subdivide
+from heatlens.scene.usd import mesh
 from heatlens.scene.usd.read import usd_scene
 
 
@@ -118,12 +118,12 @@ def test_parts_holes_and_coordinates_survive_subdivision(tmp_path):
 
 
 def test_meshes_without_room_are_drawn_as_they_are_and_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(subdivide, "_MOST_OF_MESH", 30)
+    monkeypatch.setattr(mesh, "_MOST_OF_MESH", 30)
     stage = stage_at(tmp_path / "a.usda")
     box(stage)
     scene = read(stage)
     assert scene.triangle_count == 48 and "once instead of twice" in scene.notes[0]
-    monkeypatch.setattr(subdivide, "_MOST_OF_MESH", 20)
+    monkeypatch.setattr(mesh, "_MOST_OF_MESH", 20)
     scene = read(stage)
     assert scene.triangle_count == 12 and "drawn as their cages" in scene.notes[0]
 

@@ -9,7 +9,7 @@ import pytest
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.pull import pull
 from heatlens.model.view.view_geometry import Viewport
-from heatlens.rendered_frames.kept_picture import half_of
+from heatlens.rendered_frames.kept_pictures import half_of
 from heatlens.session.session import Session
 from heatlens.session.shot.start import Start
 from heatlens.source.opened_plates import OpenedPlates

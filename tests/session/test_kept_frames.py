@@ -15,7 +15,7 @@ from heatlens.model.view.view_geometry import Viewport
 from heatlens.plate.read import read_plate
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
-from heatlens.rendered_frames.kept_picture import half_of
+from heatlens.rendered_frames.kept_pictures import half_of
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing import pull_jobs, rendered_pull
 from heatlens.session.playing.kept_screen import KeptScreen

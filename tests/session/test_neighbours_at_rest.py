@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from heatlens.frame_cache.neighbour_reader import NeighbourReader
+from heatlens.frame_cache.sequence_reader import NeighbourReader
 from heatlens.model.shot.plate_options import PlateOptions
 from support.dolly_plates import FIRST, write_dolly
 from support.evening import session_of, settled, until

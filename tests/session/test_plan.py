@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.model.boxes import Box
-from heatlens.model.focus.lean import lean_of
+from heatlens.model.focus.coc import lean_of
 from heatlens.model.lens.lens import Lens
 from heatlens.model.marks.marks import DistanceMark, PointMark
 from heatlens.session.marks.plan import PlanDrawer

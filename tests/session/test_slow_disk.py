@@ -16,7 +16,7 @@ import pytest
 
 from heatlens.base.background import Threads, is_at_work
 from heatlens.documents.shot_file import autosave_path
-from heatlens.frame_cache import reader
+from heatlens.frame_cache import sequence_reader
 from heatlens.model.depth_words import DepthConvention
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
@@ -49,7 +49,7 @@ class SlowDisk:
 
     def __init__(self) -> None:
         self.answers, self.is_asked = Event(), Event()
-        self._read = reader.read_plate
+        self._read = sequence_reader.read_plate
 
     def __call__(self, path: Path, options: PlateOptions) -> Plate:
         if "slow" in path.name:
@@ -61,7 +61,7 @@ class SlowDisk:
 @pytest.fixture
 def disk(monkeypatch):
     slow = SlowDisk()
-    monkeypatch.setattr(reader, "read_plate", slow)
+    monkeypatch.setattr(sequence_reader, "read_plate", slow)
     yield slow
     slow.answers.set()
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from platformdirs import PlatformDirs
 
-from heatlens.base.folders import runtime_dir
+from heatlens.base.paths import runtime_dir
 from heatlens.commands.main import main
 from heatlens.session.files import window_door
 from heatlens.session.files.window_door import WindowDoor, door_path, hand_over

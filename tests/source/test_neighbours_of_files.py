@@ -9,9 +9,9 @@ import pytest
 
 import heatlens
 from heatlens.commands.main import main
-from heatlens.frame_cache import neighbour_reader, reader
-from heatlens.frame_cache.neighbour_reader import NeighbourReader
+from heatlens.frame_cache import sequence_reader
 from heatlens.frame_cache.plate_shelf import plate_bytes
+from heatlens.frame_cache.sequence_reader import NeighbourReader
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.read import read_plate
 from heatlens.sequence.sequence import find_sequence
@@ -93,22 +93,22 @@ def test_the_whole_and_its_parts_are_equal_in_any_order(dolly):
 
 
 def test_each_plate_is_read_once_and_the_memory_is_bounded(dolly, monkeypatch):
-    read, real = [], reader.read_plate
+    read, real = [], sequence_reader.read_plate
 
     def counted(path, options=None):
         read.append(path.name)
         return real(path, options)
 
-    monkeypatch.setattr(reader, "read_plate", counted)
+    monkeypatch.setattr(sequence_reader, "read_plate", counted)
     plates = NeighbourReader(PlateOptions(), find_sequence(dolly))
     for frame in ALL:
         plates(path_of(dolly, frame))
     assert sorted(read) == sorted(set(read))
-    monkeypatch.setattr(neighbour_reader, "_SHELF_BYTES", 2 * plate_bytes(real(path_of(dolly, 1))))
+    monkeypatch.setattr(sequence_reader, "_SHELF_BYTES", 2 * plate_bytes(real(path_of(dolly, 1))))
     small = NeighbourReader(PlateOptions(), find_sequence(dolly))
     for frame in ALL:
         small(path_of(dolly, frame))
-        assert small._shelf.bytes_in_use <= neighbour_reader._SHELF_BYTES
+        assert small._shelf.bytes_in_use <= sequence_reader._SHELF_BYTES
 
 
 def test_a_frame_that_is_written_again_is_read_again(tmp_path):

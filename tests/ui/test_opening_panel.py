@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.model.lens.aperture import Aperture
-from heatlens.model.lens.disc_shape import DiscShape
-from heatlens.model.lens.picture_field import PictureField
+from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.session.files.file_commands import PURPOSES
 from heatlens.ui.panels.opening_panel import disc_outline, image_cells
 from support.apertures import apertures

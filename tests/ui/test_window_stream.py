@@ -14,7 +14,7 @@ from heatlens.base.errors import InputError
 from heatlens.commands import view
 from heatlens.commands.options.command_parser import add_command
 from heatlens.gpu.textures import download
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import LensModel
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.render import FrameRenderer

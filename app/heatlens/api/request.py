@@ -8,8 +8,7 @@ from typing import Any
 from heatlens.api.arguments import BLUR, LENS_VALUES, known, pair, shown, values_of, whole
 from heatlens.base.errors import InputError
 from heatlens.model.lens.aperture import APERTURE_FIELDS
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.option import Values
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.plate.coc_line import depth_at_m, focused_at_pixel

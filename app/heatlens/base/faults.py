@@ -16,8 +16,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from heatlens.base.errors import FaultError, HeatlensError, InputError
-from heatlens.base.folders import reports_dir
 from heatlens.base.outside_text import printable
+from heatlens.base.paths import reports_dir
 from heatlens.version import __version__
 
 _KEPT = 20  # reports kept in the folder; older ones are deleted

@@ -17,7 +17,7 @@ from heatlens.base.paths import file_bytes, unreadable
 from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples, fields_of
 from heatlens.files.json_record import JsonEntry, plain, read_json
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import LensModel
 from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import Values
 

@@ -21,8 +21,7 @@ from heatlens.model.curves.frames import (
     check_frames_per_second,
 )
 from heatlens.model.lens.aperture import APERTURE_FIELDS
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.option import Values, options_of, type_of
 from heatlens.model.timecode import Timecode

@@ -29,7 +29,7 @@ from heatlens.files.usd_library import (
     usd_module,
 )
 from heatlens.model.curves.frames import FrameRange, check_frame
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import LensModel
 from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.plate.header.placement import are_rigid
 

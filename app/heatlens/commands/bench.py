@@ -26,7 +26,6 @@ from heatlens.commands.output.say import say
 from heatlens.defocus.line_solver import SOLVERS, SolverName
 from heatlens.gpu.context import check_plate_fits, headless_context
 from heatlens.measure.bench.drag import measure_drag
-from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.issues import issue_lines, measure_issues
 from heatlens.measure.bench.measure import (
     measure_bare,
@@ -39,6 +38,7 @@ from heatlens.measure.bench.methods import measure_methods
 from heatlens.measure.bench.plot_panels import check_plot, write_plot
 from heatlens.measure.bench.report import BenchReport, report_text
 from heatlens.measure.bench.schedule import Asked, planned, probe_seconds_per_px
+from heatlens.measure.bench.timing import BenchFrames
 from heatlens.model.shot.settings import DefocusSettings
 
 _SIZE = (1920, 1080)

@@ -21,11 +21,11 @@ from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.plan import frames_of
 from heatlens.gpu.context import headless_context
 from heatlens.measure.bench.drag import level_words
-from heatlens.measure.bench.frames import BenchFrames
 from heatlens.measure.bench.method_errors import check_errors
 from heatlens.measure.bench.pull_errors import measure_pull, pull_steps, pull_table
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
-from heatlens.measure.study.subject import Subject
+from heatlens.measure.bench.timing import BenchFrames
+from heatlens.measure.study.measured import Subject
 from heatlens.model.curves.frames import check_within
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import Framing

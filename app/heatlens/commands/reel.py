@@ -10,7 +10,7 @@ from heatlens.commands.reels.reel_options import add_media_options, reel_of
 from heatlens.commands.shots.shot_new import add_shot_options, new_shot
 from heatlens.documents.reel_file import REEL_SUFFIX, is_reel, write_reel
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot, write_shot
-from heatlens.files.output_check import make_folder
+from heatlens.files.atomic_file import make_folder
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.reel import Reel, ReelShot, named_apart, shot_name
 

@@ -29,7 +29,7 @@ from heatlens.commands.output.picture_progress import picture_progress
 from heatlens.commands.output.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.sources.source_commands import commands_for
-from heatlens.files.output_check import check_space, make_folder
+from heatlens.files.atomic_file import check_space, make_folder
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot

@@ -3,7 +3,7 @@
 import argparse
 from threading import Event
 
-from heatlens.base.folders import preferences_dir, rendered_frames_dir
+from heatlens.base.paths import preferences_dir, rendered_frames_dir
 from heatlens.base.stopping import StopSignals
 from heatlens.commands.output.say import say
 from heatlens.commands.view import (

@@ -14,12 +14,23 @@ from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.measure.compare.pictures import Picture, read_picture
-from heatlens.measure.study import subject as references
-from heatlens.measure.study.folder import PAGE, checked_target, report_folder, write_report
-from heatlens.measure.study.measured import Report, check_measurable, cut, measure_all
-from heatlens.measure.study.page import check_page
+from heatlens.measure.study import measured as references
+from heatlens.measure.study.folder import (
+    PAGE,
+    check_page,
+    checked_target,
+    report_folder,
+    write_report,
+)
+from heatlens.measure.study.measured import (
+    Reference,
+    Report,
+    Subject,
+    check_measurable,
+    cut,
+    measure_all,
+)
 from heatlens.measure.study.pictures import check_chart, crop_boxes
-from heatlens.measure.study.subject import Reference, Subject
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.units import format_distance

@@ -35,8 +35,8 @@ from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.live.ring.address import opentrackio_address, parse_ring_address
 from heatlens.live.ring.receiver import open_ring
-from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sender import LensSender
+from heatlens.live.ring.sources import RingInput
 from heatlens.live.stream.address import DEFAULT_PORT, parse_address
 from heatlens.scene.scene_read import DEMO, is_demo
 from heatlens.session.files.window_door import hand_over

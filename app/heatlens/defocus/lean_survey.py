@@ -11,8 +11,7 @@ from heatlens.defocus.listed_fragments import (
 )
 from heatlens.gpu.program import pixel_groups
 from heatlens.model.boxes import Box
-from heatlens.model.focus.coc import CocLine
-from heatlens.model.focus.lean import Lean
+from heatlens.model.focus.coc import CocLine, Lean
 from heatlens.model.value_bins import BINS, ValueBins, bin_step
 
 _KEPT = 4  # results that are kept, since the focus moves more often than the tilt

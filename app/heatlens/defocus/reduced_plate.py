@@ -18,7 +18,7 @@ from heatlens.defocus.quality import layers_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.program import ComputeProgram, pixel_groups
-from heatlens.model.focus.lean import LEVEL
+from heatlens.model.focus.coc import LEVEL
 from heatlens.model.shot.settings import DefocusSettings
 
 FRAGMENT_BYTES = 12

@@ -15,7 +15,7 @@ from typing import TypeVar
 import moderngl
 
 from heatlens.defocus import pass_list
-from heatlens.gpu.nan_fill import fill_buffer, fill_texture
+from heatlens.gpu.context import fill_buffer, fill_texture
 from heatlens.gpu.textures import BufferParts, Storage, TexturePool
 
 POISON_VARIABLE = "HEATLENS_POISON_SCRATCH"

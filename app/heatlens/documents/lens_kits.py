@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.base.folders import kits_dir
+from heatlens.base.paths import kits_dir
 from heatlens.files.json_record import read_json, record_to_json
 from heatlens.model.lens.lens_kit import KitLens, LensKit
 from heatlens.model.option import or_meant

@@ -16,7 +16,7 @@ from heatlens.export.movie_sound import Spot, heard
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import ExportPlan, fingerprint_of_movie
 from heatlens.export.run import FrameDone
-from heatlens.files.output_check import check_writable, make_folder
+from heatlens.files.atomic_file import check_writable, make_folder
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.reel import Reel
 

@@ -20,9 +20,8 @@ from heatlens.export.finished import is_whole
 from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, frame_timecode
 from heatlens.export.job import ExportJob
 from heatlens.export.movie_sound import MovieSound, Spot
-from heatlens.files.atomic_file import replacing
+from heatlens.files.atomic_file import check_space, replacing
 from heatlens.files.movie_read import av
-from heatlens.files.output_check import check_space
 from heatlens.model.curves.frames import exact_rate
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.picture.picture_write import quantised

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.files.output_check import check_folder
+from heatlens.files.atomic_file import check_folder
 from heatlens.plate.picture.picture_write import EYE_SUFFIXES
 from heatlens.sequence.names import NameForm, parse_pattern
 

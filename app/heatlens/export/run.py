@@ -20,8 +20,7 @@ from heatlens.export.movie_sound import heard
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.rendering import FrameRendering
 from heatlens.export.sequence_check import Remark
-from heatlens.files.atomic_file import remove_leftovers
-from heatlens.files.output_check import check_space, check_writable, make_folder
+from heatlens.files.atomic_file import check_space, check_writable, make_folder, remove_leftovers
 from heatlens.render import FrameRenderer
 
 Written = TypeVar("Written")

@@ -7,7 +7,7 @@ from heatlens.export.finished import check_replaced, is_finished
 from heatlens.export.kept_frames import is_joined
 from heatlens.export.plan import ExportPlan, PlannedFrame, planned
 from heatlens.export.run import FrameDone, export_frames
-from heatlens.files.output_check import check_writable, make_folder
+from heatlens.files.atomic_file import check_writable, make_folder
 from heatlens.render import FrameRenderer
 
 Make = Callable[[tuple[PlannedFrame, ...]], Iterator[FrameDone]]

@@ -18,7 +18,7 @@ from heatlens.farm.cluster import answer_of, connected, is_loss, library
 from heatlens.farm.dask_types import Client, Future
 from heatlens.farm.frame_worker import Program, program_of, program_on, rendered, sent
 from heatlens.rendered_frames.frame_filler import FrameJob
-from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
+from heatlens.rendered_frames.kept_pictures import KeptPicture, RenderedPicture
 
 _LOOK_S = 1.0  # interval between checks for new and lost workers
 _AGAIN_S = 10.0  # after a failure, time until the scheduler is tried again

@@ -14,7 +14,7 @@ from heatlens.model.shot.framing import Framing, WorldAxis
 from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.rendered_frames.frame_key import program_contents
-from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
+from heatlens.rendered_frames.kept_pictures import KeptPicture, RenderedPicture
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import Stamp

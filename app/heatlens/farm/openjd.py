@@ -11,8 +11,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.farm.job import FarmJob, Needs, Place, Step, Word, word_text
-from heatlens.files.atomic_file import write_whole
-from heatlens.files.output_check import make_folder
+from heatlens.files.atomic_file import make_folder, write_whole
 
 # Limits of the schema: values of a task parameter, characters in one, characters of a job's name,
 # steps of a job.

@@ -6,7 +6,7 @@ from pathlib import Path
 from statistics import fmean
 
 from heatlens.base.errors import InputError
-from heatlens.frame_cache.neighbour_reader import NeighbourReader
+from heatlens.frame_cache.sequence_reader import NeighbourReader
 from heatlens.model.focus.plausibility import span_doubts
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.plate import BehindReport, Plate, depth_span

@@ -1,13 +1,18 @@
-"""Make a headless OpenGL 4.3 context with EGL, and check the limits of the machine."""
+"""Make a headless OpenGL 4.3 context with EGL, and check the limits of the machine.
+
+New textures and buffers can be filled with NaN, to find passes that read before they write: Mesa's
+llvmpipe returns zeroed memory, other drivers old contents. With HEATLENS_FILL_NAN=1 in the
+environment, such a mistake is visible in every picture and test.
+"""
 
 import os
+from collections.abc import Callable
 from typing import Any
 
 import moderngl
 
 from heatlens.base.errors import GpuError, InputError
 from heatlens.base.free_memory import free_memory_bytes
-from heatlens.gpu import nan_fill
 
 _EGL: dict[str, Any] = {"backend": "egl"}  # reaches glcontext; moderngl's stub has no name for it
 _DEVICE = "GLCONTEXT_DEVICE_INDEX"  # read by glcontext, here and in processes of this one
@@ -34,8 +39,8 @@ def headless_context() -> moderngl.Context:
         ctx = moderngl.create_context(standalone=True, require=430, **_EGL)
     except Exception as error:  # moderngl and glcontext raise bare Exception
         raise GpuError(f"No OpenGL 4.3 ({error}). {_help(str(error))}") from error
-    if os.environ.get(nan_fill.VARIABLE):
-        nan_fill.fill_new_with_nan(ctx)
+    if os.environ.get(VARIABLE):
+        fill_new_with_nan(ctx)
     return ctx
 
 
@@ -105,3 +110,54 @@ def check_storage_fits(ctx: moderngl.Context, size_bytes: int, what: str) -> Non
             f"There are {size_bytes / 1e6:.0f} MB of {what}; this OpenGL's storage blocks hold "
             f"{limit / 1e6:.0f} MB. A smaller picture or fewer surfaces fit."
         )
+
+
+VARIABLE = "HEATLENS_FILL_NAN"
+# All bits set: NaN in float16 and float32, the largest number in unsigned integers.
+_BYTE = b"\xff"
+_SIZES = {"f1": 1, "f2": 2, "f4": 4, "i1": 1, "i2": 2, "i4": 4, "u1": 1, "u2": 2, "u4": 4}
+_Texture = moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D
+
+
+def fill_new_with_nan(ctx: moderngl.Context) -> None:
+    """Make `ctx` fill all textures and buffers that it creates without content with NaN."""
+    made: Any = ctx  # its methods are replaced for this one context
+    for name in ("texture", "texture_array", "texture3d"):
+        setattr(made, name, _filled(getattr(ctx, name), fill_texture))
+    made.buffer = _filled(ctx.buffer, _fill_buffer_always)
+
+
+def _filled(make: Callable[..., object], fill: Callable[[Any], None]) -> Callable[..., Any]:
+    def filling(*args: object, **options: object) -> object:
+        made = make(*args, **options)
+        has_content = any(isinstance(a, bytes | memoryview) for a in args) or options.get("data")
+        if not has_content and not options.get("samples"):
+            fill(made)
+        return made
+
+    return filling
+
+
+def fill_texture(texture: _Texture) -> None:
+    """Write NaN into every texel, or the largest number if these are unsigned integers."""
+    texels = 1
+    for side in texture.size:
+        texels *= side
+    texture.write(_BYTE * (texels * texture.components * _SIZES[texture.dtype]))
+
+
+def fill_buffer(buffer: moderngl.Buffer) -> None:
+    """Write NaN into the whole buffer."""
+    buffer.write(_BYTE * buffer.size)
+
+
+def _fill_buffer_always(buffer: Any) -> None:
+    """Fill a buffer now, and whenever it is resized, which discards its content."""
+    fill_buffer(buffer)
+    orphan = buffer.orphan
+
+    def filling(size: int = -1) -> None:
+        orphan(size)
+        buffer.write(_BYTE * buffer.size)
+
+    buffer.orphan = filling

@@ -7,8 +7,7 @@ import numpy as np
 
 from heatlens.base.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.model.focus.coc import CocLine, coc_line, coc_px
-from heatlens.model.focus.lean import Lean, lean_of
+from heatlens.model.focus.coc import CocLine, Lean, coc_line, coc_px, lean_of
 from heatlens.model.lens.lens import Lens
 from heatlens.plate.plate import FloatImage, Plate
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.focus.plausibility import DepthSpan
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import LensModel
 from heatlens.model.value_bins import ValueBins, bins_of
 from heatlens.plate.fragments import FragmentLists
 

@@ -14,7 +14,7 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
-from heatlens.rendered_frames.kept_picture import RenderedPicture
+from heatlens.rendered_frames.kept_pictures import RenderedPicture
 from heatlens.sequence.sequence import Stamp, stamp_of
 from heatlens.source.source import Source, StampedFile
 

@@ -8,8 +8,13 @@ from contextlib import contextmanager
 from heatlens.base.background import Threads
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
-from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
-from heatlens.rendered_frames.limited_stores import DiskStore, MemoryStore, default_memory_bytes
+from heatlens.rendered_frames.kept_pictures import (
+    DiskStore,
+    KeptPicture,
+    MemoryStore,
+    RenderedPicture,
+    default_memory_bytes,
+)
 
 MEGABYTE = 10**6
 _WAITING_MOST = 3  # pictures that wait to be stored, whose memory is not counted

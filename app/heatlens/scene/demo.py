@@ -11,8 +11,7 @@ from pathlib import Path
 
 from heatlens.base.paths import data_dir
 from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.marks.marks import DistanceMark
 from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
 from heatlens.model.shot.pull import pull

@@ -11,8 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from heatlens.model.curves.key_reduction import linear_keys
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.option import Values
 from heatlens.model.shot.framing import Framing, SceneTiming
 from heatlens.model.shot.shot import LensParameter, Shot

@@ -17,8 +17,7 @@ from itertools import combinations
 
 import numpy as np
 
-from heatlens.model.focus.coc import axial_dioptres, lens_diameter_m
-from heatlens.model.focus.lean import LEVEL, Lean, lean_of
+from heatlens.model.focus.coc import LEVEL, Lean, axial_dioptres, lean_of, lens_diameter_m
 from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.pupil import Pupil
 from heatlens.model.shot.framing import Pose

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
-from heatlens.base.folders import preferences_dir
+from heatlens.base.paths import preferences_dir
 from heatlens.share.address import Role, ShareOptions, kept_links
 from heatlens.share.shared import SharedSession
 

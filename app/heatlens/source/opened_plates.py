@@ -8,7 +8,7 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.base.faults import faults_reported
 from heatlens.frame_cache.cache import Damaged, FrameCache
-from heatlens.frame_cache.reader import settled_options
+from heatlens.frame_cache.sequence_reader import settled_options
 from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions

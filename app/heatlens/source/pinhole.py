@@ -15,11 +15,9 @@ from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.steps import Steps
-from heatlens.model.focus.coc import COC_MOST_PX, axial_px
-from heatlens.model.focus.lean import LEVEL
-from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.focus.coc import COC_MOST_PX, LEVEL, axial_px
+from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.picture_field import PictureField
 from heatlens.model.shot.framing import Pose
 from heatlens.model.shot.settings import Method
 from heatlens.model.shot.shot import Shot

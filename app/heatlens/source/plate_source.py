@@ -18,8 +18,7 @@ from heatlens.base.errors import InputError
 from heatlens.base.paths import absolute
 from heatlens.files.picture_formats import is_picture
 from heatlens.frame_cache.cache import Damaged, FrameCache
-from heatlens.frame_cache.neighbour_reader import NeighbourReader
-from heatlens.frame_cache.reader import SequenceReader
+from heatlens.frame_cache.sequence_reader import NeighbourReader, SequenceReader
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.live_focus import Distances
 from heatlens.model.marks.mark import Mark

@@ -14,11 +14,11 @@ import glfw  # isort: skip
 import moderngl
 
 from heatlens.base.errors import NoWindowError
-from heatlens.base.folders import preferences_dir, rendered_frames_dir
 from heatlens.base.outside_text import printable
+from heatlens.base.paths import preferences_dir, rendered_frames_dir
 from heatlens.base.stopping import StopSignals
 from heatlens.gpu.context import is_software
-from heatlens.live.ring.ring_input import PadInput
+from heatlens.live.ring.sources import PadInput
 from heatlens.render import FrameRenderer
 from heatlens.session.files.window_door import WindowDoor
 from heatlens.session.session import Session

@@ -19,7 +19,7 @@ from heatlens.export.movie_sound import heard
 from heatlens.export.output import parse_output
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone
-from heatlens.files.output_check import check_folder, make_folder
+from heatlens.files.atomic_file import check_folder, make_folder
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.reel import SHOT_FIELD, Reel, ReelShot
 

@@ -16,10 +16,9 @@ from heatlens.commands.output.say import say
 from heatlens.commands.sources.shot_plate import plate_shot
 from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.defocus.quality import unused_behind_notes
-from heatlens.frame_cache.neighbour_reader import NeighbourReader
-from heatlens.frame_cache.reader import SequenceReader, settled_options
+from heatlens.frame_cache.sequence_reader import NeighbourReader, SequenceReader, settled_options
 from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import LensModel
 from heatlens.model.marks.track_mark import TrackMark
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings

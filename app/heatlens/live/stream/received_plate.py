@@ -32,7 +32,7 @@ from heatlens.base.errors import InputError
 from heatlens.live.stream.chosen_image import ChosenImage, header_of, plate_path
 from heatlens.live.stream.images import TevImage, not_sent
 from heatlens.model.boxes import Box
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import LensModel
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.depth.depth import finite_range
 from heatlens.plate.header.camera_header import camera_at_header

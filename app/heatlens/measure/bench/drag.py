@@ -23,9 +23,8 @@ from heatlens.display.picture_pass import (
     PlacedPicture,
 )
 from heatlens.gpu.textures import TexturePool
-from heatlens.measure.bench import bounded
-from heatlens.measure.bench.bounded import Say
-from heatlens.measure.bench.frames import BenchFrames, Frame
+from heatlens.measure.bench import timing
+from heatlens.measure.bench.timing import BenchFrames, Frame, Say
 from heatlens.measure.compare.metrics import flip_evaluation
 from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import Lens
@@ -198,7 +197,7 @@ def _row(
 ) -> tuple[DragRow, Shown | None]:
     """Measure one preview level and its picture; the picture is None if it took too long."""
     here = replace(frame, shot=replace(frame.shot, defocus=level))
-    timed = bounded.bounded(here, runs, bounded.LIMIT_S)
+    timed = timing.bounded(here, runs, timing.LIMIT_S)
     shown = flip = None
     if timed is not None:
         shown = view.moving(timed.picture, here.shot, frame.shot.defocus.proxy)

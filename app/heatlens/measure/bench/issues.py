@@ -20,8 +20,8 @@ from heatlens.defocus.pass_costs import Work
 from heatlens.defocus.pass_list import pass_named
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for
-from heatlens.measure.bench.frames import BenchFrames, Frame
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
+from heatlens.measure.bench.timing import BenchFrames, Frame
 from heatlens.model.shot.settings import DefocusSettings
 
 ISSUE_WORDS = "counting what the frame asks of a GPU"

@@ -20,7 +20,6 @@ from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.gpu.shader_constants import ROW_GROUP
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, new_texture, upload
-from heatlens.measure.bench.frames import BenchFrames, PassSeconds, frame_seconds, median_seconds
 from heatlens.measure.bench.report import BareReport, CocRow, FrameReport, PassRow, SizeRow
 from heatlens.measure.bench.synthetic_plate import (
     LENS,
@@ -29,6 +28,7 @@ from heatlens.measure.bench.synthetic_plate import (
     scene_plate,
     uniform_coc_plate,
 )
+from heatlens.measure.bench.timing import BenchFrames, PassSeconds, frame_seconds, median_seconds
 from heatlens.model.shot.settings import Bokeh, DefocusSettings
 
 Size = tuple[int, int]

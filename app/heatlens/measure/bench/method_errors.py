@@ -16,11 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from heatlens.base.errors import InputError
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.gpu.textures import download
-from heatlens.measure.bench import bounded, methods
-from heatlens.measure.bench.bounded import Patience, Say
-from heatlens.measure.bench.frames import BenchFrames, Frame, SceneFrame
+from heatlens.measure.bench import methods, timing
 from heatlens.measure.bench.methods import entrants, most_views, wall_framing
 from heatlens.measure.bench.synthetic_plate import LENS
+from heatlens.measure.bench.timing import BenchFrames, Frame, Patience, Say, SceneFrame
 from heatlens.measure.compare.metrics import score
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.lens.lens import Lens
@@ -141,7 +140,7 @@ def measure_errors(
     for coc in methods.METHOD_COC_PX:
         through = replace(frame, shot=replace(frame.shot, lens=truth_lens(coc, size[0])))
         rows.append(_row(through, coc, truth_views, patience, say))
-    return ErrorReport(*size, bounded.LIMIT_S, truth_views, tuple(rows))
+    return ErrorReport(*size, timing.LIMIT_S, truth_views, tuple(rows))
 
 
 def _row(

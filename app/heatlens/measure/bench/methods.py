@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.measure.bench import bounded
-from heatlens.measure.bench.bounded import Patience, Say
-from heatlens.measure.bench.frames import BenchFrames, Frame
+from heatlens.measure.bench import timing
 from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
+from heatlens.measure.bench.timing import BenchFrames, Frame, Patience, Say
 from heatlens.model.focus.coc import coc_line
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
@@ -65,7 +64,7 @@ def measure_methods(
             timed = patience.timed(name, make, method_where(coc))
             ms[name] = None if timed is None else timed.ms
         rows.append(MethodRow(coc, ms))
-    return MethodReport(*size, bounded.LIMIT_S, tuple(rows))
+    return MethodReport(*size, timing.LIMIT_S, tuple(rows))
 
 
 def method_where(coc_px: float) -> str:

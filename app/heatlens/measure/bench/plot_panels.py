@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
-from heatlens.files.output_check import check_writable
+from heatlens.files.atomic_file import check_writable
 from heatlens.measure.bench.method_errors import ErrorReport, ErrorRow
 from heatlens.measure.bench.methods import KNOWN_VIEWS, MethodReport
 from heatlens.measure.chart import (

@@ -3,13 +3,11 @@
 from dataclasses import dataclass, replace
 from statistics import fmean
 
-from heatlens.measure.bench.bounded import Say
-from heatlens.measure.bench.frames import run_seconds
 from heatlens.measure.bench.methods import entrants
 from heatlens.measure.bench.pace import Step
+from heatlens.measure.bench.timing import Say, run_seconds
 from heatlens.measure.compare.metrics import score
-from heatlens.measure.study.measured import cut
-from heatlens.measure.study.subject import Subject, from_views
+from heatlens.measure.study.measured import Subject, cut, from_views
 from heatlens.model.shot.settings import DefocusSettings, Method
 
 _TRUTH = "truth"

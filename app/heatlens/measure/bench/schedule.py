@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from heatlens.measure.bench import bounded
-from heatlens.measure.bench.frames import BenchFrames, run_seconds
+from heatlens.measure.bench import timing
 from heatlens.measure.bench.measure import (
     BARE_WORDS,
     SWEEP_COC_PX,
@@ -17,6 +16,7 @@ from heatlens.measure.bench.method_errors import truth_where, truth_words
 from heatlens.measure.bench.methods import METHOD_COC_PX, entrants, method_where
 from heatlens.measure.bench.pace import Step
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
+from heatlens.measure.bench.timing import BenchFrames, run_seconds
 from heatlens.model.shot.settings import DefocusSettings
 
 _PROBE = (320, 180)
@@ -91,7 +91,7 @@ def _cells(asked: Asked, where: str, frame_s: float) -> list[Step]:
     found = []
     for name, settings in entrants(asked.settings).items():
         weight = settings.views * _VIEW if settings.method.needs_scene else _OTHER_METHOD
-        seconds = min((asked.runs + 1) * weight * frame_s, bounded.LIMIT_S)
+        seconds = min((asked.runs + 1) * weight * frame_s, timing.LIMIT_S)
         found.append(Step(f"{name}, {where}", seconds))
     return found
 

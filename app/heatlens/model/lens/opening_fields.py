@@ -19,7 +19,7 @@ class OpeningFields:
 
     `cat_eye` is the distance of the two circles of the barrel, as the corner of the picture sees
     them, in radii of the widest opening. An image replaces the blades, and their rotation turns it.
-    Tilt and split do not change the opening, but where its discs are small: `model/focus/lean.py`.
+    Tilt and split do not change the opening, but where its discs are small: `model/focus/coc.py`.
     """
 
     squeeze: float = option_field(

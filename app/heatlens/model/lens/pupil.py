@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.lens.aperture import Aperture, shape_uniforms
-from heatlens.model.lens.picture_field import PictureField
+from heatlens.model.lens.disc_shape import PictureField
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]

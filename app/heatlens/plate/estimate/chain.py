@@ -16,7 +16,7 @@ from threading import Lock
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.base.folders import estimates_dir
+from heatlens.base.paths import estimates_dir
 from heatlens.files.atomic_file import FOR_THE_USER, replacing
 from heatlens.model.depth_words import DepthModelOutput
 from heatlens.plate.estimate.network import Network, as_display, resized

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import LensModel
 from heatlens.model.option import Values
 from heatlens.plate.header.shoot_names import ShootLens, is_of_shoot, shoot_lens
 from heatlens.plate.header.written_by import rendered_by

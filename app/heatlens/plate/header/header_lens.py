@@ -12,8 +12,7 @@ import numpy as np
 
 from heatlens.base.errors import InputError, LensError
 from heatlens.model.lens.aperture import APERTURE_FIELDS
-from heatlens.model.lens.lens import Lens
-from heatlens.model.lens.lens_model import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
 from heatlens.model.option import Values
 from heatlens.plate.header.camera_header import lens_model_of
 from heatlens.plate.plate import Plate

@@ -2,15 +2,18 @@
 
 A matte is named by where it is found and what it shows, with a colon between:
 `cryptomatte:hero`, `CryptoAsset:car`, `objectId:7`, `matte:mask.R`. The distance of the object is
-measured by its matte and the depth of the plate.
+measured by its matte and the depth of the plate. The depth of one thing can be mended: made as flat
+as the thing is, inside its matte.
 """
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
@@ -20,7 +23,7 @@ from heatlens.plate.coc_line import no_distances
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.channels import ChannelRef, Part, flat_channels, listed, pixels_of
 from heatlens.plate.mattes.cryptomatte import Cryptomatte, bits_of, cryptomattes
-from heatlens.plate.plate import FloatImage, Plate
+from heatlens.plate.plate import FloatImage, Plate, ReadPixels
 from heatlens.plate.windows import box_at_header, moved_to_window
 
 CRYPTOMATTE, MATTE = "cryptomatte", "matte"
@@ -201,3 +204,54 @@ def distance_m(matte: FloatImage, depth_m: FloatImage, part: MattePart) -> float
     share = _NEAREST if part is MattePart.NEAREST else 0.5
     found = float(dioptres[order[np.searchsorted(passed, share * passed[-1])]])
     return 1.0 / found if found > 0 else float("inf")
+
+
+_PLANE_OF, _NEAREST_OF = "plane:", "nearest:"
+_NEAREST_PERCENT = 98.0  # of its pixels lie behind its nearest part
+_STRAY = 3.0  # medians of the distance to the plane, beyond which a pixel is left out of the fit
+
+
+def with_flat_depth(plate: Plate, text: str | None) -> Plate:
+    """Return the plate with one depth inside a matte: its median, or as a first word tells.
+
+    `plane:` is the plane that fits most of it, `nearest:` the depth of its nearest part.
+
+    A frame without the thing stays as it is. Raises InputError as `matte_of` does, for a plate
+    without distances and for one that holds its hidden surfaces.
+    """
+    if text is None:
+        return plate
+    if not plate.has_distances:
+        raise no_distances(plate)
+    if plate.fragments is not None:
+        raise InputError(f"{plate.path} is deep: the depth of a thing cannot be flattened in it.")
+    try:
+        inside = matte_of(plate, text.removeprefix(_PLANE_OF).removeprefix(_NEAREST_OF)) >= SURE
+    except UnknownThingError:
+        return plate
+    depth_m = plate.depth_m
+    assert depth_m is not None
+    dioptres = 1.0 / depth_m[inside].astype(np.float64)
+    if len(dioptres) < _LEAST_PX:
+        return plate
+    flat: FloatImage = depth_m.copy()
+    level: float | NDArray[np.float64] = float(np.median(dioptres))
+    if text.startswith(_PLANE_OF):
+        level = _plane(inside, dioptres)
+    elif text.startswith(_NEAREST_OF):
+        level = float(np.percentile(dioptres, _NEAREST_PERCENT))
+    with np.errstate(divide="ignore"):
+        flat[inside] = 1.0 / np.maximum(level, 0.0)
+    return replace(plate, pixels=ReadPixels(plate.color, flat))
+
+
+def _plane(inside: NDArray[np.bool_], dioptres: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the dioptres of the plane that fits most pixels; of a plane they are linear."""
+    rows, columns = np.nonzero(inside)
+    places = np.stack([columns, rows, np.ones(len(rows))], axis=1)
+    kept = np.ones(len(rows), bool)
+    for _ in range(4):
+        found = places @ np.linalg.lstsq(places[kept], dioptres[kept], rcond=None)[0]
+        off = np.abs(dioptres - found)
+        kept = off <= max(_STRAY * float(np.median(off)), 1e-9)
+    return np.asarray(np.clip(found, dioptres.min(), dioptres.max()))

@@ -12,8 +12,6 @@ from heatlens.model.boxes import Box
 from heatlens.plate.behind import with_behind
 from heatlens.plate.deep.stacked import lists_over
 from heatlens.plate.mattes.cutout import with_cutout_of
-from heatlens.plate.neighbours.border import widened
-from heatlens.plate.neighbours.hidden import APART, could_be_seen, hidden_points, surfaces
 from heatlens.plate.neighbours.moved import (
     Arrived,
     Canvas,
@@ -26,6 +24,7 @@ from heatlens.plate.neighbours.moved import (
 )
 from heatlens.plate.neighbours.nearby import BLOCK
 from heatlens.plate.neighbours.trust import doubt, size_reason
+from heatlens.plate.neighbours.unseen import APART, could_be_seen, hidden_points, surfaces, widened
 from heatlens.plate.neighbours.view import FAR_M, Flags, Look, View, look_of, motion
 from heatlens.plate.plate import FloatImage, Plate, ReadPixels
 

@@ -22,8 +22,8 @@ from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.header.channels import Header, Part
 from heatlens.plate.header.primaries import P3_D65
 from heatlens.plate.picture.display import log_light, srgb_decoded
-from heatlens.plate.picture.inner_depth import inner_depth
 from heatlens.plate.picture.picture_open import RawPicture, open_picture, picture_info
+from heatlens.plate.picture.portrait import inner_depth
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.windows import header_at_box, resized_nearest
 

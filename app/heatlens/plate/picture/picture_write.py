@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.files.atomic_file import write_whole
-from heatlens.files.output_check import check_folder, check_writable, make_folder
+from heatlens.files.atomic_file import check_folder, check_writable, make_folder, write_whole
 from heatlens.model.boxes import Box
 from heatlens.model.lens.breathing import as_seen
 from heatlens.model.lens.lens import Lens

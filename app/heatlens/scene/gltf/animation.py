@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from heatlens.base.errors import InputError
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.framing import SceneTiming
-from heatlens.scene.gltf.accessor import read_floats
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.nodes import ANGLE, RESTS, WEIGHTS, NodeTree, matrices, target_of
+from heatlens.scene.gltf.vertices import read_floats
 from heatlens.scene.scene import Array
 
 Indices = NDArray[np.intp]

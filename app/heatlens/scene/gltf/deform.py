@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.scene.gltf.accessor import read_floats
 from heatlens.scene.gltf.animation import Animation
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
-from heatlens.scene.gltf.vertices import Vertices
+from heatlens.scene.gltf.vertices import Vertices, read_floats
 from heatlens.scene.mesh_make import smooth_normals
 from heatlens.scene.scene import Array, Mesh
 

@@ -12,7 +12,6 @@ from heatlens.base.errors import InputError
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for
 from heatlens.model.shot.framing import SceneTiming
-from heatlens.scene.gltf.accessor import read_floats
 from heatlens.scene.gltf.animation import Animation, read_animation
 from heatlens.scene.gltf.cameras import GltfCameras
 from heatlens.scene.gltf.compressed import OwnProcessNeededError
@@ -22,6 +21,7 @@ from heatlens.scene.gltf.lights import GltfLights
 from heatlens.scene.gltf.material import GltfMaterials
 from heatlens.scene.gltf.mesh import GltfMeshes
 from heatlens.scene.gltf.nodes import RESTS, matrices, read_tree
+from heatlens.scene.gltf.vertices import read_floats
 from heatlens.scene.gltf.vocabulary import unread_notes
 from heatlens.scene.scene import Array, Instance, Scene, check_instances
 

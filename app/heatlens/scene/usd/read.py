@@ -14,12 +14,15 @@ from heatlens.model.curves.frames import FrameRange
 from heatlens.scene.scene import Array, Instance, Scene, check_instances
 from heatlens.scene.usd.cameras import changing_lens, is_camera, read_cameras
 from heatlens.scene.usd.geometry import (
+    Instancers,
     UsdGeometry,
+    changing,
     has_surface,
+    is_instancer,
     is_shown,
+    is_within_instancer,
     left_out,
 )
-from heatlens.scene.usd.instancer import Instancers, changing, is_instancer, is_within_instancer
 from heatlens.scene.usd.material import UsdMaterials
 from heatlens.scene.usd.stage import STILL_FRAME, UsdStage, open_stage
 from heatlens.scene.usd.unread import unread_notes

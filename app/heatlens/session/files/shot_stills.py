@@ -16,8 +16,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.read import read_light
-from heatlens.rendered_frames.kept_picture import KeptPicture, half_of
-from heatlens.rendered_frames.limited_stores import DiskStore
+from heatlens.rendered_frames.kept_pictures import DiskStore, KeptPicture, half_of
 from heatlens.sequence.sequence import find_sequence, stamp_of
 
 Still = NDArray[np.float16]  # (H, W, 4), scene-linear

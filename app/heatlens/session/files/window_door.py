@@ -21,8 +21,7 @@ from pathlib import Path
 from threading import BoundedSemaphore, Thread, Timer
 
 from heatlens.base.errors import InputError
-from heatlens.base.folders import preferences_dir, runtime_dir
-from heatlens.base.paths import file_and_status
+from heatlens.base.paths import file_and_status, preferences_dir, runtime_dir
 from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 
 _HOST = "127.0.0.1"

@@ -14,9 +14,8 @@ from statistics import median
 from heatlens.base.errors import LensError
 from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.live.ring.channel_map import ChannelMap, Learning, Ring, channels_of, mapped
-from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sender import SOURCE, LensOutput, Sender
-from heatlens.live.ring.sources import Heard, LensSample, Numbered
+from heatlens.live.ring.sources import Heard, LensSample, Numbered, RingInput
 from heatlens.model.lens.lens import Lens, MeasuredFrom, from_pupil_m
 from heatlens.model.option import Values
 from heatlens.model.shot.shot import Shot

@@ -15,7 +15,7 @@ from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.model.curves.frames import FrameRange
-from heatlens.model.focus.lean import lean_of
+from heatlens.model.focus.coc import lean_of
 from heatlens.model.focus.live_focus import Distances
 from heatlens.model.lens.lens import Lens
 from heatlens.model.marks.mark import Mark

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
-from heatlens.model.focus.lean import Lean, lean_of
+from heatlens.model.focus.coc import Lean, lean_of
 from heatlens.model.lens.lens import Lens
 from heatlens.model.marks.mark import Mark
 from heatlens.model.marks.marks import DistanceMark, PointMark

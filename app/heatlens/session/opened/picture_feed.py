@@ -10,7 +10,7 @@ from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.settings import PROXY_MIN
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.plate import Plate
-from heatlens.rendered_frames.kept_picture import KeptPicture
+from heatlens.rendered_frames.kept_pictures import KeptPicture
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import MissingPolicy

@@ -14,7 +14,7 @@ from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.frame_store import FrameStore
-from heatlens.rendered_frames.kept_picture import RenderedPicture
+from heatlens.rendered_frames.kept_pictures import RenderedPicture
 from heatlens.session.loop.messages import Problem, passing
 from heatlens.session.pictures.elsewhere import Elsewhere
 from heatlens.session.playing.pull_jobs import PullJobs

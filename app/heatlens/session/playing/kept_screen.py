@@ -13,7 +13,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.view.view import ViewState
 from heatlens.preview.shown import Shown
 from heatlens.rendered_frames.frame_filler import FrameJob
-from heatlens.rendered_frames.kept_picture import KeptPicture
+from heatlens.rendered_frames.kept_pictures import KeptPicture
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.rendered_pull import RenderedPull, ScreenWork

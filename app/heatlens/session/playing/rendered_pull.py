@@ -15,7 +15,7 @@ from heatlens.preview.shown import Shown
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.rendered_frames.frame_key import frames_from, runs_of
 from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
-from heatlens.rendered_frames.limited_stores import DiskStore, MemoryStore
+from heatlens.rendered_frames.kept_pictures import DiskStore, MemoryStore
 from heatlens.session.loop.messages import Worker
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.cluster_frames import ClusterFrames

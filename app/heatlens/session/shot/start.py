@@ -10,8 +10,8 @@ from heatlens.base.errors import HeatlensError, LensError
 from heatlens.camera.into_shot import first_values, with_camera
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
-from heatlens.live.ring.ring_input import RingInput
 from heatlens.live.ring.sender import LensSender
+from heatlens.live.ring.sources import RingInput
 from heatlens.model.lens.lens_kit import LensKit
 from heatlens.model.option import Values
 from heatlens.model.shot.framing import SceneTiming

@@ -15,13 +15,13 @@ from heatlens.model.lens.filmback import FILMBACKS, Filmback
 from heatlens.model.lens.lens import (
     THIRD_STOPS,
     Lens,
+    LensModel,
     MeasuredFrom,
     measured_text,
     nearest_index,
     parse_measured_m,
 )
 from heatlens.model.lens.lens_kit import KitLens, LensKit
-from heatlens.model.lens.lens_model import LensModel
 from heatlens.model.option import options_of
 from heatlens.model.shot.settings import PARTS, DefocusSettings, Quality, barred_methods
 from heatlens.model.shot.shot import LensParameter

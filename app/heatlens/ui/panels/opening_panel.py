@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from heatlens.base.outside_text import printable
 from heatlens.model.lens import opening
 from heatlens.model.lens.aperture import APERTURE_FIELDS, LEAN_FIELDS, Aperture
-from heatlens.model.lens.disc_shape import DiscShape
+from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.opening_fields import BLADES_LEAST, BLADES_MOST
-from heatlens.model.lens.picture_field import PictureField
 from heatlens.model.option import options_of
 from heatlens.session.loop.messages import reported
 from heatlens.ui import probe, theme, widgets

@@ -10,8 +10,7 @@ from imgui_bundle import imgui
 
 from heatlens.base.outside_text import printable
 from heatlens.live.ring.channel_map import ChannelMap, Ring, channels_of, maps_for, usual_map
-from heatlens.live.ring.ring_input import RingInput
-from heatlens.live.ring.sources import Heard
+from heatlens.live.ring.sources import Heard, RingInput
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.session.live.ring_hand import RingHand
 from heatlens.session.loop.messages import reported
