@@ -276,9 +276,8 @@ def test_pictures_that_cannot_be_kept_leave_room_for_others_and_a_sentence(
     def no_memory(*_):
         raise MemoryError
 
-    is_encoding = failing == "encoded"
-    whose = "limited_stores.encoded" if is_encoding else "kept_picture.RenderedPicture.kept"
-    monkeypatch.setattr(f"heatlens.rendered_frames.{whose}", no_memory)
+    whose = "encoded" if failing == "encoded" else "RenderedPicture.kept"
+    monkeypatch.setattr(f"heatlens.rendered_frames.kept_pictures.{whose}", no_memory)
     store = FrameStore(MemoryStore(10**6), DiskStore(tmp_path / "frames"))
     store.wait()
     for number in range(3):
