@@ -21,25 +21,36 @@ layout(rg32f) uniform writeonly image2D out_zone_img;
 #define LEAST_STEP_PART 0.65 // the same as a share of the disc of a part; the larger limit counts
 #define MARGIN_PX 4.0
 #define WIDE_PX 5
+#define GROWN 1.25  // from a limit to this multiple of it a zone grows from nothing to its reach
 
-bool is_step(float one, float other, float least_step) {
-    return abs(one - other) > max(least_step, LEAST_STEP_PART * part_scale * max(one, other));
+// Share of the whole effect for a value that has passed a limit: 0 at the limit, so that nothing appears at
+// once while the lens or the focus moves.
+float grown_past(float limit, float value) {
+    return limit > 0.0 ? smoothstep(limit, GROWN * limit, value) : 1.0;
 }
 
-// True if the surface continues for WIDE_PX pixels.
-bool is_wide(ivec2 at, ivec2 along, float coc) {
+// How far two surfaces differ in blur, 0 to 1.
+float step_between(float one, float other, float least_step) {
+    return grown_past(max(least_step, LEAST_STEP_PART * part_scale * max(one, other)), abs(one - other));
+}
+
+// 1 if the surface continues for WIDE_PX pixels.
+float width_along(ivec2 at, ivec2 along, float coc) {
+    float wide = 1.0;
     for (int k = 1; k < WIDE_PX; ++k)
-        if (is_step(coc, far_coc_at(at + k * along), LEAST_STEP_PX / 2.0)) return false;
-    return true;
+        wide = min(wide, 1.0 - step_between(coc, far_coc_at(at + k * along), LEAST_STEP_PX / 2.0));
+    return wide;
 }
 
 // Reach of the edge between a pixel and the next one: that of wide surfaces, and of thin ones.
 vec2 reach_between(ivec2 at, float coc, ivec2 along) {
-    float other = far_coc_at(at + along);
-    if (min(coc, other) <= nearest_px || !is_step(coc, other, LEAST_STEP_PX)) return vec2(-1.0);
-    float reach = max(coc, other) / 2.0 + MARGIN_PX;
-    bool is_thin = min(coc, other) < thin_coc_px && !(is_wide(at, -along, coc) && is_wide(at + along, along, other));
-    return is_thin ? vec2(-1.0, reach) : vec2(reach, -1.0);
+    float other = far_coc_at(at + along), nearest = min(coc, other);
+    float reach = grown_past(nearest_px, nearest) * step_between(coc, other, LEAST_STEP_PX);
+    if (nearest <= 0.0 || reach <= 0.0) return vec2(-1.0);
+    reach *= max(coc, other) / 2.0 + MARGIN_PX;
+    float thin = 1.0 - grown_past(thin_coc_px, nearest);
+    if (thin > 0.0) thin *= 1.0 - min(width_along(at, -along, coc), width_along(at + along, along, other));
+    return reach * vec2(1.0 - thin, thin);
 }
 
 void main() {

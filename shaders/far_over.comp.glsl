@@ -2,7 +2,8 @@
 //
 // Inputs
 //   sum_tx          rgb times the known share, and the known share
-//   zone_tx         see far_zone, one texel for FAR_BLOCK x FAR_BLOCK pixels
+//   zone_tx         see far_zone, one texel for FAR_BLOCK x FAR_BLOCK pixels: r of wide surfaces, which are
+//                   replaced, g of thin ones, which are not
 // Output
 //   out_color_img   rgb (read and written)
 
@@ -12,7 +13,9 @@ uniform sampler2D sum_tx;
 uniform sampler2D zone_tx;
 layout(rgba32f) uniform image2D out_color_img;
 
-// Share of zone blocks under a tent filter three blocks wide.
+float share_of(float left) { return clamp(left / FAR_WHOLE, 0.0, 1.0); }
+
+// Share of the zones under a tent filter three blocks wide.
 float zone_at(ivec2 at) {
     vec2 place = (vec2(at) + 0.5) / float(FAR_BLOCK) - 0.5;
     ivec2 low = ivec2(floor(place)) - 1, last = textureSize(zone_tx, 0) - 1;
@@ -21,7 +24,7 @@ float zone_at(ivec2 at) {
         ivec2 block = low + ivec2(k & 3, k >> 2);
         vec2 tent = max(2.0 - abs(vec2(block) - place), 0.0);
         vec2 zone = texelFetch(zone_tx, clamp(block, ivec2(0), last), 0).rg;
-        part += tent.x * tent.y * float(zone.r >= 0.0 && zone.g < 0.0);
+        part += tent.x * tent.y * share_of(zone.r) * (1.0 - share_of(zone.g));
         whole += tent.x * tent.y;
     }
     return part / whole;

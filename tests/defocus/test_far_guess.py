@@ -41,6 +41,22 @@ def through(renderer, plate: Plate, coc_px: float = COC_PX, **settings: object) 
     return renderer.pixels(shot)[..., :3].copy()
 
 
+def test_a_guess_grows_from_nothing_while_the_aperture_opens(ctx, renderer):
+    """The card's blur passes the least for a guess, which changes the picture little by little."""
+    plate = card_before(0.9)
+    cocs_px = np.linspace(0.95, 1.25, 31) * COC_PX * GUESSED_FROM_PX / 18
+    changes = np.array([_change_of_columns(renderer, plate, float(coc_px)) for coc_px in cocs_px])
+    assert changes[0].max() == 0.0
+    assert changes[-1].max() > 0.02
+    assert np.abs(np.diff(changes, axis=0)).max() < 0.3 * changes[-1].max()
+
+
+def _change_of_columns(renderer, plate: Plate, coc_px: float) -> Image:
+    """Return by how much the guess changes the light of each column."""
+    with_it, without = (through(renderer, plate, coc_px, parts=parts) for parts in (7, 1))
+    return np.abs(with_it - without).mean(axis=(0, 2))
+
+
 @pytest.mark.parametrize("light", [0.05, 0.9])
 def test_a_wall_that_goes_on_behind_a_card_is_guessed_as_it_is(ctx, renderer, light):
     plate = card_before(light)

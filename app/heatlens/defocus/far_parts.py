@@ -25,7 +25,7 @@ from heatlens.defocus.quality import GUESSED_PARTS, parts_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
-from heatlens.gpu.shader_constants import FAR_BLOCK
+from heatlens.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE
 from heatlens.model.shot.settings import LAYERS_MAX, DefocusSettings
 
 FAR_FROM_PX = 1.5  # coc of the whole picture from which a surface is behind the focus
@@ -243,9 +243,9 @@ def zone_size(size: tuple[int, int]) -> tuple[int, int]:
 
 
 def _has_any(zone: moderngl.Texture) -> bool:
-    """Return whether any block is in a zone, see far_zone.comp.glsl; wait for the GPU."""
+    """Return whether any block is in a zone, see far_over.comp.glsl; wait for the GPU."""
     wide, thin = np.frombuffer(zone.read(), np.float32).reshape(-1, 2).T
-    return bool(((wide >= 0.0) & (thin < 0.0)).any())
+    return bool(((wide > 0.0) & (thin < FAR_WHOLE)).any())
 
 
 def _part_uniforms(part: NDArray[np.float64]) -> dict[str, object]:

@@ -34,6 +34,7 @@ PEEL_DRAWS = 3  # draws of a scene's visible surfaces, each with samples at othe
 HIGHLIGHT_BLOCK = 8  # pixels a side in which highlights are merged
 HIGHLIGHT_LEVELS = 5  # of merging, see lib/highlights.lib.glsl
 FAR_BLOCK = 4  # side of the blocks, in pixels, in which zones for parts of the lens are found
+FAR_WHOLE = 128.0  # square pixels that reach is left in a block from which it is wholly in a zone
 PART_PLACES = 9  # across and down a picture, at which parts of a lens with a barrel are known
 PYRAMID_LEVELS_MAX = 15  # no texture is larger than 2^15 on a side
 DISC_RAMP_PX = 0.5  # half the width of the rim of a gathered or scattered disc
