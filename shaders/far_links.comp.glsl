@@ -6,6 +6,7 @@
 //   coc_tx    signed coc, pixels
 //   lib/far_fragments.lib.glsl
 //   lib/lens_part.lib.glsl
+//   lib/tile_mask.lib.glsl   the tiles in which the lists are read
 // Outputs
 //   head_buf  last surface of each pixel's list, plus 1; 0 for none. Has one row and one column more than the
 //             picture has: cell (x, y) holds what lies between the pixels x - 1, y - 1 and x, y
@@ -13,6 +14,7 @@
 
 #include "lib/far_fragments.lib.glsl"
 #include "lib/lens_part.lib.glsl"
+#include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -22,11 +24,18 @@ layout(std430) writeonly buffer link_block { uvec2 link_buf[]; };
 
 #define BEFORE_ALL 1e30
 
+// True if one of the four pixels around a place is in an active tile.
+bool is_read(ivec2 cell) {
+    ivec2 last = textureSize(coc_tx, 0) - 1, low = max(cell - 1, ivec2(0)), high = min(cell, last);
+    return is_active(low) || is_active(high) || is_active(ivec2(low.x, high.y)) || is_active(ivec2(high.x, low.y));
+}
+
 void link(uint number, ivec2 at, float coc) {
     if (coc <= least_px) return;
     vec2 place = vec2(at) + coc * lens_part_at(at, textureSize(coc_tx, 0)).xy;
     ivec2 cell = ivec2(floor(place)) + 1, cells = textureSize(coc_tx, 0) + 1;
     if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, cells))) return;
+    if (!is_read(cell)) return;
     uint before = atomicExchange(head_buf[cell.y * cells.x + cell.x], number + 1u);
     link_buf[number] = uvec2(before, packUnorm2x16(fract(place)));
 }

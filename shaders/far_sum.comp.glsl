@@ -3,12 +3,14 @@
 // Inputs
 //   view_tx   rgb times the known share, and the known share
 //   lib/lens_part.lib.glsl
+//   lib/tile_mask.lib.glsl   the tiles that have a view
 //   begins    the sum begins, without a view
 // Outputs
 //   sum_img   the sum (read and written)
 //   head_buf  0
 
 #include "lib/lens_part.lib.glsl"
+#include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -22,7 +24,7 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row), size = imageSize(sum_img);
     if (any(greaterThan(at, size))) return;
     head_buf[at.y * (size.x + 1) + at.x] = 0u;
-    if (any(greaterThanEqual(at, size))) return;
+    if (any(greaterThanEqual(at, size)) || !(begins || is_active(at))) return;
     vec4 sum = vec4(0.0);
     if (!begins) sum = imageLoad(sum_img, at) + lens_part_at(at, size).w * texelFetch(view_tx, at, 0);
     imageStore(sum_img, at, sum);

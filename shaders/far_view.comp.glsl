@@ -5,12 +5,14 @@
 //   lib/far_fragments.lib.glsl
 //   head_buf, link_buf   see far_links
 //   lib/lens_part.lib.glsl
+//   lib/tile_mask.lib.glsl   the tiles in which the view is needed
 // Outputs
 //   out_view_img   rgb, a 1; all 0 where nothing is known
 //   out_coc_img    diameter of the part's own disc, pixels; where nothing is known, as if nothing had moved
 
 #include "lib/far_fragments.lib.glsl"
 #include "lib/lens_part.lib.glsl"
+#include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -91,7 +93,7 @@ View seen_from_part() {
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
-    if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
+    if (any(greaterThanEqual(at, textureSize(coc_tx, 0))) || !is_active(at)) return;
     count = 0;
     for (int k = 0; k < 4; ++k) {
         ivec2 past = ivec2(k & 1, k >> 1);

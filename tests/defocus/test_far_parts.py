@@ -5,10 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.far_parts import FAR_FROM_PX, with_far_cut
+from heatlens.defocus.far_zones import tiles_near
 from heatlens.defocus.quality import unused_behind_notes
+from heatlens.gpu.shader_constants import FAR_BLOCK, TILE
 from heatlens.model.lens.opening_image import OpeningImage
 from heatlens.model.shot.settings import LAYERS_MAX, DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot
@@ -205,3 +208,34 @@ def test_parts_that_change_nothing_are_told():
         assert unused_behind_notes(plate, DefocusSettings(parts=parts)) == ()
     (told,) = unused_behind_notes(replace(known, has_alpha=True), DefocusSettings(parts=19))
     assert told.startswith("19 parts") and "alpha" in told
+
+
+def test_tiles_near_blocks_are_those_within_a_margin():
+    """Compared with the distance of every block to every tile."""
+    rng = np.random.default_rng(2)
+    side = TILE // FAR_BLOCK
+    for height, width, margin_px in ((9, 14, 0.0), (17, 30, 8.0), (30, 21, 33.0)):
+        blocks = rng.random((height, width)) < 0.01
+        blocks[height // 2, 3] = True
+        rows, columns = np.nonzero(blocks)
+        near = tiles_near(blocks, margin_px)
+        assert near.shape == (-(-height // side), -(-width // side))
+        for row, column in np.ndindex(*near.shape):
+            off = [
+                np.maximum(first * side - at, at - (first + 1) * side + 1)
+                for first, at in ((row, rows), (column, columns))
+            ]
+            is_near = np.maximum(*off) <= -(-margin_px // FAR_BLOCK)
+            assert near[row, column] == is_near.any()
+
+
+def test_views_are_as_wide_as_the_zones_need(ctx, renderer, monkeypatch):
+    """Views of the whole picture give the same light."""
+    plate = card_before(hidden_stripe())
+    near = through(renderer, plate, parts=7)
+
+    def whole(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
+        return np.ones_like(tiles_near(blocks, margin_px))
+
+    monkeypatch.setattr("heatlens.defocus.far_zones.tiles_near", whole)
+    np.testing.assert_allclose(through(renderer, plate, parts=7), near, atol=1e-3)

@@ -13,7 +13,8 @@ import moderngl
 
 from heatlens.defocus.blur_pass import BlurTargets, Diffusion, Over
 from heatlens.defocus.cutout_pass import SharpPart
-from heatlens.defocus.far_parts import FAR_FROM_PX, FarField, FarSurfaces, is_in_parts, with_far_cut
+from heatlens.defocus.far_parts import FAR_FROM_PX, FarField, is_in_parts, with_far_cut
+from heatlens.defocus.far_zones import FarSurfaces
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.highlight_pass import (
     HighlightBuffers,

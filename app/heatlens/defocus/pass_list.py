@@ -113,7 +113,7 @@ PASSES: tuple[Pass, ...] = (
         | _comp("guess_pull", variants=either("FIRST")),
         pass_costs.far_parts_bytes,
         _own("far sum", "far zone"),
-        alone=_own("far heads", "far links", "far zone rows")
+        alone=_own("far heads", "far links", "far zone rows", "far tiles", "far segments")
         | _own("guess starts", "guess words", "guess levels")
         | {"far view": ("layer", 1), "far coc": "layer coc", "far poles": "poles"},
     ),
