@@ -17,8 +17,8 @@ uniform float nearest_px;   // least coc of both surfaces at an edge
 uniform float thin_coc_px;  // a surface that is blurred more is not thin
 layout(rg32f) uniform writeonly image2D out_zone_img;
 
-#define LEAST_STEP_PX 2.0    // surfaces whose blur differs less are right in one layer
-#define LEAST_STEP_PART 0.65 // the same as a share of the disc of a part; the larger limit counts
+#define LEAST_STEP_PX 1.8     // surfaces whose blur differs less are right in one layer
+#define LEAST_STEP_PART 0.585 // the same as a share of the disc of a part; the larger limit counts
 #define MARGIN_PX 4.0
 #define WIDE_PX 5
 #define GROWN 1.25  // from a limit to this multiple of it a zone grows from nothing to its reach
