@@ -4,7 +4,7 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.export.sheet.rows import sheet_row
+from heatlens.export.sheet_rows import sheet_row
 from heatlens.live.ring.sources import Heard, LensSample, RingSources
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.coc import far_limit_m, near_limit_m

@@ -95,7 +95,7 @@ def test_a_movie_of_the_cut_goes_on_where_it_was_stopped(tmp_path, reel, monkeyp
         patch.setattr("heatlens.export.cut._join", lambda cut: 1 / 0)
         from heatlens.commands.export import _export_shot, _steps
         from heatlens.commands.main import build_parser
-        from heatlens.commands.reels.reel_export import export_reel
+        from heatlens.commands.reel_export import export_reel
 
         args = build_parser(["export"]).parse_args(["export", str(reel), "-o", str(movie)])
         export_reel(args, _export_shot, lambda shots: None, _steps)

@@ -25,7 +25,7 @@ from heatlens.measure.bench.methods import entrants, wall_framing
 from heatlens.measure.bench.report import error_tables
 from heatlens.measure.bench.synthetic_plate import LENS
 from heatlens.measure.bench.timing import BenchFrames, SceneFrame
-from heatlens.measure.compare.metrics import score
+from heatlens.measure.metrics import score
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.shot.settings import DefocusSettings, Method
 

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.measure.compare.pictures import absolute_difference, flip_map, write_difference
+from heatlens.measure.compared_pictures import absolute_difference, flip_map, write_difference
 
 # Light whose sRGB value is one half.
 HALF = 0.21404114

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.measure.compare.metrics import PSNR_MOST_DB, flip_evaluation, nonfinite_count, score
+from heatlens.measure.metrics import PSNR_MOST_DB, flip_evaluation, nonfinite_count, score
 from heatlens.plate.picture.display import srgb_encoded
 
 # Light whose sRGB value is one half: ((0.5 + 0.055) / 1.055) ^ 2.4.

@@ -16,8 +16,8 @@ from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.documents.reel_file import write_reel
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.export.sheet.page import Sheet, SheetEntry, data_uri, sheet_html, write_sheet
-from heatlens.export.sheet.rows import mark_rows, sheet_csv, sheet_frames, sheet_row
+from heatlens.export.sheet_page import Sheet, SheetEntry, data_uri, sheet_html, write_sheet
+from heatlens.export.sheet_rows import mark_rows, sheet_csv, sheet_frames, sheet_row
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.coc import near_limit_m
 from heatlens.model.lens.lens import Lens

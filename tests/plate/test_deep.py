@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.frame_cache.plate_shelf import plate_bytes
-from heatlens.measure.compare.pictures import read_picture
+from heatlens.measure.compared_pictures import read_picture
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.deep.fragment_merge import FRAGMENTS_MOST
 from heatlens.plate.read import read_plate

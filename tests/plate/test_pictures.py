@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.measure.compare.pictures import Picture, read_picture, shared_region
+from heatlens.measure.compared_pictures import Picture, read_picture, shared_region
 from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_write import write_exr
 

@@ -18,7 +18,7 @@ from heatlens.files.quiet import quiet_library
 from heatlens.scene import picture_read
 from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene_read import files_of_scene, read_scene
-from heatlens.session.loop.messages import window_words
+from heatlens.session.messages import window_words
 from support.cameras import moving_camera
 from support.exr_files import distances, rgb, write_file
 from support.gltf_files import encoded

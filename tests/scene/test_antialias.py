@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import download, new_texture
-from heatlens.measure.compare.metrics import score
+from heatlens.measure.metrics import score
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.shot import Shot

@@ -19,11 +19,11 @@ from heatlens.model.shot.shot import Shot
 from heatlens.model.view.view_geometry import Viewport
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.frame_filler import FrameFiller
-from heatlens.session.loop.speed import Speed
 from heatlens.session.session import Session
 from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.session.settings.preferences import Preferences, Remembered
 from heatlens.session.shot.start import Start
+from heatlens.session.speed import Speed
 from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.evening import settled, turn, until
 from support.sequences import FIRST, sequence_files

@@ -14,7 +14,7 @@ from heatlens.model.shot.shot import LensParameter
 from heatlens.model.view.view import DIFFERENCE_GAINS, Against, Compare, Overlay
 from heatlens.plate.coc_line import focused_at
 from heatlens.session.keys.key_rows import CAMERA, RowChoice
-from heatlens.session.loop.messages import SHOWN_S, Messages, Problem
+from heatlens.session.messages import SHOWN_S, Messages, Problem
 from heatlens.session.session import Session
 from heatlens.session.shot.start import GivenOptions, Start
 from support.fake_renderer import FakeRenderer

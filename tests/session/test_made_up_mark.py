@@ -12,7 +12,7 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
-from heatlens.export.sheet.page import distances
+from heatlens.export.sheet_page import distances
 from heatlens.model.marks import marks
 from heatlens.model.marks.mark import Mark
 from support.command_line import stderr_of_run

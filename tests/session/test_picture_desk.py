@@ -14,11 +14,11 @@ from heatlens.model.shot.settings import Bokeh, Method, Quality
 from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.model.view.view_geometry import PictureShape, Viewport
 from heatlens.plate.read import read_plate
-from heatlens.session.loop.speed import Speed
 from heatlens.session.opened.gpu_picture import GpuPicture
 from heatlens.session.pictures.picture_view import ColorChoice
 from heatlens.session.pictures.ruler import Intrinsics
 from heatlens.session.pictures.view_commands import ReferenceLoader
+from heatlens.session.speed import Speed
 from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH, begun, settled
 from support.exr_files import write_file
 from support.plates import coc_plate_of, plate_of

@@ -3,7 +3,7 @@
 import pytest
 
 from heatlens.base.errors import InputError
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.session import Session
 from heatlens.session.shot.start import Start
 from support.evening import begun, settled, write_plates

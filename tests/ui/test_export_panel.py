@@ -30,7 +30,7 @@ from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import write_exr
 from heatlens.session.exports.export_process import ExportState, _take
 from heatlens.session.exports.export_settings import FRAME_KINDS, ExportSettings, proposed_settings
-from heatlens.session.loop.messages import window_words
+from heatlens.session.messages import window_words
 from heatlens.session.settings.export_place import ExportPlace, Where
 from support.dask_cluster import dask_cluster
 from support.gui import Gui, gui_of

@@ -12,7 +12,7 @@ from heatlens.plate.depth_read import planar_depth_m
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.plate.read import read_plate
-from heatlens.session.loop.messages import window_words
+from heatlens.session.messages import window_words
 from heatlens.session.settings.preferences import Preferences
 from support.exr_files import rgb, write_file
 from support.gui import gui_of

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.session.exports.export_process import ExportState
-from heatlens.session.loop.messages import Messages, Problem
+from heatlens.session.messages import Messages, Problem
 from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.ui.status_bar import export_title, export_words
 from heatlens.ui.widgets import fitted

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.session.loop.speed import Speed
+from heatlens.session.speed import Speed
 
 K = imgui.Key
 OF_SCENES = (

@@ -6,7 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.model.shot.settings import Quality
-from heatlens.session.loop.messages import Messages, Problem, passing
+from heatlens.session.messages import Messages, Problem, passing
 from heatlens.ui.docked_panels import speed_panel
 from support.gui import gui_of
 from support.sequences import sequence_files

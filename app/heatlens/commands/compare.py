@@ -9,8 +9,7 @@ from pathlib import Path
 from heatlens.commands.options.value_types import finite, positive
 from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.say import say
-from heatlens.measure.compare.metrics import PSNR_MOST_DB, Scores, nonfinite_count, score
-from heatlens.measure.compare.pictures import (
+from heatlens.measure.compared_pictures import (
     Picture,
     absolute_difference,
     check_is_png,
@@ -19,6 +18,7 @@ from heatlens.measure.compare.pictures import (
     shared_region,
     write_difference,
 )
+from heatlens.measure.metrics import PSNR_MOST_DB, Scores, nonfinite_count, score
 from heatlens.plate.plate import FloatImage
 
 EXIT_NEAR_ENOUGH = 0

@@ -24,8 +24,8 @@ from heatlens.commands.output.plate_words import (
     shot_timecodes,
 )
 from heatlens.commands.output.say import say
-from heatlens.commands.reels.reel_export import ShotToExport, export_reel
-from heatlens.commands.reels.reel_options import add_reel_options, refuse_reel_options
+from heatlens.commands.reel_export import ShotToExport, export_reel
+from heatlens.commands.reel_options import add_reel_options, refuse_reel_options
 from heatlens.commands.submit import SentShot, submit, task_words
 from heatlens.commands.worker import made_part
 from heatlens.documents.reel_file import is_reel

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.commands.output.say import say, tell
-from heatlens.commands.reels.reel_options import add_media_options, reel_of
+from heatlens.commands.reel_options import add_media_options, reel_of
 from heatlens.commands.shots.shot_new import add_shot_options, new_shot
 from heatlens.documents.reel_file import REEL_SUFFIX, is_reel, write_reel
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot, write_shot

@@ -13,7 +13,7 @@ from heatlens.commands.output.picture_progress import view_progress
 from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.sources.source_commands import commands_for
-from heatlens.measure.compare.pictures import Picture, read_picture
+from heatlens.measure.compared_pictures import Picture, read_picture
 from heatlens.measure.study import measured as references
 from heatlens.measure.study.folder import (
     PAGE,

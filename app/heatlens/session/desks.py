@@ -20,10 +20,9 @@ from heatlens.session.live.pull_recording import PullRecording
 from heatlens.session.live.ring_hand import RingHand, RingOut
 from heatlens.session.live.ring_take import RingTake
 from heatlens.session.live.sent_lens import SentLens
-from heatlens.session.loop.messages import Worker
-from heatlens.session.loop.speed import Speed
 from heatlens.session.marks.mark_commands import MarkCommands
 from heatlens.session.marks.mark_measuring import SceneMarkTracks
+from heatlens.session.messages import Worker
 from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.pictures.live_picture import LivePicture
 from heatlens.session.pictures.look_commands import LookCommands
@@ -37,6 +36,7 @@ from heatlens.session.playing.render_scheduler import RenderScheduler, VisibleWo
 from heatlens.session.playing.rendered_pull import RenderedPull, store_of
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shared import Shared
+from heatlens.session.speed import Speed
 from heatlens.session.time.focus_track import MarkTrack, MarkTracks
 from heatlens.session.time.timeline import Timeline
 

@@ -17,8 +17,7 @@ from heatlens.plate.header.timecode import timecode_of
 from heatlens.render import FrameRenderer
 from heatlens.session.desks import FileDesk, LensDesk, PictureDesk, TimeDesk
 from heatlens.session.facts import Facts
-from heatlens.session.loop.messages import Lasting, Messages, Problem, Worker
-from heatlens.session.loop.speed import Speed
+from heatlens.session.messages import Lasting, Messages, Problem, Worker
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.picture_view import ColorChoice
 from heatlens.session.scenes.scene_commands import SceneCommands
@@ -26,6 +25,7 @@ from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.shot.editing import Editing
 from heatlens.session.shot.start import GivenOptions, Start, first_lens, with_given_camera
+from heatlens.session.speed import Speed
 from heatlens.source.opened import Opened
 
 

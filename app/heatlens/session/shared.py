@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from heatlens.base.errors import HeatlensError
 from heatlens.model.shot.shot import Shot
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.editing import Editing

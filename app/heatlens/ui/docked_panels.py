@@ -17,11 +17,11 @@ from heatlens.model.shot.settings import Quality
 from heatlens.plate.plate import depth_span
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
-from heatlens.session.loop.messages import window_words
-from heatlens.session.loop.speed import Speed
 from heatlens.session.marks.plan import PlanDrawer
+from heatlens.session.messages import window_words
 from heatlens.session.scenes.size_keeping import SizeKeeping
 from heatlens.session.session import Session
+from heatlens.session.speed import Speed
 from heatlens.ui import widgets
 from heatlens.ui.panels.display_panel import display_panel
 from heatlens.ui.panels.export_panel import draw_exports

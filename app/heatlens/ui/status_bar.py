@@ -16,7 +16,7 @@ from heatlens.preview.shown import Shown
 from heatlens.session.desks import PictureDesk
 from heatlens.session.exports.export_process import ExportRun, ExportState
 from heatlens.session.facts import Facts
-from heatlens.session.loop.messages import Messages
+from heatlens.session.messages import Messages
 from heatlens.session.pictures.compare_sides import CompareSides
 from heatlens.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.ui import probe, theme, widgets

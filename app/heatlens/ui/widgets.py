@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.base.errors import InputError
 from heatlens.base.outside_text import printable
-from heatlens.session.loop.messages import Problem
+from heatlens.session.messages import Problem
 from heatlens.ui import probe, theme
 from heatlens.ui.seek import is_sought
 

@@ -19,8 +19,8 @@ from heatlens.commands.output.say import say, tell
 from heatlens.commands.shots.following import measured_now
 from heatlens.documents.reel_file import REEL_SUFFIX, is_reel, read_reel
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
-from heatlens.export.sheet.page import PURPOSE, Sheet, sheet_entries, write_sheet
-from heatlens.export.sheet.rows import sheet_frames
+from heatlens.export.sheet_page import PURPOSE, Sheet, sheet_entries, write_sheet
+from heatlens.export.sheet_rows import sheet_frames
 from heatlens.files.atomic_file import check_writable
 from heatlens.files.html_page import check_pages
 from heatlens.model.curves.frames import FrameRange, parse_frame_range

@@ -25,7 +25,7 @@ from heatlens.display.picture_pass import (
 from heatlens.gpu.textures import TexturePool
 from heatlens.measure.bench import timing
 from heatlens.measure.bench.timing import BenchFrames, Frame, Say
-from heatlens.measure.compare.metrics import flip_evaluation
+from heatlens.measure.metrics import flip_evaluation
 from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings

@@ -20,7 +20,7 @@ from heatlens.measure.bench import methods, timing
 from heatlens.measure.bench.methods import entrants, most_views, wall_framing
 from heatlens.measure.bench.synthetic_plate import LENS
 from heatlens.measure.bench.timing import BenchFrames, Frame, Patience, Say, SceneFrame
-from heatlens.measure.compare.metrics import score
+from heatlens.measure.metrics import score
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import VIEWS_MAX, DefocusSettings, Method

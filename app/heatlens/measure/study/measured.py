@@ -17,8 +17,8 @@ from heatlens.base.errors import GpuError
 from heatlens.base.extras import import_extra
 from heatlens.gpu.textures import download
 from heatlens.measure.bench.timing import run_seconds
-from heatlens.measure.compare.metrics import Scores, score
-from heatlens.measure.compare.pictures import Picture, shared_region
+from heatlens.measure.compared_pictures import Picture, shared_region
+from heatlens.measure.metrics import Scores, score
 from heatlens.model.boxes import Box
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot

@@ -19,8 +19,8 @@ from heatlens.measure.chart import (
     plain_ticks,
     style_of,
 )
-from heatlens.measure.compare.metrics import flip_evaluation
-from heatlens.measure.compare.pictures import absolute_difference, flip_map
+from heatlens.measure.compared_pictures import absolute_difference, flip_map
+from heatlens.measure.metrics import flip_evaluation
 from heatlens.measure.study.measured import Report, Row
 from heatlens.model.boxes import Box
 from heatlens.plate.picture.display import srgb_encoded

@@ -14,7 +14,7 @@ from heatlens.model.shot.settings import Quality
 from heatlens.model.view.guides import lines_of
 from heatlens.session.exports.export_process import ExportRun, ExportState
 from heatlens.session.exports.export_settings import ExportSettings, proposed_settings
-from heatlens.session.loop.messages import Problem, Worker, reported
+from heatlens.session.messages import Problem, Worker, reported
 from heatlens.session.pictures.picture_view import PictureDisplay
 from heatlens.session.settings.export_place import HERE, LeftExport, Where, shot_of_job
 from heatlens.session.shared import Commands, Shared

@@ -24,7 +24,7 @@ from heatlens.session.lens.lens_imports import (
     grade_import,
     opening_import,
 )
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.pictures.picture_commands import PictureCommands
 from heatlens.session.pictures.view_commands import ReferenceLoader
 from heatlens.session.shared import Commands, Shared

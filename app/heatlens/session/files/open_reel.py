@@ -16,7 +16,7 @@ from heatlens.model.shot.reel import Reel, ReelShot
 from heatlens.model.shot.shot import Shot
 from heatlens.session.files.shot_documents import ShotDocuments
 from heatlens.session.files.shot_stills import FirstPicture, ShotStills, Still
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.playback import Playback
 

@@ -11,7 +11,7 @@ from heatlens.documents.shot_file import is_shot_file
 from heatlens.model.shot.reel import ReelShot
 from heatlens.model.shot.shot import Shot
 from heatlens.sequence.sequence import Sequence
-from heatlens.session.loop.messages import Problem, Worker
+from heatlens.session.messages import Problem, Worker
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.shot.shot_store import Found, ShotStore, proposed_name, unnamed_path
 from heatlens.session.shot.start import shot_with_camera

@@ -12,7 +12,7 @@ from heatlens.base.paths import data_dir, home_dir
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.scene.scene_read import DEMO
 from heatlens.session.files.file_commands import FileCommands
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.playback import Playback
 from heatlens.source.kinds import kind_of

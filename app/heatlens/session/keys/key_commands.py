@@ -7,7 +7,7 @@ from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.keys import key_choice
 from heatlens.session.keys.key_choice import Chosen, Copied, all_keys
 from heatlens.session.keys.key_rows import CAMERA, Row, RowChoice, key_count
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.session.shared import Commands, Shared
 
 

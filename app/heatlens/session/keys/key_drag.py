@@ -15,7 +15,7 @@ from heatlens.model.shot.shot import Shot
 from heatlens.session.keys.key_choice import Chosen, KeyId, all_keys, checked, frames_of, rippled
 from heatlens.session.keys.key_commands import KeyCommands
 from heatlens.session.keys.key_rows import ROWS, keyed_of, keys_of, with_keyed, with_pasted
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.session.shot.editing import Editing
 
 

@@ -19,7 +19,7 @@ from heatlens.plate.coc_line import Surface, focused_at, focused_at_pixel, surfa
 from heatlens.plate.header.header_lens import StartLens
 from heatlens.plate.mattes.mattes import has_things, thing_at
 from heatlens.plate.plate import Plate
-from heatlens.session.loop.messages import Problem, reported
+from heatlens.session.messages import Problem, reported
 from heatlens.session.shared import Commands, Shared
 
 

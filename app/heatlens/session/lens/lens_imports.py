@@ -21,7 +21,7 @@ from heatlens.model.shot.grade import Grade
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.guides import Canvas, lines_of
 from heatlens.plate.opening_picture import read_opening_image
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.shared import Commands, Shared
 

@@ -19,7 +19,7 @@ from heatlens.model.shot.pull import performed, recorded
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.session.keys.key_rows import RowChoice
 from heatlens.session.live.ring_take import RingTake, Track
-from heatlens.session.loop.messages import Problem, Worker, reported
+from heatlens.session.messages import Problem, Worker, reported
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.shot.editing import Performance
 from heatlens.session.time.timeline import Timeline

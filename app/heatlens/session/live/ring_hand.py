@@ -20,7 +20,7 @@ from heatlens.model.lens.lens import Lens, MeasuredFrom, from_pupil_m
 from heatlens.model.option import Values
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
-from heatlens.session.loop.messages import Problem, Worker
+from heatlens.session.messages import Problem, Worker
 from heatlens.session.settings.preferences import Preferences
 from heatlens.session.shot.editing import Editing
 

@@ -11,7 +11,7 @@ from heatlens.base.errors import LensError
 from heatlens.model.option import Values
 from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.session.lens.lens_commands import LensCommands
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.shot.start import first_lens
 from heatlens.source.stream_source import OpenedStream

@@ -11,9 +11,9 @@ from heatlens.model.shot.pull import (
     reversed_focus,
     shaped_pull,
 )
-from heatlens.session.loop.messages import reported
 from heatlens.session.marks.live_following import LiveFollowing
 from heatlens.session.marks.mark_measuring import MarkDistances
+from heatlens.session.messages import reported
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
 

@@ -8,7 +8,7 @@ from heatlens.model.focus.live_focus import Follow, LiveFocus, Pursuit
 from heatlens.model.marks.mark import Mark
 from heatlens.model.shot.pull import baked
 from heatlens.model.shot.shot import Shot
-from heatlens.session.loop.messages import Problem, Worker, reported
+from heatlens.session.messages import Problem, Worker, reported
 from heatlens.session.shared import Commands, Shared
 from heatlens.source.live_focus import measured
 

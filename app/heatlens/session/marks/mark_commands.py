@@ -24,7 +24,6 @@ from heatlens.plate.coc_line import surfaces_at
 from heatlens.plate.mark_distance import mark_over_plates_m, world_mark
 from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate
-from heatlens.session.loop.messages import Worker, reported
 from heatlens.session.marks.focus_pulls import FocusPulls
 from heatlens.session.marks.live_following import LiveFollowing
 from heatlens.session.marks.mark_measuring import (
@@ -35,6 +34,7 @@ from heatlens.session.marks.mark_measuring import (
     reading_options,
     smoothed,
 )
+from heatlens.session.messages import Worker, reported
 from heatlens.session.scenes.scene_commands import Following, SceneCommands
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.focus_track import ThingDistances

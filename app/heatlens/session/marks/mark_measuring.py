@@ -28,7 +28,7 @@ from heatlens.plate.mattes.mattes import thing_at
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.plate.tracking.tracked_mark import tracked
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shared import Commands, Shared

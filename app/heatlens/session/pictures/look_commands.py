@@ -13,7 +13,7 @@ from PIL import Image
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.look import Look, next_look_name
 from heatlens.model.view.view import GRID_MOST, Against, Compare, ViewState
-from heatlens.session.loop.messages import Problem, reported
+from heatlens.session.messages import Problem, reported
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.shared import Commands, Shared
 

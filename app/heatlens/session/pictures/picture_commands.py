@@ -21,7 +21,7 @@ from heatlens.plate.picture.picture_write import Encode, check_output, write_pic
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.preview.shown import Shown
 from heatlens.scene.scene_read import files_of_scene
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.pictures.live_picture import LivePicture
 from heatlens.session.pictures.picture_view import PictureDisplay
 from heatlens.session.shared import Commands, Shared

@@ -17,7 +17,7 @@ from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.model.shot.grade import Grade
 from heatlens.model.view.view import NO_GRADE, Compare, DisplayOptions, ViewState
 from heatlens.model.view.view_geometry import ViewGeometry, Viewport
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.session.shot.editing import Editing
 
 _NOT_YET = ("", "", None, None)  # no view has such an input space

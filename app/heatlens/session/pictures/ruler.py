@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from heatlens.model.view.view_geometry import PictureShape, shown_shape
 from heatlens.plate.coc_line import depth_at_m
 from heatlens.plate.plate import Plate
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.shared import Commands, Shared
 

@@ -24,7 +24,7 @@ from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.read import read_color
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.pictures.ruler import Ruler
 from heatlens.session.shared import Commands, Shared

@@ -15,7 +15,7 @@ from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.frame_store import FrameStore
 from heatlens.rendered_frames.kept_pictures import RenderedPicture
-from heatlens.session.loop.messages import Problem, passing
+from heatlens.session.messages import Problem, passing
 from heatlens.session.pictures.elsewhere import Elsewhere
 from heatlens.session.playing.pull_jobs import PullJobs
 from heatlens.session.settings.export_place import ExportPlace, Where

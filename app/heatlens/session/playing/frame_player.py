@@ -1,7 +1,7 @@
 """Playback: advances the playhead when a frame is due, and requests the plates around it."""
 
 from heatlens.frame_cache.cache import Direction
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.opened.picture_feed import Playhead
 from heatlens.session.playing.rendered_pull import RenderedPull
 from heatlens.session.shared import Commands, Shared

@@ -13,14 +13,14 @@ from enum import Enum, auto
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
 from heatlens.preview.shown import Shown
-from heatlens.session.loop.messages import Worker
-from heatlens.session.loop.speed import Speed
+from heatlens.session.messages import Worker
 from heatlens.session.opened.open_source import OpenSource
 from heatlens.session.pictures.compare_sides import CompareSides, Side
 from heatlens.session.pictures.live_picture import PlateVersion
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.rendered_pull import RenderedPull
 from heatlens.session.shared import Commands, Shared
+from heatlens.session.speed import Speed
 
 
 @dataclass(frozen=True)

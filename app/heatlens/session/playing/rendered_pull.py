@@ -16,7 +16,7 @@ from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.rendered_frames.frame_key import frames_from, runs_of
 from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
 from heatlens.rendered_frames.kept_pictures import DiskStore, MemoryStore
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.session.playing.cluster_frames import ClusterFrames
 from heatlens.session.playing.pull_jobs import PullJobs

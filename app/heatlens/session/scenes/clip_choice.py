@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from heatlens.model.shot.framing import Framing, SceneTiming
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.shared import Commands, Shared
 
 ALL_CLIPS = "all at once"

@@ -23,7 +23,7 @@ from heatlens.model.view.orbit import dollied, orbited, panned, pivot_of
 from heatlens.scene.first_shot import lens_values, through_camera
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import bounds_m, corners_m, framed, object_depth_m, object_names
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.session.scenes.clip_choice import ClipChoice
 from heatlens.session.scenes.size_keeping import SizeKeeping
 from heatlens.session.shared import Commands, Shared

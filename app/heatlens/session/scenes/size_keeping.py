@@ -8,7 +8,7 @@ from heatlens.model.marks.mark import Mark
 from heatlens.model.marks.marks import DistanceMark
 from heatlens.model.shot.shot import Shot
 from heatlens.scene.same_size import KeptSize, crop_words
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.session.shared import Commands, Shared
 
 _ZOOMS = "Another focal length now zooms the picture."

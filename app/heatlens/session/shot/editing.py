@@ -8,7 +8,7 @@ from heatlens.base.errors import InputError, LensError
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.history import History
 from heatlens.model.shot.shot import LensCurves, LensParameter, Shot
-from heatlens.session.loop.messages import Problem, passing, reported
+from heatlens.session.messages import Problem, passing, reported
 
 _ONLY_TRIED = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."
 _ALL_FRAMES = "The focus is the same at all frames. K sets a key; after that each change sets one."

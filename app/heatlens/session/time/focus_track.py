@@ -18,7 +18,7 @@ from heatlens.model.shot.shot import Shot
 from heatlens.plate.mark_distance import mark_on_plate_m
 from heatlens.plate.mattes.mattes import thing_m
 from heatlens.plate.plate import Plate
-from heatlens.session.loop.messages import Worker
+from heatlens.session.messages import Worker
 from heatlens.session.time.timeline import Run
 
 MarkLine = tuple[tuple[int, float], ...]  # (frame, 1/m)

@@ -17,7 +17,7 @@ from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import parse_timecode
 from heatlens.sequence.sequence import MissingPolicy
-from heatlens.session.loop.messages import Problem
+from heatlens.session.messages import Problem
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.playback import Ending, Playback
 

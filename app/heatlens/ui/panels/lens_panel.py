@@ -28,7 +28,7 @@ from heatlens.model.shot.shot import LensParameter
 from heatlens.model.units import format_distance
 from heatlens.model.value_bins import DepthHistogram
 from heatlens.session.lens.lens_commands import KitCommands, nudged
-from heatlens.session.loop.messages import reported, window_words
+from heatlens.session.messages import reported, window_words
 from heatlens.ui import probe, theme, widgets
 
 _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text

@@ -18,8 +18,8 @@ from heatlens.model.shot.shot import LensParameter
 from heatlens.model.view.view_geometry import Point
 from heatlens.session.desks import TimeDesk
 from heatlens.session.facts import Facts
-from heatlens.session.loop.messages import reported
 from heatlens.session.marks.mark_commands import MarkCommands
+from heatlens.session.messages import reported
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import probe, theme, topmost, widgets
 from heatlens.ui.field_row import field_row

@@ -19,7 +19,7 @@ from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.opening_fields import BLADES_LEAST, BLADES_MOST
 from heatlens.model.option import options_of
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.field_row import field_row
 from heatlens.ui.panels.lens_panel import parse_stop

@@ -16,7 +16,7 @@ from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance
 from heatlens.model.value_bins import DepthHistogram
 from heatlens.plate.header.channel_choice import color_layers_among, depth_channels_first
 from heatlens.plate.plate import CameraHeader, Plate
-from heatlens.session.loop.messages import window_words
+from heatlens.session.messages import window_words
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.depth_scale import draw_histogram, draw_scale
 from heatlens.ui.panels.plate_rows import behind_rows, matte_rows

@@ -13,7 +13,7 @@ from heatlens.live.ring.channel_map import ChannelMap, Ring, channels_of, maps_f
 from heatlens.live.ring.sources import Heard, RingInput
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.session.live.ring_hand import RingHand
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.ui import probe, theme, widgets
 
 Say = Callable[[str], None]

@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.base.outside_text import printable
 from heatlens.scene.placing import lacks_placing
 from heatlens.scene.scene_bounds import object_names
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.session.scenes.scene_commands import SceneCommands
 from heatlens.session.shot.editing import Editing
 from heatlens.ui import probe, widgets

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.model.view.view_geometry import Viewport
-from heatlens.session.loop.messages import window_words
 from heatlens.session.marks.lessons import Lesson, Lessons
+from heatlens.session.messages import window_words
 from heatlens.source.stream_source import StreamSource
 from heatlens.ui import probe, theme, widgets
 

@@ -10,7 +10,7 @@ from heatlens.model.curves.curve import Curve, Key
 from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
 from heatlens.session.desks import TimeDesk
 from heatlens.session.keys.key_choice import checked, frames_of
-from heatlens.session.loop.messages import reported
+from heatlens.session.messages import reported
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.curve_axis import CurveAxis
 from heatlens.ui.timeline.view import TimeScale

@@ -11,7 +11,7 @@ from heatlens.commands.export_options import job_of
 from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say, tell
-from heatlens.commands.reels.reel_options import checked_for_export, reel_of, shots_of
+from heatlens.commands.reel_options import checked_for_export, reel_of, shots_of
 from heatlens.documents.edit_file import Exported, check_edit_out, write_edit
 from heatlens.export.cut import Cut, export_cut, kept_movie
 from heatlens.export.job import ExportJob

@@ -9,7 +9,7 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.files.atomic_file import write_whole
-from heatlens.measure.compare.metrics import flip_evaluation
+from heatlens.measure.metrics import flip_evaluation
 from heatlens.model.boxes import Box
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.file_parts import color_file_parts

@@ -23,7 +23,7 @@ from heatlens.export.options import ExportOptions
 from heatlens.export.output import parse_output
 from heatlens.export.plan import planned
 from heatlens.export.rendering import FrameRendering
-from heatlens.export.sheet.rows import (
+from heatlens.export.sheet_rows import (
     Distances,
     MarkRow,
     SheetRow,

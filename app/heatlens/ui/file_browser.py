@@ -14,7 +14,7 @@ from heatlens.base.outside_text import printable
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.files.file_commands import PURPOSES, FileCommands
 from heatlens.session.files.folder_walk import Chosen, FolderWalk
-from heatlens.session.loop.messages import Problem
+from heatlens.session.messages import Problem
 from heatlens.ui import probe, theme, topmost, widgets
 
 _SIZE_EM = (56.0, 34.0)

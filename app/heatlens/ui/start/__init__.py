@@ -1,1 +1,0 @@
-"""The layout and drawing of the start screen."""
