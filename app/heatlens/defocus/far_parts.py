@@ -182,6 +182,15 @@ class FarPartsPass:
             images={"out_color_img": out},
         )
 
+    def mix(self, without: moderngl.Texture, field: FarField, out: moderngl.Texture) -> None:
+        """Mix `out` with the picture without the far field, as far as its zones have grown."""
+        self._program("mix").dispatch(
+            pixel_groups(out.size),
+            textures={"without_tx": without},
+            images={"out_color_img": out},
+            uniforms={"growth": field.zone.growth},
+        )
+
 
 def _part_uniforms(part: NDArray[np.float64]) -> dict[str, object]:
     """Return the uniform of lib/lens_part.lib.glsl."""

@@ -57,10 +57,12 @@ class FarZone:
 
     blocks  what is left of the reach of edges in each block (far_over.comp.glsl)
     tiles   those in which the view of a part is needed
+    growth  how far the zones have grown from nothing, above 0 to 1
     """
 
     blocks: moderngl.Texture
     tiles: TileMask
+    growth: float
 
     @property
     def buffers(self) -> dict[str, StorageBuffer]:
@@ -79,7 +81,6 @@ class FarZones:
         self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
     ) -> FarZone | None:
         """Return the zones, or None if there are none; wait for the GPU."""
-        across, down = what.coc.size
         blocks = self._blocks(what, optics, parts, scratch)
         left = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2)
         in_zone = (left[..., 0] > 0.0) & (left[..., 1] < FAR_WHOLE)
@@ -87,7 +88,8 @@ class FarZones:
             return None
         radius_px = max(optics.disc.half_extents) * optics.farthest_px / 2
         margin_px = radius_px * _part_scale(what, parts) + _FEATHER_PX
-        return FarZone(blocks, self._mask(in_zone, (across, down), margin_px, scratch))
+        growth = min(float(left[..., 0].max()) / FAR_WHOLE, 1.0)
+        return FarZone(blocks, self._mask(in_zone, what.coc.size, margin_px, scratch), growth)
 
     def _blocks(
         self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch

@@ -174,13 +174,36 @@ class LayeredBlur:
         diffused = replace(what, color=color, lists=lists)
         far = yield from self._far_field(diffused, optics, settings)
         picture = yield from self._fragmented(color, coc, optics, lists, around)
-        out = self._scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
-        yield from self._over_each_other(picture, optics, settings, far, sharp, out)
+        out = yield from self._layered(picture, optics, settings, far, sharp, name)
         if listed is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
             drawn = self._passes.draw_highlights.steps(listed, picture, nearest, optics, out, sharp)
             yield from self._scratch.named("highlights drawn", drawn)
         self._scratch.passed("highlights drawn")
+        return out
+
+    def _layered(
+        self,
+        picture: Fragments,
+        optics: Optics,
+        settings: DefocusSettings,
+        far: FarField | None,
+        sharp: SharpPart | None,
+        name: str,
+    ) -> Steps[moderngl.Texture]:
+        """Return the layers over each other in the texture called `name`.
+
+        The far field adds a cut. While its zones grow from nothing, that picture is mixed with
+        the one without them, so that nothing outside the zones changes at once.
+        """
+        size, black = picture.color.size, (0.0, 0.0, 0.0, 1.0)
+        out = self._scratch.filled(name, size, black)
+        yield from self._over_each_other(picture, optics, settings, far, sharp, out)
+        if far is not None and far.zone.growth < 1.0:
+            without = self._scratch.filled("without far", size, black)
+            yield from self._over_each_other(picture, optics, settings, None, sharp, without)
+            self._passes.far_parts.mix(without, far, out)
+            yield self._scratch.passed("composite")
         return out
 
     def _over_each_other(

@@ -109,7 +109,7 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
         _comp("far_links", "far_view", "far_sum", variants=({}, {"PART_VARIES": 1}))
-        | _comp("far_edges", "far_zone", "far_over", "guess_push", "guess_lists")
+        | _comp("far_edges", "far_zone", "far_over", "far_mix", "guess_push", "guess_lists")
         | _comp("guess_pull", variants=either("FIRST")),
         pass_costs.far_parts_bytes,
         _own("far sum", "far zone"),
@@ -172,6 +172,7 @@ PASSES: tuple[Pass, ...] = (
         "composite",
         _comp("composite", variants=either("MIXED")) | _comp("cutout_over", "cutout_ground"),
         pass_costs.composite_bytes,
+        _own("without far"),
         reads_last=("layer", "behind"),
     ),
     Pass(

@@ -1,0 +1,20 @@
+// Mixes the picture whose far field is blurred in parts of the lens with the one blurred in layers alone.
+//
+// Inputs
+//   without_tx      rgb of the layers alone
+//   growth          how far the zones have grown from nothing, 0 to 1
+// Output
+//   out_color_img   rgb (read and written)
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D without_tx;
+uniform float growth;
+layout(rgba32f) uniform image2D out_color_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
+    vec4 color = imageLoad(out_color_img, at);
+    imageStore(out_color_img, at, vec4(mix(texelFetch(without_tx, at, 0).rgb, color.rgb, growth), color.a));
+}
