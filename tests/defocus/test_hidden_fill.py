@@ -3,10 +3,11 @@
 import moderngl
 import numpy as np
 
-from heatlens.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer, block_size
+from heatlens.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.tile_mask import TileList, TileMask, WholePictures, seen_bytes
 from heatlens.defocus.tile_pass import SeenBitsPass
+from heatlens.gpu.program import blocks_for
 from heatlens.gpu.textures import BufferParts, FloatArray, download, new_texture, upload
 
 HIDDEN = -1.0  # nothing of the pixel is seen
@@ -27,8 +28,8 @@ def filled(
     pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
     bits, tiles = ctx.buffer(reserve=seen_bytes(size)), TileMask.bytes_for(size)
     SeenBitsPass(ctx).mark([size], BufferParts(mask.words, tiles), BufferParts(bits, bits.size))
-    cost = new_texture(ctx, block_size(size), 4)
-    upload(cost, np.full((*block_size(size)[::-1], 4), np.nan, np.float32))
+    cost = new_texture(ctx, blocks_for(size, 2), 4)
+    upload(cost, np.full((*blocks_for(size, 2)[::-1], 4), np.nan, np.float32))
     scratch = HiddenScratch(bits, ctx.buffer(reserve=list_bytes(size)), cost)
     list(HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px))
     check_blocks(scratch.blocks, layer[..., 3] < 0)

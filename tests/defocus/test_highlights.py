@@ -21,6 +21,7 @@ from heatlens.defocus.highlight_pass import (
 )
 from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.program import blocks_for
 from heatlens.gpu.shader_constants import TILE
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
 from heatlens.model.lens.aperture import Aperture
@@ -66,7 +67,7 @@ class Lamps:
         self.low, self.high, self.out = (new_texture(ctx, size, 4) for _ in range(3))
         sizes = HighlightBuffers.sizes(size)
         self.buffers = HighlightBuffers(**{k: ctx.buffer(reserve=v) for k, v in sizes.items()})
-        self._passes, half = passes_of(ctx), Surroundings.half_size(size)
+        self._passes, half = passes_of(ctx), blocks_for(size, 2)
         poles = new_array(ctx, self._passes.solver.between_size(half), 1, 4, PACKED)
         scratch = Surroundings(
             new_texture(ctx, half, 4),

@@ -1,13 +1,13 @@
 """Looks, focus peaking and view states: their names, ranges and defaults."""
 
-from itertools import islice
 from string import ascii_uppercase
 
 import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.look import Look, check_looks, next_look_name
+from heatlens.model.marks.mark import free_letter
+from heatlens.model.shot.look import Look, check_looks
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.guides import (
     BLUR_RANGE,
@@ -38,11 +38,11 @@ def test_a_still_is_a_small_text():
 def test_names_go_through_the_alphabet_and_then_number_it():
     looks: list[Look] = []
     while len(looks) < 54:
-        looks.append(Look(next_look_name(looks), LENS))
+        looks.append(Look(free_letter(look.name for look in looks), LENS))
     names = [look.name for look in looks]
     assert names[:26] == list(ascii_uppercase) and names[25:28] == ["Z", "A1", "B1"]
     assert names[52:] == ["A2", "B2"]
-    assert next_look_name(islice(looks, 1, None)) == "A"  # the first that is free
+    assert free_letter(look.name for look in looks[1:]) == "A"  # the first that is free
 
 
 def test_two_looks_of_one_name_are_refused():

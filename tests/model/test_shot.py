@@ -12,12 +12,12 @@ from heatlens.model.curves.curve import Curve
 from heatlens.model.curves.frames import FrameRange, parse_frame_range
 from heatlens.model.curves.interpolation import Scale
 from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.mark import free_letter
 from heatlens.model.marks.marks import (
     DistanceMark,
     MatteMark,
     PointMark,
     distance_at_m,
-    next_mark_name,
 )
 from heatlens.model.shot.pull import frames_too_close, pull
 from heatlens.model.shot.settings import Bokeh, DefocusSettings
@@ -224,10 +224,10 @@ def test_an_impossible_close_focus_is_refused(close_focus_m):
 def test_marks_are_named_as_on_the_tape():
     marks: list[DistanceMark] = []
     for _ in range(30):
-        marks.append(DistanceMark(next_mark_name(marks), 1.0))
+        marks.append(DistanceMark(free_letter(mark.name for mark in marks), 1.0))
     names = [mark.name for mark in marks]
     assert names[:3] == ["A", "B", "C"] and names[25:28] == ["Z", "A1", "B1"]
-    assert next_mark_name(marks[:1] + marks[2:]) == "B"
+    assert free_letter(mark.name for mark in marks[:1] + marks[2:]) == "B"
 
 
 def test_a_distance_mark_asks_for_no_depth():

@@ -7,8 +7,9 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.mark import free_letter
 from heatlens.model.shot.framing import Framing
-from heatlens.model.shot.look import Look, next_look_name
+from heatlens.model.shot.look import Look
 from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.model.view.view import Against, Compare
 from heatlens.preview.level_choice import quickest
@@ -58,7 +59,7 @@ def test_names_are_free_letters_and_no_two_are_alike(looks, said):
         looks.keep()
     looks.rename(looks.looks[1], "wide open")
     assert [look.name for look in looks.looks] == ["A", "wide open", "C"]
-    assert next_look_name(looks.looks) == "B"
+    assert free_letter(look.name for look in looks.looks) == "B"
     for name in ("A", "", " ", "a\nb"):
         before = looks.looks
         looks.rename(before[1], name)

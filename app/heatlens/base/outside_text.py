@@ -5,6 +5,7 @@ into host and port.
 """
 
 import unicodedata
+from collections.abc import Sequence
 from urllib.parse import urlsplit
 
 # Cc: control characters, including the escape that begins terminal commands. Cf contains the marks
@@ -34,6 +35,12 @@ def _escape(letter: str) -> str:
 def one_line(said: object, most: int = 160) -> str:
     """Return the first `most` characters of a library's message, without line breaks."""
     return " ".join(str(said).split())[:most]
+
+
+def shortened(names: Sequence[str], most: int = 8) -> str:
+    """Return the first names joined in one line, and how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 def host_and_port(text: str) -> tuple[str, int | None]:

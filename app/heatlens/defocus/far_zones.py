@@ -13,7 +13,7 @@ from heatlens.defocus.optics import Optics
 from heatlens.defocus.quality import GUESSED_PARTS
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import SegmentPass, TileMask
-from heatlens.gpu.program import ComputeProgram, StorageBuffer, groups_for, pixel_groups
+from heatlens.gpu.program import ComputeProgram, StorageBuffer, blocks_for, pixel_groups
 from heatlens.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE, TILE
 
 _MARGIN_PX = 4.0  # as in far_edges.comp.glsl
@@ -145,7 +145,7 @@ class FarZones:
 
 def block_count(size: tuple[int, int]) -> tuple[int, int]:
     """Return how many blocks cover a picture of `size`, across and down."""
-    return groups_for(size[0], FAR_BLOCK), groups_for(size[1], FAR_BLOCK)
+    return blocks_for(size, FAR_BLOCK)
 
 
 def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:

@@ -21,7 +21,14 @@ from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import PixelBands, Slices, clear_list, list_bytes
 from heatlens.gpu.context import is_software
 from heatlens.gpu.draw_target import DrawTarget
-from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
+from heatlens.gpu.program import (
+    ComputeProgram,
+    DrawProgram,
+    VertexArray,
+    blocks_for,
+    groups_for,
+    pixel_groups,
+)
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP, HIGHLIGHT_LEVELS
 from heatlens.gpu.textures import OpeningTextures
@@ -64,7 +71,7 @@ class HighlightBuffers:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Scratch for the surroundings of a pixel, all of `half_size`.
+    """Scratch for the surroundings of a pixel, all of half the size.
 
     luminance  RGBA
     coc        R
@@ -74,11 +81,6 @@ class Surroundings:
     luminance: moderngl.Texture
     coc: moderngl.Texture
     targets: BlurTargets
-
-    @staticmethod
-    def half_size(size: tuple[int, int]) -> tuple[int, int]:
-        """Return half the width and height of a picture."""
-        return groups_for(size[0], 2), groups_for(size[1], 2)
 
 
 @dataclass(frozen=True)
@@ -196,7 +198,7 @@ class HighlightListPass:
         high, size = split.high, split.high.size
         sums = {"plan_block": buffers.plan, "row_block": buffers.row}
         told = sums | {"tally_block": buffers.tally}
-        blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
+        blocks = blocks_for(size, HIGHLIGHT_BLOCK)
         clear_list(buffers.lit)
         listed = {"pixel_list_block": buffers.lit}
         yield from self._bands.run(

@@ -12,7 +12,7 @@ from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
 from heatlens.defocus.tile_mask import TileList, TileMask
-from heatlens.gpu.program import ComputeProgram, StorageBuffer, groups_for, pixel_groups
+from heatlens.gpu.program import ComputeProgram, StorageBuffer, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 
 
@@ -89,7 +89,7 @@ class HiddenScratch:
 
     bits    which pixels are visible: so far all, see `SeenBitsPass`
     blocks  list of blocks to fill, of size `list_bytes` of the picture
-    cost    RGBA of `block_size`
+    cost    RGBA, a pixel for each block of 2 x 2
     match   like `cost`; only with fragment lists that are matched to the picture
     """
 
@@ -102,11 +102,6 @@ class HiddenScratch:
     def lists(self) -> dict[str, StorageBuffer]:
         """The storage blocks that tell what to fill, and from what."""
         return {"bits_block": self.bits, "two_lists_block": self.blocks}
-
-
-def block_size(size: tuple[int, int]) -> tuple[int, int]:
-    """Return how many blocks of 2 x 2 pixels cover a picture, across and down."""
-    return groups_for(size[0], 2), groups_for(size[1], 2)
 
 
 class HiddenFillPass:

@@ -24,7 +24,7 @@ from heatlens.defocus.highlight_pass import (
 )
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import layer_cuts
-from heatlens.defocus.layer_passes import HiddenScratch, Layer, block_size
+from heatlens.defocus.layer_passes import HiddenScratch, Layer
 from heatlens.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.defocus.listed_fragments import ListedFragments
 from heatlens.defocus.optics import Optics
@@ -35,6 +35,7 @@ from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
 from heatlens.defocus.tile_mask import tile_count
 from heatlens.defocus.tile_pass import LayerTiles
+from heatlens.gpu.program import blocks_for
 from heatlens.gpu.textures import BufferPart
 from heatlens.model.shot.settings import DefocusSettings, Quality
 
@@ -113,7 +114,7 @@ class LayerBlur:
         picture: Fragments,
         seen: BufferPart,
     ) -> Iterator[None]:
-        whole, blocks = picture.coc.size, block_size(layer.color.size)
+        whole, blocks = picture.coc.size, blocks_for(layer.color.size, 2)
         work = HiddenScratch(
             seen,
             self._scratch.buffer("hidden blocks", list_bytes(whole)),
@@ -282,7 +283,7 @@ class LayeredBlur:
         if lists is not None:
             words = scratch.buffer("low fragments", lists.held.words.size)
             low = ListsWithoutHighlights(lists, words)
-        around = scratch.texture("around", Surroundings.half_size(size), 1, "f2")
+        around = scratch.texture("around", blocks_for(size, 2), 1, "f2")
         return WithoutHighlights(
             scratch.texture("low", size, 4), scratch.texture("high", size, 4), around, low
         )
@@ -296,7 +297,7 @@ class LayeredBlur:
     ) -> Steps[HighlightBuffers]:
         """Split the picture into one without highlights and the list of these."""
         size, scratch = what.color.size, self._scratch
-        half = Surroundings.half_size(size)
+        half = blocks_for(size, 2)
         poles = self._passes.poles(self._scratch, "surroundings poles", size, kernel)
         blurred = scratch.texture("surroundings blurred", half, 4, reduction=2)
         surroundings = Surroundings(

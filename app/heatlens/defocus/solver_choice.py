@@ -1,7 +1,5 @@
 """Choose the line solver for an OpenGL implementation."""
 
-import time
-from collections.abc import Callable
 from functools import partial
 
 import moderngl
@@ -11,6 +9,7 @@ from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion,
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.line_solver import LineSolver, PartitionSolver, SweepSolver
 from heatlens.gpu.context import is_software
+from heatlens.gpu.stopwatch import run_seconds
 from heatlens.gpu.textures import new_array, new_texture, upload
 
 _PROBE_RUNS = 4  # the best time counts, so that a busy machine does not change the choice
@@ -41,14 +40,6 @@ def settled_solver(ctx: moderngl.Context) -> LineSolver:
     return SweepSolver(ctx) if is_software(ctx) else PartitionSolver(ctx)
 
 
-def _seconds(ctx: moderngl.Context, run: Callable[[], None]) -> float:
-    ctx.finish()
-    start = time.perf_counter()
-    run()
-    ctx.finish()
-    return time.perf_counter() - start
-
-
 def _probe_seconds(ctx: moderngl.Context, solver: LineSolver, size: tuple[int, int]) -> float:
     color, coc, out = (new_texture(ctx, size, channels) for channels in (4, 1, 4))
     poles = new_array(ctx, solver.between_size(size), pole_layers(_PROBE_KERNEL), 4, PACKED)
@@ -56,7 +47,7 @@ def _probe_seconds(ctx: moderngl.Context, solver: LineSolver, size: tuple[int, i
     what = Diffusion(color, coc, _PROBE_KERNEL, (1.0, 1.0))
     run = partial(BlurPass(solver).run, what, BlurTargets(poles, out))
     run()  # compiles the programs
-    elapsed = min(_seconds(ctx, run) for _ in range(_PROBE_RUNS))
+    elapsed = min(run_seconds(ctx, run) for _ in range(_PROBE_RUNS))
     for texture in (color, coc, out, poles):
         texture.release()
     return elapsed

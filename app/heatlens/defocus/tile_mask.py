@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import moderngl
 
-from heatlens.gpu.program import ComputeProgram, StorageBuffer, groups_for
+from heatlens.gpu.program import ComputeProgram, StorageBuffer, blocks_for, groups_for
 from heatlens.gpu.shader_constants import SOLVER_SLOTS, TILE, TILE_LIST_HEAD
 from heatlens.gpu.textures import BufferParts
 from heatlens.model.shot.settings import LAYERS_MAX
@@ -17,7 +17,7 @@ TileCount = tuple[int, int]  # across, down
 
 def tile_count(size: tuple[int, int]) -> TileCount:
     """Return how many tiles cover a picture of `size` (width, height)."""
-    return groups_for(size[0], TILE), groups_for(size[1], TILE)
+    return blocks_for(size, TILE)
 
 
 def seen_bytes(size: tuple[int, int]) -> int:

@@ -318,7 +318,12 @@ def _linked(
 
 def pixel_groups(size: tuple[int, int]) -> tuple[int, int]:
     """Return the workgroups of PIXEL_GROUP by PIXEL_GROUP pixels that cover a picture."""
-    return groups_for(size[0], PIXEL_GROUP), groups_for(size[1], PIXEL_GROUP)
+    return blocks_for(size, PIXEL_GROUP)
+
+
+def blocks_for(size: tuple[int, int], side: int) -> tuple[int, int]:
+    """Return how many square blocks of `side` pixels cover a picture, across and down."""
+    return groups_for(size[0], side), groups_for(size[1], side)
 
 
 def groups_for(size: int, per_group: int) -> int:

@@ -5,7 +5,7 @@ by the clock.
 """
 
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -80,3 +80,12 @@ class Stopwatch:
             with query:
                 yield seconds
             seconds[0] = query.elapsed * 1e-9
+
+
+def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:
+    """Return the seconds that `work` takes until the GPU has finished it."""
+    ctx.finish()
+    start = time.perf_counter()
+    work()
+    ctx.finish()
+    return time.perf_counter() - start

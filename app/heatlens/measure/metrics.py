@@ -54,7 +54,7 @@ def score(result: FloatImage, truth: FloatImage) -> Scores:
     """
     _check_shapes(result, truth)
     nonfinite = nonfinite_count(result)
-    result, truth = _finite(result), _finite(truth)
+    result, truth = finite(result), finite(truth)
     shown, shown_truth = srgb_encoded(result), srgb_encoded(truth)
     return Scores(
         psnr_db=_psnr_db(shown, shown_truth),
@@ -93,7 +93,7 @@ def _check_shapes(result: FloatImage, truth: FloatImage) -> None:
         )
 
 
-def _finite(rgb: FloatImage) -> FloatImage:
+def finite(rgb: FloatImage) -> FloatImage:
     """Return float32 values with NaN and infinity replaced by black."""
     return np.where(np.isfinite(rgb), rgb, 0).astype(np.float32)
 

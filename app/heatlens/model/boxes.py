@@ -32,6 +32,11 @@ class Box:
         return self.height, self.width
 
     @property
+    def corners(self) -> tuple[int, int, int, int]:
+        """(x0, y0, x1, y1), half-open."""
+        return self.x0, self.y0, self.x1, self.y1
+
+    @property
     def is_empty(self) -> bool:
         """True if there is no pixel inside."""
         return self.width <= 0 or self.height <= 0

@@ -83,8 +83,8 @@ def _size_facts(window: Box, shown: Box) -> Facts:
     return {
         "width_px": window.width,
         "height_px": window.height,
-        "data_window": _corners(window),
-        "display_window": _corners(shown),
+        "data_window": list(window.corners),
+        "display_window": list(shown.corners),
         "display_width_px": shown.width,
         "display_height_px": shown.height,
     }
@@ -181,7 +181,7 @@ def _part_facts(header: Header, kinds: Mapping[str, str]) -> Facts:
         "name": str(header.get("name", "")),
         "type": type_name(header),
         "compression": compression_name(header),
-        "data_window": _corners(box_at_header(header, "dataWindow")),
+        "data_window": list(box_at_header(header, "dataWindow").corners),
         "channels": {
             channel.name: _PIXEL_TYPES.get(kinds.get(channel.name, "").lstrip("<>=|"), "deep")
             for channel in header["channels"]
@@ -254,11 +254,6 @@ def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
         return doubts(Lens(focal_mm, f_stop, focus_m, sensor_mm, model=model), span)
     except LensError as error:
         return (Doubt("lens", f"The header describes an impossible lens. {error}"),)
-
-
-def _corners(box: Box) -> list[int]:
-    """Return [x0, y0, x1, y1], half-open."""
-    return [box.x0, box.y0, box.x1, box.y1]
 
 
 def _json_value(value: object) -> object:

@@ -79,7 +79,7 @@ def half_of(pixels: FloatArray) -> HalfImage:
 def encoded(picture: KeptPicture, key: str) -> bytes:
     """Return the bytes of a file that holds `picture` under `key`."""
     height, width = picture.pixels.shape[:2]
-    windows = [_corners(box) for box in (picture.data_window, picture.display_window)]
+    windows = [box.corners for box in (picture.data_window, picture.display_window)]
     facts = {"key": key, "size": [width, height], "windows": windows}
     words = json.dumps(facts | {"pixel_aspect": picture.pixel_aspect}).encode()
     pixels = np.ascontiguousarray(picture.pixels).data.cast("B")
@@ -112,10 +112,6 @@ def _picture(facts: dict[str, Any], data: bytes, offset: int) -> KeptPicture:
         raise ValueError("this is not a rendered picture")
     data_window, display_window = (Box(*map(int, box)) for box in corners)
     return KeptPicture(pixels, data_window, display_window, aspect)
-
-
-def _corners(box: Box) -> tuple[int, int, int, int]:
-    return box.x0, box.y0, box.x1, box.y1
 
 
 _FREE_SHARE = 4  # the default limit is a quarter of the free memory

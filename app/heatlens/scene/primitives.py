@@ -93,7 +93,7 @@ def _of_quads(
     first = 4 * np.arange(len(positions) // 4, dtype=np.uint32)[:, None]
     halves = [first + np.array(half, np.uint32) for half in ((0, 1, 2), (0, 2, 3))]
     triangles = np.vstack(halves)
-    return Shape(_f32(positions), _f32(normals), _f32(uvs * (1, -1) + (0, 1)), triangles)
+    return Shape(f32(positions), f32(normals), f32(uvs * (1, -1) + (0, 1)), triangles)
 
 
 def _turned(
@@ -113,7 +113,7 @@ def _turned(
         uvs.append(np.stack(np.meshgrid(angles / (2 * np.pi), 1 - along), axis=-1).reshape(-1, 2))
         triangles.append(count + _strips(len(profile), around + 1))
         count += len(profile) * (around + 1)
-    whole = _f32(np.vstack(positions)), _f32(np.vstack(normals)), _f32(np.vstack(uvs))
+    whole = f32(np.vstack(positions)), f32(np.vstack(normals)), f32(np.vstack(uvs))
     return _without_slivers(Shape(*whole, np.vstack(triangles).astype(np.uint32)))
 
 
@@ -141,7 +141,8 @@ def _without_slivers(shape: Shape) -> Shape:
     return Shape(shape.positions, shape.normals, shape.uvs, kept)
 
 
-def _f32(values: NDArray[np.floating]) -> Floats:
+def f32(values: NDArray[np.floating]) -> Floats:
+    """Return values as a mesh holds them."""
     with np.errstate(over="ignore"):  # infinite values are refused when a mesh is made
         return np.ascontiguousarray(values, np.float32)
 

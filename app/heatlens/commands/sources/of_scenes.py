@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from heatlens.base.errors import InputError
+from heatlens.base.outside_text import shortened
 from heatlens.camera.samples import CameraSamples
 from heatlens.commands.options.given_options import refuse_given, refuse_unused
 from heatlens.commands.options.scene_options import (
@@ -28,7 +29,6 @@ from heatlens.scene.scene_bounds import bounds_m, object_names
 
 if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
-_NAMES_MOST = 8  # object names in one line
 
 
 def _no_object(scene: Scene, mark: Mark) -> InputError:
@@ -158,9 +158,7 @@ def _how(camera: Facts) -> str:
 
 
 def _objects(names: list[str]) -> str:
-    shown = ", ".join(names[:_NAMES_MOST])
-    more = f" and {len(names) - _NAMES_MOST} more" if len(names) > _NAMES_MOST else ""
-    return f"{len(names)}: {shown}{more}"
+    return f"{len(names)}: {shortened(names)}"
 
 
 def _lights(facts: Facts) -> str:

@@ -3,9 +3,10 @@
 from dataclasses import dataclass, replace
 from statistics import fmean
 
+from heatlens.gpu.stopwatch import run_seconds
 from heatlens.measure.bench.methods import entrants
 from heatlens.measure.bench.pace import Step
-from heatlens.measure.bench.timing import Say, run_seconds
+from heatlens.measure.bench.timing import Say
 from heatlens.measure.metrics import score
 from heatlens.measure.study.measured import Subject, cut, from_views
 from heatlens.model.shot.settings import DefocusSettings, Method

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from heatlens.gpu.stopwatch import run_seconds
 from heatlens.measure.bench import timing
 from heatlens.measure.bench.measure import (
     BARE_WORDS,
@@ -16,7 +17,7 @@ from heatlens.measure.bench.method_errors import truth_where, truth_words
 from heatlens.measure.bench.methods import METHOD_COC_PX, entrants, method_where
 from heatlens.measure.bench.pace import Step
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
-from heatlens.measure.bench.timing import BenchFrames, run_seconds
+from heatlens.measure.bench.timing import BenchFrames
 from heatlens.model.shot.settings import DefocusSettings
 
 _PROBE = (320, 180)

@@ -14,7 +14,7 @@ from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_plate_fits, check_work_fits
-from heatlens.gpu.stopwatch import Stopwatch
+from heatlens.gpu.stopwatch import Stopwatch, run_seconds
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.settings import DefocusSettings
@@ -111,15 +111,6 @@ class SceneFrame(Frame):
         """Return the shot with a slightly different lens, so that no accumulated view is reused."""
         f_stop = self.shot.lens.f_stop * (1.0 + _HAIR * next(_HAIRS))
         return replace(self.shot, lens=replace(self.shot.lens, f_stop=f_stop))
-
-
-def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:
-    """Return the seconds that `work` takes until the GPU has finished it."""
-    ctx.finish()
-    start = time.perf_counter()
-    work()
-    ctx.finish()
-    return time.perf_counter() - start
 
 
 def median_seconds(ctx: moderngl.Context, runs: int, *works: Callable[[], object]) -> list[float]:

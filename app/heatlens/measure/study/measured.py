@@ -15,10 +15,10 @@ import numpy as np
 
 from heatlens.base.errors import GpuError
 from heatlens.base.extras import import_extra
+from heatlens.gpu.stopwatch import run_seconds
 from heatlens.gpu.textures import download
-from heatlens.measure.bench.timing import run_seconds
 from heatlens.measure.compared_pictures import Picture, shared_region
-from heatlens.measure.metrics import Scores, score
+from heatlens.measure.metrics import Scores, finite, score
 from heatlens.model.boxes import Box
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
@@ -106,7 +106,7 @@ def from_file(subject: Subject, truth: Picture) -> Reference:
     shared = shared_region(own, truth)
     x0, y0 = shared.x0 - data.x0, shared.y0 - data.y0
     region = Box(x0, y0, x0 + shared.width, y0 + shared.height)
-    return Reference(_finite(truth.over(shared)), region, truth.path.name, is_truth=True)
+    return Reference(finite(truth.over(shared)), region, truth.path.name, is_truth=True)
 
 
 def truth_settings(subject: Subject, views: int) -> DefocusSettings:
@@ -140,11 +140,7 @@ def announce(reference: Reference, say: Callable[[str], None]) -> None:
 
 def _rendered(rgba: FloatImage, name: str, is_truth: bool) -> Reference:
     height, width = rgba.shape[:2]
-    return Reference(_finite(rgba[..., :3]), Box(0, 0, width, height), name, is_truth)
-
-
-def _finite(rgb: FloatImage) -> FloatImage:
-    return np.where(np.isfinite(rgb), rgb, 0).astype(np.float32)
+    return Reference(finite(rgba[..., :3]), Box(0, 0, width, height), name, is_truth)
 
 
 LIMIT_S = 60.0  # the runs of one method stop here; its warm-up is always done to the end

@@ -1,8 +1,10 @@
 """A focus mark: what every kind of mark declares."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import count
+from string import ascii_uppercase
 from typing import ClassVar, Self
 
 from heatlens.base.errors import InputError
@@ -47,6 +49,13 @@ class Mark(ABC):
     def distance_at_m(self, frame: int) -> float | None:
         """Return its distance at a frame where no picture is needed for that; else None."""
         return None
+
+
+def free_letter(taken: Iterable[str]) -> str:
+    """Return the first of A to Z, A1 to Z1, A2, … that is not a name of a mark, or of a look."""
+    names = (f"{letter}{turn or ''}" for turn in count() for letter in ascii_uppercase)
+    gone = set(taken)
+    return next(name for name in names if name not in gone)
 
 
 def check_pixel(name: str, x_px: float, y_px: float) -> None:

@@ -7,8 +7,6 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import count
-from string import ascii_uppercase
 from typing import Self
 
 from heatlens.base.errors import InputError
@@ -235,13 +233,6 @@ def kind_of_entries(names: Iterable[str]) -> type[Mark]:
     """Return the kind of a mark in a shot file from the names of its entries; else a point."""
     told = set(names)
     return next((kind for kind in reversed(KINDS) if kind.entry in told), PointMark)
-
-
-def next_mark_name(marks: Iterable[Mark]) -> str:
-    """Return the first of A to Z, A1 to Z1, A2, … that no mark has."""
-    taken = {mark.name for mark in marks}
-    names = (f"{letter}{turn or ''}" for turn in count() for letter in ascii_uppercase)
-    return next(name for name in names if name not in taken)
 
 
 def distance_at_m(

@@ -2,8 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from itertools import count
-from string import ascii_uppercase
 
 from heatlens.base.errors import InputError
 from heatlens.model.lens.lens import Lens
@@ -30,13 +28,6 @@ class Look:
             raise InputError(f"A look cannot be called {self.name!r}.")
         if self.still is not None and not (self.still.isascii() and len(self.still) <= _STILL_MOST):
             raise InputError(f"The still of look {self.name} is not a small JPEG in base64.")
-
-
-def next_look_name(looks: Iterable[Look]) -> str:
-    """Return the first of A to Z, A1 to Z1, A2, ... that no look has."""
-    taken = {look.name for look in looks}
-    names = (f"{letter}{turn or ''}" for turn in count() for letter in ascii_uppercase)
-    return next(name for name in names if name not in taken)
 
 
 def check_looks(looks: Iterable[Look]) -> None:

@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.base.outside_text import shortened
+
 Header = dict[str, Any]
 Part = tuple[Header, dict[str, NDArray[np.generic]]]
 
@@ -97,10 +99,7 @@ def pixels_of(parts: Sequence[Part], ref: ChannelRef) -> NDArray[np.generic]:
 
 def listed(names: Iterable[str]) -> str:
     """Return the first twenty names joined in one line."""
-    all_names = [name or "(no name)" for name in names]
-    left = len(all_names) - _NAMES_LISTED
-    more = f" and {left} more" if left > 0 else ""
-    return ", ".join(all_names[:_NAMES_LISTED]) + more if all_names else "nothing"
+    return shortened([name or "(no name)" for name in names], _NAMES_LISTED) or "nothing"
 
 
 def unusable_sentence(headers: Sequence[Header]) -> str:

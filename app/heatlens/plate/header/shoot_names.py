@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from heatlens.base.errors import InputError
+from heatlens.base.outside_text import shortened
 from heatlens.model.units import FOOT_M, INCH_M, is_bare_number, parse_distance_m, with_points
 
 _FOCUS = ("lensfocusdistance", "focusdistance", "focusdist", "lensdistance", "focus")
@@ -27,7 +28,6 @@ _LINEAR_IRIS = ("lenslineariris",)  # ARRI: thousandths of a stop, 1000 is T1
 _SQUEEZE = ("lenssqueeze", "lenssqueezefactor", "anamorphicsqueeze", "squeeze")
 _UNDERSTOOD = "Focus Distance, Focal Length, F-Stop, T-Stop, Iris, Squeeze"
 _LIKE_A_LENS = re.compile(r"lens|foc|fok|iris|stop|apert|blend|zoom|brenn|dist", re.IGNORECASE)
-_NAMED = 8  # columns in a sentence
 _FAR = 1000.0
 _ALIKE = 0.05  # two columns may round the same value differently
 _DISTANCE_UNIT = ("lensdistanceunit", "distanceunit", "lensunit")
@@ -155,9 +155,8 @@ def not_understood(columns: Iterable[str]) -> str:
     if not unknown:
         return ""
     unknown.sort(key=lambda name: not _LIKE_A_LENS.search(name))
-    more = f" and {len(unknown) - _NAMED} more" if len(unknown) > _NAMED else ""
     return (
-        f"Not understood of its columns: {', '.join(map(repr, unknown[:_NAMED]))}{more}; "
+        f"Not understood of its columns: {shortened([*map(repr, unknown)])}; "
         f"understood are names such as {_UNDERSTOOD}."
     )
 

@@ -96,7 +96,7 @@ def widened(plate: Plate, nearest_first: Sequence[Arrived], border_px: int) -> P
     shows anything outside.
     """
     data = plate.data_window
-    box = Box(*(at + by * border_px for at, by in zip(_ends(data), (-1, -1, 1, 1), strict=True)))
+    box = Box(*(at + by * border_px for at, by in zip(data.corners, (-1, -1, 1, 1), strict=True)))
     inside = np.s_[border_px : border_px + data.height, border_px : border_px + data.width]
     color = np.zeros((*box.shape, 4), np.float32)
     depth_m = np.zeros(box.shape, np.float32)
@@ -111,10 +111,6 @@ def widened(plate: Plate, nearest_first: Sequence[Arrived], border_px: int) -> P
     _continued(color, depth_m, is_known, inside)
     depth_m[depth_m >= FAR_M * 0.9] = np.inf
     return replace(plate, pixels=ReadPixels(color, depth_m), data_window=box)
-
-
-def _ends(box: Box) -> tuple[int, int, int, int]:
-    return box.x0, box.y0, box.x1, box.y1
 
 
 def _add(

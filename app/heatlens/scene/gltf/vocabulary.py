@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
 
+from heatlens.base.outside_text import shortened
 from heatlens.scene.gltf.file import READ_EXTENSIONS, GltfFile
 
 # Extensions without a visible effect.
@@ -20,7 +21,6 @@ _ANYWHERE = ("name", "extras", "extensions")
 _NEAREST = 9728  # the magnification filter NEAREST
 _MATERIAL = "KHR_materials_"
 _GLASS, _VARIANTS = f"{_MATERIAL}transmission", f"{_MATERIAL}variants"
-_LISTED_MOST = 8
 _LEVELS_MOST = 32
 
 
@@ -185,7 +185,7 @@ def _unread(gltf: GltfFile, found: "_Found") -> Iterator[str]:
         ("These properties are unknown in glTF 2.0 and not read", unknown),
     ):
         if names:
-            yield f"{words}: {_listed(names)}."
+            yield f"{words}: {shortened(names)}."
 
 
 class _Found:
@@ -230,11 +230,6 @@ class _Found:
 
 def _of(count: int) -> str:
     return "1 material" if count == 1 else f"{count} materials"
-
-
-def _listed(names: list[str]) -> str:
-    more = f" and {len(names) - _LISTED_MOST} more" if len(names) > _LISTED_MOST else ""
-    return ", ".join(names[:_LISTED_MOST]) + more
 
 
 def _is_read(name: str) -> bool:

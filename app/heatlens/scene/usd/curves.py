@@ -7,7 +7,7 @@ from heatlens.base.errors import InputError
 from heatlens.files.usd_library import UsdObject, numbers, usd_module, whole_numbers
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
-from heatlens.scene.primitives import tubes
+from heatlens.scene.primitives import f32, tubes
 from heatlens.scene.scene import Mesh
 from heatlens.scene.usd.material import UsdMaterials
 
@@ -50,7 +50,7 @@ def read_curves(materials: UsdMaterials, prim: object) -> list[Mesh]:
     rows = lines.rows
     at, normals, triangles, whose = tubes(rows[:, :3], 0.5 * rows[:, 3], lines.counts, sides)
     tint = rows[whose, 4:].astype(np.float32)
-    return [made_mesh(what, _f32(at), triangles, _f32(normals), None, material, tint)]
+    return [made_mesh(what, f32(at), triangles, f32(normals), None, material, tint)]
 
 
 def read_points(materials: UsdMaterials, prim: object) -> list[Mesh]:
@@ -70,7 +70,7 @@ def read_points(materials: UsdMaterials, prim: object) -> list[Mesh]:
     facing = normals.astype(np.float64) if len(normals) == len(points) else None
     drawn = drawn_points(points, radii, facing)
     colors, material = _colors(materials, prim, len(points), np.ones(len(points), np.int64))
-    at, turned = _f32(drawn.positions), _f32(drawn.normals)
+    at, turned = f32(drawn.positions), f32(drawn.normals)
     tint = colors[drawn.point].astype(np.float32)
     return [made_mesh(what, at, drawn.triangles, turned, None, material, tint)]
 
@@ -183,8 +183,3 @@ def _colors(
     if own is None or material in materials.shaders:
         own = np.ones((points, 3))
     return own, material
-
-
-def _f32(values: Array) -> NDArray[np.float32]:
-    with np.errstate(over="ignore"):  # infinite ones are refused where the mesh is made
-        return np.ascontiguousarray(values, np.float32)

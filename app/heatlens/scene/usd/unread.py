@@ -5,11 +5,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from heatlens.base.outside_text import printable
+from heatlens.base.outside_text import printable, shortened
 from heatlens.files.usd_library import UsdObject, usd_module
 from heatlens.scene.usd.stage import UsdStage, kind_of
 
-_LISTED_MOST = 8
 _PREVIEW = "UsdPreviewSurface"
 # Inputs of UsdPreviewSurface that are read, and those whose given values change nothing.
 _READ_INPUTS = (
@@ -193,16 +192,11 @@ def _is_unknown(prim: UsdObject) -> bool:
 def _kinds(prims: Iterable[UsdObject]) -> str:
     """Return how many prims there are of each type, as words."""
     counts = Counter(printable(str(prim.GetTypeName()))[:60] for prim in prims)
-    return _listed([f"{count} {kind}" for kind, count in sorted(counts.items())])
+    return shortened([f"{count} {kind}" for kind, count in sorted(counts.items())])
 
 
 def _missing(stage: UsdStage) -> str:
     """Return the names of layers, references and payloads that could not be opened."""
     said = map(str, stage.stage.GetCompositionErrors())
     found = (re.search("@([^@]*)@", words) for words in said)
-    return _listed(list(dict.fromkeys(repr(printable(m[1])[:80]) for m in found if m)))
-
-
-def _listed(names: list[str]) -> str:
-    more = f" and {len(names) - _LISTED_MOST} more" if len(names) > _LISTED_MOST else ""
-    return ", ".join(names[:_LISTED_MOST]) + more
+    return shortened(list(dict.fromkeys(repr(printable(m[1])[:80]) for m in found if m)))

@@ -8,13 +8,12 @@ from heatlens.base.background import Background
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.live_focus import Distances
-from heatlens.model.marks.mark import Mark
+from heatlens.model.marks.mark import Mark, free_letter
 from heatlens.model.marks.marks import (
     DistanceMark,
     MatteMark,
     ObjectMark,
     PointMark,
-    next_mark_name,
 )
 from heatlens.model.marks.track_mark import Click, TrackMark
 from heatlens.model.shot.pull import (
@@ -72,7 +71,7 @@ class MarkCommands(Commands, Worker):
     def set_here(self) -> None:
         """Set a mark at the distance in focus."""
         marks, distance_m = self._editing.shot.marks, self._editing.lens.focus_distance_m
-        self._add(DistanceMark(next_mark_name(marks), distance_m))
+        self._add(DistanceMark(free_letter(mark.name for mark in marks), distance_m))
 
     def set_point(self, pixel: tuple[int, int]) -> None:
         """Set a mark at a pixel of the display window: on the thing there, else on the point.
@@ -88,7 +87,7 @@ class MarkCommands(Commands, Worker):
             plate_px = self._source.feed.plate_px(self._editing.shot, pixel)
             seen = surfaces_at(plate, self._editing.lens, *plate_px)[0]
             pixel = pixel if self._source.has_camera else (seen.x, seen.y)
-            name = next_mark_name(self._editing.shot.marks)
+            name = free_letter(mark.name for mark in self._editing.shot.marks)
             point = PointMark(name, float(pixel[0]), float(pixel[1]))
             corrected, self.corrected = self._editing.shot.mark_named(self.corrected), None
             if isinstance(corrected, TrackMark):

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.look import Look, next_look_name
+from heatlens.model.marks.mark import free_letter
+from heatlens.model.shot.look import Look
 from heatlens.model.view.view import GRID_MOST, Against, Compare, ViewState
 from heatlens.session.messages import Problem, reported
 from heatlens.session.pictures.picture_view import PictureView
@@ -37,7 +38,7 @@ class LookCommands(Commands):
     def keep(self) -> None:
         """Keep the lens at the playhead as a look, named with the next free letter."""
         shot = self._editing.shot
-        name, frame = next_look_name(shot.looks), self._editing.frame
+        name, frame = free_letter(look.name for look in shot.looks), self._editing.frame
         look = Look(name, self._editing.lens, frame, self.still_now())
         self._editing.do(replace(shot, looks=(*shot.looks, look)))
         key = f" Ctrl+{len(self.looks)} returns to it." if len(self.looks) <= KEYED else ""

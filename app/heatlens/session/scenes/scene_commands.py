@@ -14,7 +14,8 @@ import numpy as np
 from heatlens.base.errors import InputError
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.lens.lens import Lens
-from heatlens.model.marks.marks import ObjectMark, PointMark, next_mark_name
+from heatlens.model.marks.mark import free_letter
+from heatlens.model.marks.marks import ObjectMark, PointMark
 from heatlens.model.shot.framing import Framing, Pose, Vector, WorldAxis
 from heatlens.model.shot.pull import followed
 from heatlens.model.shot.shot import Shot
@@ -186,7 +187,7 @@ class SceneCommands(Commands):
     def mark(self, name: str) -> None:
         """Set a mark that moves with the object."""
         shot = self._editing.shot
-        mark = ObjectMark(next_mark_name(shot.marks), name)
+        mark = ObjectMark(free_letter(it.name for it in shot.marks), name)
         self._editing.do(replace(shot, marks=(*shot.marks, mark)))
 
     def follow(self, mark: ObjectMark, frames: FrameRange) -> None:
