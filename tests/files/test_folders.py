@@ -10,6 +10,7 @@ from platformdirs import PlatformDirs, windows
 from platformdirs.macos import MacOS
 from platformdirs.windows import Windows
 
+from heatlens.base import paths
 from heatlens.base.paths import preferences_dir, rendered_frames_dir, reports_dir
 from support.command_line import ENVIRONMENT
 
@@ -25,6 +26,17 @@ def no_variables(monkeypatch):
     for name in (*VARIABLES, *xdg):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", "/home/ada")
+
+
+@pytest.fixture
+def on_system(monkeypatch):
+    """Return a function that lets the program find itself on another system."""
+
+    def on(system):
+        monkeypatch.setattr(paths, "PlatformDirs", system)
+        monkeypatch.setattr(paths, "_IS_LINUX", False)
+
+    return on
 
 
 @ON_LINUX
@@ -48,21 +60,23 @@ def test_on_linux_they_follow_the_variables_of_the_desktop(monkeypatch):
     ]
 
 
-def test_on_macos_they_lie_in_the_library():
+def test_on_macos_they_lie_in_the_library(on_system):
+    on_system(MacOS)
     library = "/home/ada/Library"
-    assert [folder(MacOS).as_posix() for folder in FOLDERS] == [
+    assert [folder().as_posix() for folder in FOLDERS] == [
         f"{library}/Application Support/heatlens",
         f"{library}/Caches/heatlens/frames",
         f"{library}/Logs/heatlens",
     ]
 
 
-def test_on_windows_only_the_preferences_roam(monkeypatch):
+def test_on_windows_only_the_preferences_roam(monkeypatch, on_system):
     """Its folders are read from the environment here; only Windows can ask its shell."""
+    on_system(Windows)
     monkeypatch.setattr(windows, "get_win_folder", windows.get_win_folder_from_env_vars)
     monkeypatch.setenv("APPDATA", "/roaming")
     monkeypatch.setenv("LOCALAPPDATA", "/local")
-    assert [folder(Windows).as_posix() for folder in FOLDERS] == [
+    assert [folder().as_posix() for folder in FOLDERS] == [
         "/roaming/heatlens",
         "/local/heatlens/Cache/frames",
         "/local/heatlens/Logs",
@@ -70,10 +84,11 @@ def test_on_windows_only_the_preferences_roam(monkeypatch):
 
 
 @pytest.mark.parametrize("system", [PlatformDirs, MacOS, Windows])
-def test_a_variable_of_heatlens_overrules_every_system(monkeypatch, system):
+def test_a_variable_of_heatlens_overrules_every_system(monkeypatch, on_system, system):
+    on_system(system)
     for name in VARIABLES:
         monkeypatch.setenv(name, f"/mine/{name}")
-    assert [folder(system) for folder in FOLDERS] == [
+    assert [folder() for folder in FOLDERS] == [
         Path("/mine/HEATLENS_CONFIG_DIR"),
         Path("/mine/HEATLENS_CACHE_DIR/frames"),
         Path("/mine/HEATLENS_LOG_DIR"),

@@ -5,7 +5,6 @@ This module also makes the error for a file that cannot be opened.
 The folders of the user are where heatlens keeps its own files: preferences, cache and reports.
 `platformdirs` knows the folders of each system. Environment variables override them:
 HEATLENS_CONFIG_DIR, HEATLENS_CACHE_DIR, HEATLENS_RUNTIME_DIR and HEATLENS_LOG_DIR.
-`system` is for tests of the other systems.
 """
 
 import errno
@@ -17,7 +16,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from platformdirs import PlatformDirs
-from platformdirs.api import PlatformDirsABC
 
 from heatlens.base.errors import InputError
 
@@ -99,20 +97,20 @@ _NAME = "heatlens"
 _IS_LINUX = sys.platform.startswith("linux")
 
 
-def preferences_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+def preferences_dir() -> Path:
     """Return the folder of the preferences; on Linux `~/.config/heatlens`."""
-    dirs = system(_NAME, appauthor=False, roaming=True)
+    dirs = PlatformDirs(_NAME, appauthor=False, roaming=True)
     return _chosen("HEATLENS_CONFIG_DIR", lambda: dirs.user_config_dir)
 
 
-def kits_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+def kits_dir() -> Path:
     """Return the folder of the user's own lens kits; on Linux `~/.config/heatlens/kits`."""
-    return preferences_dir(system) / "kits"
+    return preferences_dir() / "kits"
 
 
-def rendered_frames_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+def rendered_frames_dir() -> Path:
     """Return the cache folder of rendered frames; on Linux `~/.cache/heatlens/frames`."""
-    dirs = system(_NAME, appauthor=False)
+    dirs = PlatformDirs(_NAME, appauthor=False)
     return _chosen("HEATLENS_CACHE_DIR", lambda: dirs.user_cache_dir) / "frames"
 
 
@@ -121,9 +119,9 @@ def estimates_dir() -> Path:
     return rendered_frames_dir().with_name("estimates")
 
 
-def runtime_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+def runtime_dir() -> Path:
     """Return the folder for files of a running window; on Linux `/run/user/UID/heatlens`."""
-    dirs = system(_NAME, appauthor=False)
+    dirs = PlatformDirs(_NAME, appauthor=False)
 
     def usual() -> str:
         with warnings.catch_warnings():
@@ -135,11 +133,10 @@ def runtime_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
     return _chosen("HEATLENS_RUNTIME_DIR", usual)
 
 
-def reports_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+def reports_dir() -> Path:
     """Return the folder of the fault reports; on Linux `~/.local/state/heatlens`."""
     # On Linux platformdirs would add "log", but earlier versions wrote reports one level higher.
-    is_plain = system is PlatformDirs and _IS_LINUX
-    dirs = system(_NAME, appauthor=False, opinion=not is_plain)
+    dirs = PlatformDirs(_NAME, appauthor=False, opinion=not _IS_LINUX)
     return _chosen("HEATLENS_LOG_DIR", lambda: dirs.user_log_dir)
 
 

@@ -28,6 +28,7 @@ _STYLES = {
 }
 _OTHER_STYLE = ("#000000", "o")
 GREY = "#666666"
+_DPI = 150
 _FIXED_TEXT = {"svg.fonttype": "none", "svg.hashsalt": "heatlens"}  # the same file every time
 
 
@@ -54,7 +55,7 @@ def new_figure(width_in: float, height_in: float, extra: str = "plot") -> "Figur
     return made
 
 
-def write_figure(path: Path, figure: "Figure", dpi: int = 150) -> None:
+def write_figure(path: Path, figure: "Figure") -> None:
     """Write a figure as PNG or SVG, by its suffix, completely or not at all.
 
     Raises InputError if the file cannot be written.
@@ -63,7 +64,7 @@ def write_figure(path: Path, figure: "Figure", dpi: int = 150) -> None:
     kind = path.suffix.lower()[1:]
     metadata = {"Date": None} if kind == "svg" else None
     with replacing(path) as beside, matplotlib.rc_context(_FIXED_TEXT):
-        figure.savefig(beside, format=kind, dpi=dpi, metadata=metadata)
+        figure.savefig(beside, format=kind, dpi=_DPI, metadata=metadata)
 
 
 class Style(TypedDict):

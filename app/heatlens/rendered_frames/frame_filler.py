@@ -63,18 +63,13 @@ class FrameJob:
 class FrameFiller:
     """Works on one job at a time, and reads the plate of the next one meanwhile."""
 
-    def __init__(
-        self,
-        renderer: FrameRenderer,
-        wake: Callable[[], None] = lambda: None,
-        clock: Callable[[], float] = time.perf_counter,
-    ) -> None:
+    def __init__(self, renderer: FrameRenderer, wake: Callable[[], None] = lambda: None) -> None:
         """Keep a `renderer` that is used for nothing else.
 
         `wake` is called on a thread after a plate has been read.
         """
         self.renderer = renderer
-        self._clock = clock
+        self._clock = time.perf_counter
         self._wake = wake
         self._job: FrameJob | None = None
         self._loaded: Plate | None = None  # the plate in the renderer

@@ -155,12 +155,12 @@ _CONTROL_MOST, _BEND_MOST = 127.0, 16383.0
 class MidiInput(Controls):
     """Reads one port until `close`. The library calls it on its own thread."""
 
-    def __init__(self, name: str, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, name: str) -> None:
         """Open the port whose name contains `name`; "" opens the first port.
 
         Raise InputError if the library or the port is missing.
         """
-        super().__init__(f"midi:{name}", clock, math.inf)
+        super().__init__(f"midi:{name}", silent_after_s=math.inf)
         mido = _library()
         port = _port_named(mido, name)
         self.address = f"midi:{port}"

@@ -76,8 +76,7 @@ Message = CreateImage | UpdateImage | CloseImage | ReadFile | Graphics
 class PacketStream:
     """Cuts the bytes of one connection into packets; holds at most one unfinished packet."""
 
-    def __init__(self, max_bytes: int = MAX_PACKET_BYTES) -> None:
-        self._max_bytes = max_bytes
+    def __init__(self) -> None:
         self._bytes = bytearray()
         self._length = _LENGTH_BYTES  # bytes expected next: the length, then the whole packet
 
@@ -106,10 +105,10 @@ class PacketStream:
         return packet
 
     def _checked(self, length: int) -> int:
-        if _LENGTH_BYTES <= length <= self._max_bytes:
+        if _LENGTH_BYTES <= length <= MAX_PACKET_BYTES:
             return length
         raise TevStreamError(
-            f"it says that it has {length} bytes, but {_LENGTH_BYTES} to {self._max_bytes} are "
+            f"it says that it has {length} bytes, but {_LENGTH_BYTES} to {MAX_PACKET_BYTES} are "
             "accepted; send a large picture in tiles"
         )
 
