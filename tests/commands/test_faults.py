@@ -141,7 +141,7 @@ def gui(session_context, tmp_path):
 def test_a_file_that_breaks_its_reader_leaves_the_window(
     reports, gui, tmp_path, monkeypatch, expects_faults
 ):
-    monkeypatch.setattr("heatlens.source.opened_scene.opened_scene", broken)
+    monkeypatch.setattr("heatlens.source.scene_source.opened_scene", broken)
     (tmp_path / "bad.obj").write_text("")
     before = gui.session.source.plate
     gui.session.files.commands.open(str(tmp_path / "bad.obj"))

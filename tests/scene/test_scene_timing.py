@@ -14,7 +14,7 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.scene.first_shot import first_shot, lens_with
 from heatlens.source.named import camera_of_shot, source_of
 from heatlens.source.opened import Opening
-from heatlens.source.opened_scene import opened_scene
+from heatlens.source.scene_source import opened_scene
 from support.gltf_files import GltfWriter
 
 BLENDER = SceneTiming("2", 25.0, 101)

@@ -18,9 +18,9 @@ from heatlens.scene.scene_read import read_scene
 from heatlens.source.kinds import plates_word
 from heatlens.source.named import camera_of_shot, single_source, source_named, source_of
 from heatlens.source.opened import Opening
-from heatlens.source.opened_scene import opened_scene
 from heatlens.source.plate_on_gpu import PlateOnGpu
 from heatlens.source.scene_on_gpu import scene_on_gpu
+from heatlens.source.scene_source import opened_scene
 from support.fragment_lists import packed_lists
 from support.plates import plate_of, room
 from support.session_files import write_scene

@@ -17,7 +17,7 @@ from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.opened.gpu_picture import GpuPicture
 from heatlens.session.opened.scene_preview import ScenePreview
 from heatlens.source.opened_plates import OpenedPlates
-from heatlens.source.opened_scene import OpenedScene
+from heatlens.source.scene_source import OpenedScene
 from heatlens.source.stream_source import OpenedStream
 
 # A plate, and the same with what its neighbours show.
