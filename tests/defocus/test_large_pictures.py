@@ -3,8 +3,9 @@
 import pytest
 
 from heatlens.base.errors import GpuError
-from heatlens.defocus.line_solver import SOLVERS
+from heatlens.defocus.line_solver import SOLVERS, SolverName
 from heatlens.gpu.context import check_texture_fits
+from heatlens.gpu.shader_constants import STRIP_COLUMNS, STRIP_TEXELS
 
 LEAST_TEXTURE_PX = 16384  # a side, that any driver of today takes
 
@@ -13,6 +14,13 @@ LEAST_TEXTURE_PX = 16384  # a side, that any driver of today takes
 def test_pictures_up_to_8k_can_be_blurred(session_context, size):
     for solver in SOLVERS.values():
         assert max(solver(session_context).between_size(size)) <= LEAST_TEXTURE_PX
+
+
+@pytest.mark.parametrize("size", [(1, 1), (640, 360), (1921, 1081), (3840, 513)])
+def test_strips_hold_little_more_than_the_pixels(session_context, size):
+    columns = -(-size[0] // STRIP_COLUMNS) * STRIP_COLUMNS
+    across, down = SOLVERS[SolverName.SWEEP](session_context).between_size(size)
+    assert 0 <= across * down - columns * size[1] < STRIP_TEXELS
 
 
 def test_a_texture_beyond_the_largest_is_refused_with_a_remedy(session_context):

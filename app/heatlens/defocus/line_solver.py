@@ -16,7 +16,7 @@ import moderngl
 
 from heatlens.defocus.tile_mask import RUN_LEAST, TileMask, WholePictures, run_length
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
-from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_FOLD, TILE
+from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_TEXELS, TILE
 from heatlens.gpu.textures import enlarge, new_buffer
 
 SCRATCH_BYTES_MAX = 4 << 20  # a few lines per core; more would exceed the processor's caches
@@ -136,8 +136,8 @@ class LineSolver(ABC):
         """Return the size of the intermediate texture between rows and columns."""
         if not self._STRIPS:
             return size
-        across, folds = groups_for(size[0], STRIP_COLUMNS), groups_for(size[1], STRIP_FOLD)
-        return STRIP_COLUMNS * STRIP_FOLD, across * folds
+        texels = STRIP_COLUMNS * groups_for(size[0], STRIP_COLUMNS) * size[1]
+        return STRIP_TEXELS, groups_for(texels, STRIP_TEXELS)
 
     def release(self) -> None:
         """Release programs and buffers."""

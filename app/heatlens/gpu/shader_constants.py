@@ -28,7 +28,7 @@ CYCLIC_GROUP = 64  # pixels of a line in cyclic reduction
 
 TILE = 16  # pixels a side: what masks of tiles switch on and off
 TILE_LIST_HEAD = 7  # words before the tiles of a list, see lib/tile_list.lib.glsl
-STRIP_COLUMNS, STRIP_FOLD = 8, 512  # lib/strips.lib.glsl
+STRIP_COLUMNS, STRIP_TEXELS = 8, 4096  # lib/strips.lib.glsl
 HIDDEN_DIRECTIONS = 4  # along which hidden pixels look for seen ones
 PEEL_DRAWS = 3  # draws of a scene's visible surfaces, each with samples at other places
 HIGHLIGHT_BLOCK = 8  # pixels a side in which highlights are merged
