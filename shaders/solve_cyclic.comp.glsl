@@ -82,7 +82,7 @@ void store_answers(int slot, ivec2 at, int i) {
     Output o;
     clear_output(o);
     for (int p = 0; p < POLES; ++p) add_pole(o, p, r_buf[index_of(slot, i, p)]);
-    store(at, o);
+    store(at, input_at(at), o);
 }
 
 void main() {

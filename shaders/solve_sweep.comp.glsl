@@ -41,8 +41,9 @@ struct Front {
     Num heat[POLES];
 };
 
-// The state of an eliminated pixel.
+// An eliminated pixel and its state.
 struct Eliminated {
+    Input here;
     Value s[POLES];
     Num inverse[POLES], w[POLES];
 };
@@ -113,6 +114,7 @@ void eliminate(inout Front front, inout Place at, int line, Run run, int i, inou
     float b_out = i + 1 < run.joined_end ? conductance(at.here, after) : 0.0;
     Source r = source_of(at.before, at.here, after, at.b_in, b_out);
     EACH_POLE(ELIMINATE_POLE)
+    gone.here = at.here;
     at = Place(at.here, after, b_out);
 }
 
@@ -174,7 +176,7 @@ void substitute(Eliminated gone, inout Value y[POLES], ivec2 at, bool is_inside)
     Output o;
     clear_output(o);
     EACH_POLE(SUBSTITUTE_POLE)
-    if (is_inside) store(at, o);
+    if (is_inside) store(at, gone.here, o);
 }
 
 void substitute_back(int line, int slot, int tiles, inout Value y[POLES]) {

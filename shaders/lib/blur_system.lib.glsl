@@ -148,7 +148,7 @@ void add_pole(inout Output o, int pole, Value y) {
     for (int k = 0; k < POLES; ++k) o.z[k] += mul(mix_weights[pole * POLES + k], y);
 }
 
-void store(ivec2 at, Output o) {
+void store(ivec2 at, Input here, Output o) {
     for (int k = 0; k < POLES; ++k) {
 #if COMPLEX && defined HALF_POLES
         imageStore(out_poles_img, ivec3(in_strips(at), k), uvec4(halves_of(o.z[k][0]), halves_of(o.z[k][1])));
@@ -210,7 +210,7 @@ struct Output {
 void clear_output(out Output o) { o.y = vec4(0.0); }
 void add_pole(inout Output o, int pole, Value y) { o.y += real_of_product(sum_weights[pole], y); }
 
-void store(ivec2 at, Output o) { store_color(at, o.y, diameter_2_at(at) == 0.0); }
+void store(ivec2 at, Input here, Output o) { store_color(at, o.y, here.d_2 == 0.0); }
 #endif
 
 float conductance(Input a, Input b) { return min(a.d_2, b.d_2); }

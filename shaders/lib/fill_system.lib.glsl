@@ -110,15 +110,15 @@ void add_pole(inout Output o, int pole, Value y) { o.y += real_part(y); }
 
 #ifdef ROWS
 layout(rg32f) uniform writeonly image2D out_rows_img;
-void store(ivec2 at, Output o) {
+void store(ivec2 at, Input here, Output o) {
     vec4 row = o.y;
-    row.r = mix(row.r, row.b, texelFetch(state_tx, at, 0).g);
+    row.r = mix(row.r, row.b, here.state.g);
     imageStore(out_rows_img, in_strips(at), row);
 }
 #else
 layout(r32f) uniform writeonly image2D out_coc_img;
-void store(ivec2 at, Output o) {
-    vec2 state = texelFetch(state_tx, at, 0).rg, means = o.y.rb / max(o.y.g, 1e-8);
+void store(ivec2 at, Input here, Output o) {
+    vec2 state = here.state, means = o.y.rb / max(o.y.g, 1e-8);
     imageStore(out_coc_img, at, vec4(mix(means.r, drawn_nearer(state.r, means.g), state.g)));
 }
 #endif

@@ -8,5 +8,5 @@ Input input_at(ivec2 at, int part, int pole) { return input_at(at); }
 Value source(Source s, int part, int pole) { return source(s, pole); }
 void add_pole(inout Output o, int part, int pole, Value y) { add_pole(o, pole, y); }
 void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
-    if (is_inside) store(at, o);
+    if (is_inside) store(at, here, o);
 }

@@ -40,12 +40,12 @@ def test_line_costs_counted_by_hand():
 def test_pass_costs_counted_by_hand():
     work = Work((640, 480), HEAT, SolverName.SWEEP)
     assert frame_traffic("coc", work, 1).moved == 4 + 4
-    # Rows as above; columns: coc and half poles twice, kept there and back, coc again; the picture
+    # Rows as above; columns: coc and half poles twice, kept there and back; the picture
     # is read and written.
-    assert frame_traffic("blur", work, 1).moved == 66 + (2 * (4 + 16) + 10 + 4) + 16 + 16
+    assert frame_traffic("blur", work, 1).moved == 66 + (2 * (4 + 16) + 10) + 16 + 16
     assert frame_traffic("blur", work, 1).least == 16 + 4 + 16 + 16
-    # Rows: state twice, kept, state, rows; columns: state and rows twice, kept, state, coc.
-    assert frame_traffic("coc fill", work, 2).moved == 2 * ((16 + 10 + 8 + 8) + (32 + 10 + 8 + 4))
+    # Rows: state twice, kept, rows; columns: state and rows twice, kept, coc.
+    assert frame_traffic("coc fill", work, 2).moved == 2 * ((16 + 10 + 8) + (32 + 10 + 4))
     assert frame_traffic("composite", work, 3).moved == 3 * (16 + 16 + 16)
     proxy = frame_traffic("proxy", replace(work, proxy=0.5), 1)
     assert proxy.least == 4 * 16 + 4 + 16 + 4 + 8

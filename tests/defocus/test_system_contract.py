@@ -35,7 +35,7 @@ WHOLE = """
         Value right_hand_side = source(s, pole);
         add_pole(o, pole, right_hand_side);
     }
-    store(at + axis, o);
+    store(at + axis, here, o);
 """
 IN_PARTS = """
     Link from = link_at(at), link = link_at(at + axis), to = link_at(at + 2 * axis);

@@ -53,7 +53,7 @@ class AxisReads:
 
     node     read for its place in the network
     source   read for its right-hand side
-    finish   read when the answer is stored
+    finish   read when the answer is stored, unless the pixel is still held
     written  size of the answer
     """
 
@@ -67,17 +67,17 @@ def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> flo
     """Return the bytes per pixel to solve `system` along one axis."""
     poles, value, link = system.poles, system.value_bytes, 3 * system.num_bytes
     once = reads.node + reads.source
-    end = reads.finish + reads.written
     match solver:
         case SolverName.PARTITION:  # everything in between stays on the chip
-            return once + end
+            return once + reads.written
         case SolverName.SWEEP:  # s and t of each block, written and read back; pixels twice
             kept = poles * (value + system.num_bytes) / SweepSolver.BLOCK
-            return 2 * once + 2 * kept + end
+            return 2 * once + 2 * kept + reads.written
         case SolverName.CYCLIC:
             # Over a long line: LOAD writes a pixel and its links. For each pixel that is
             # eliminated, REDUCE reads it and one that stays, which it writes, and SUBSTITUTE reads
             # it and one answer beside it, and writes its own. STORE reads the answers.
+            end = reads.finish + reads.written
             load = once + poles * (value + link)
             reduce = 3 * poles * (value + link)
             substitute = poles * (value + link + 2 * value)
@@ -89,11 +89,9 @@ def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> flo
 def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
     """Return the bytes per pixel of a blur: rows and columns for each step."""
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
-    poles, coc_again = _POLE_LAYER * pole_layers(kernel), _COC  # read again: in focus?
-    if solver is SolverName.PARTITION:  # keeps the coc
-        coc_again = 0
+    poles = _POLE_LAYER * pole_layers(kernel)
     rows = AxisReads(_COC, _COLOR, 0, poles)
-    columns = AxisReads(_COC, poles, coc_again, _COLOR)
+    columns = AxisReads(_COC, poles, _COC, _COLOR)  # the coc at the end: in focus?
     step = solve_bytes(solver, system, rows) + solve_bytes(solver, system, columns)
     return kernel.steps * step
 
@@ -159,7 +157,7 @@ def hidden_fill_bytes(work: Work, runs: int) -> Traffic:
 def coc_fill_bytes(work: Work, runs: int) -> Traffic:
     """Count rows and columns of the lines that carry the coc under nearer layers."""
     system = LineSystem("lib/fill_system.lib.glsl")
-    rows = AxisReads(_STATE, 0, _STATE, _STATE)  # the state again when the answer is stored
+    rows = AxisReads(_STATE, 0, _STATE, _STATE)  # the state at the end: how much is content?
     columns = AxisReads(_STATE, _STATE, _STATE, _COC)
     moved = sum(solve_bytes(work.solver, system, reads) for reads in (rows, columns))
     return Traffic(runs * moved, runs * (_STATE + _COC), at_most=True)
