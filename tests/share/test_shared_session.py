@@ -1,6 +1,7 @@
 """A real session shared with programs that speak the protocol: the lens turns, pictures come."""
 
 import asyncio
+import time
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -65,12 +66,14 @@ def test_a_tap_focuses_and_a_drag_is_one_step_of_undo(session):
             await until(lambda: it.state["hand"] == "", "the hand's rest", loop.turn)
             tapped = it.state["lens"]["focus_distance_m"]
             clock, now_s = session.editing.clock, session.editing.clock()
-            session.editing.clock = lambda: now_s  # a busy machine makes no rest in the gesture
+            hands = loop._shared.hands
+            # A busy machine makes no rest in the gesture.
+            session.editing.clock = hands._clock = lambda: now_s
             for step in range(20):
                 await it.send(do="Focus", distance_m=1.5 + 0.01 * step)
                 loop.turn()
             await until(lambda: it.state["lens"]["focus_distance_m"] == 1.69, "the drag", loop.turn)
-            session.editing.clock = clock
+            session.editing.clock, hands._clock = clock, time.monotonic
             await until(lambda: it.state["hand"] == "", "the hand's rest", loop.turn)
             await until(lambda: not session.editing.is_unsettled, "the step", loop.turn)
             await it.send(do="Undo")
