@@ -5,8 +5,8 @@
 //   lib/far_fragments.lib.glsl
 //   part_scale   diameter of a part of the lens over that of the lens
 // Output
-//   out_zone_img   for each block of FAR_BLOCK x FAR_BLOCK pixels the square of the reach in pixels, -1 for
-//                  none: r of wide surfaces, g of surfaces so thin that layers are more accurate
+//   out_zone_img   for each block of FAR_BLOCK x FAR_BLOCK pixels the square of the reach in pixels, 0 or
+//                  less for none: r of wide surfaces, g of surfaces so thin that layers are more accurate
 
 #include "lib/far_fragments.lib.glsl"
 
@@ -23,18 +23,18 @@ layout(rg32f) uniform writeonly image2D out_zone_img;
 #define WIDE_PX 5
 #define GROWN 1.25  // from a limit to this multiple of it a zone grows from nothing to its reach
 
-// Share of the whole effect for a value that has passed a limit: 0 at the limit, so that nothing appears at
+// How much a value counts that has passed a limit, 0 to 1: 0 at the limit, so that nothing appears all at
 // once while the lens or the focus moves.
 float grown_past(float limit, float value) {
     return limit > 0.0 ? smoothstep(limit, GROWN * limit, value) : 1.0;
 }
 
-// How far two surfaces differ in blur, 0 to 1.
+// How much a difference in blur counts as a step between two surfaces, 0 to 1.
 float step_between(float one, float other, float least_step) {
     return grown_past(max(least_step, LEAST_STEP_PART * part_scale * max(one, other)), abs(one - other));
 }
 
-// 1 if the surface continues for WIDE_PX pixels.
+// 1 if the surface continues for WIDE_PX pixels, 0 if there is a step before.
 float width_along(ivec2 at, ivec2 along, float coc) {
     float wide = 1.0;
     for (int k = 1; k < WIDE_PX; ++k)

@@ -2,8 +2,8 @@
 //
 // Inputs
 //   sum_tx          rgb times the known share, and the known share
-//   zone_tx         see far_zone, one texel for FAR_BLOCK x FAR_BLOCK pixels: r of wide surfaces, which are
-//                   replaced, g of thin ones, which are not
+//   zone_tx         see far_zone, one texel for FAR_BLOCK x FAR_BLOCK pixels: r left of the reach of
+//                   wide surfaces, which are replaced, g of that of thin ones, which are not
 // Output
 //   out_color_img   rgb (read and written)
 
@@ -13,7 +13,8 @@ uniform sampler2D sum_tx;
 uniform sampler2D zone_tx;
 layout(rgba32f) uniform image2D out_color_img;
 
-float share_of(float left) { return clamp(left / FAR_WHOLE, 0.0, 1.0); }
+// Share of a block that is in a zone, for what is left there of the square of an edge's reach.
+float share_of(float left_px_2) { return clamp(left_px_2 / FAR_WHOLE_PX_2, 0.0, 1.0); }
 
 // Share of the zones under a tent filter three blocks wide.
 float zone_at(ivec2 at) {

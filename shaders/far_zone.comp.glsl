@@ -4,7 +4,7 @@
 // Input
 //   zone_tx        for each block the square of the reach in pixels, less the squared distance covered
 // Output
-//   out_zone_img   the same, spread; far_over tells what it means
+//   out_zone_img   the same, spread: above 0 in a zone (far_over)
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 

@@ -64,6 +64,7 @@ def test_a_tap_focuses_and_a_drag_is_one_step_of_undo(session):
                 lambda: it.state["lens"]["focus_distance_m"] != before, "the tap", loop.turn
             )
             await until(lambda: it.state["hand"] == "", "the hand's rest", loop.turn)
+            await until(lambda: not session.editing.is_unsettled, "the tap's step", loop.turn)
             tapped = it.state["lens"]["focus_distance_m"]
             clock, now_s = session.editing.clock, session.editing.clock()
             hands = loop._shared.hands

@@ -20,7 +20,7 @@ from PIL import Image
 
 from support.command_line import ENVIRONMENT
 
-PATIENCE_S = 180.0
+PATIENCE_S = 60.0
 
 
 class Served:

@@ -17,7 +17,7 @@ from heatlens.share.headless import HeadlessLoop
 from heatlens.share.server import ShareServer
 from heatlens.share.shared import SharedSession
 
-PATIENCE_S = 180.0
+PATIENCE_S = 60.0
 
 
 def opened(shared: SharedSession, log: Callable[[str], None] = lambda line: None) -> ShareServer:

@@ -19,9 +19,9 @@ from heatlens.session.settings.preferences import Preferences, Remembered
 from heatlens.session.shot.start import Start
 from heatlens.source.opener import SourceOpener
 from heatlens.source.stream_source import StreamSource
-from heatlens.ui import start_screen
-from heatlens.ui.start_card import lay_out
-from heatlens.ui.start_screen import hint_of
+from heatlens.ui.start import start_screen
+from heatlens.ui.start.start_card import lay_out
+from heatlens.ui.start.start_screen import hint_of
 from support.actions import listed_actions
 from support.gui import Gui, gui_of
 from support.session_files import LENS, QUICK, room_file

@@ -14,7 +14,7 @@ from heatlens.defocus.quality import GUESSED_PARTS
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import SegmentPass, TileMask
 from heatlens.gpu.program import ComputeProgram, StorageBuffer, blocks_for, pixel_groups
-from heatlens.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE, TILE
+from heatlens.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2, TILE
 
 _MARGIN_PX = 4.0  # as in far_edges.comp.glsl
 _FEATHER_PX = 2 * FAR_BLOCK  # far_over.comp.glsl uses the parts so far beyond a zone
@@ -55,7 +55,7 @@ class FarSurfaces:
 class FarZone:
     """Where parts of the lens replace layers.
 
-    blocks  what is left of the reach of edges in each block (far_over.comp.glsl)
+    blocks  left of the square of the reach of edges in each block (far_over.comp.glsl), pixels^2
     tiles   those in which the view of a part is needed
     growth  how far the zones have grown from nothing, above 0 to 1
     """
@@ -71,7 +71,7 @@ class FarZone:
 
 
 class FarZones:
-    """Finds the zones."""
+    """Finds the zones in which parts of the lens replace layers."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -82,20 +82,20 @@ class FarZones:
     ) -> FarZone | None:
         """Return the zones, or None if there are none; wait for the GPU."""
         blocks = self._blocks(what, optics, parts, scratch)
-        left = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2)
-        in_zone = (left[..., 0] > 0.0) & (left[..., 1] < FAR_WHOLE)
+        left_px_2 = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2)
+        in_zone = (left_px_2[..., 0] > 0.0) & (left_px_2[..., 1] < FAR_WHOLE_PX_2)
         if not in_zone.any():
             return None
         radius_px = max(optics.disc.half_extents) * optics.farthest_px / 2
         margin_px = radius_px * _part_scale(what, parts) + _FEATHER_PX
-        growth = min(float(left[..., 0].max()) / FAR_WHOLE, 1.0)
+        growth = min(float(left_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
         return FarZone(blocks, self._mask(in_zone, what.coc.size, margin_px, scratch), growth)
 
     def _blocks(
         self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
     ) -> moderngl.Texture:
         """Find the edges of surfaces of different blur, and spread their reach."""
-        size = block_count(what.coc.size)
+        size = blocks_for(what.coc.size, FAR_BLOCK)
         edges, spread, _ = self._programs()
         zone, rows = (scratch.texture(name, size, 2) for name in ("far zone", "far zone rows"))
         edges.dispatch(
@@ -143,13 +143,8 @@ class FarZones:
         return self._made
 
 
-def block_count(size: tuple[int, int]) -> tuple[int, int]:
-    """Return how many blocks cover a picture of `size`, across and down."""
-    return blocks_for(size, FAR_BLOCK)
-
-
 def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
-    """Return the tiles (rows, columns) that have one of the blocks within `margin_px`."""
+    """Return the tiles (rows, columns) with one of the blocks within `margin_px`."""
     for axis in (0, 1):
         blocks = _near_along(np.moveaxis(blocks, axis, 0), math.ceil(margin_px / FAR_BLOCK))
         blocks = np.moveaxis(blocks, 0, axis)

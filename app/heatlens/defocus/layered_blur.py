@@ -175,36 +175,18 @@ class LayeredBlur:
         diffused = replace(what, color=color, lists=lists)
         far = yield from self._far_field(diffused, optics, settings)
         picture = yield from self._fragmented(color, coc, optics, lists, around)
-        out = yield from self._layered(picture, optics, settings, far, sharp, name)
+        out = yield from self._over_each_other(picture, optics, settings, far, sharp, name)
+        if far is not None and far.zone.growth < 1.0:  # its cut changes the picture everywhere
+            alone = yield from self._over_each_other(
+                picture, optics, settings, None, sharp, "without far"
+            )
+            self._passes.far_parts.mix(alone, far, out)
+            yield self._scratch.passed("composite")
         if listed is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
             drawn = self._passes.draw_highlights.steps(listed, picture, nearest, optics, out, sharp)
             yield from self._scratch.named("highlights drawn", drawn)
         self._scratch.passed("highlights drawn")
-        return out
-
-    def _layered(
-        self,
-        picture: Fragments,
-        optics: Optics,
-        settings: DefocusSettings,
-        far: FarField | None,
-        sharp: SharpPart | None,
-        name: str,
-    ) -> Steps[moderngl.Texture]:
-        """Return the layers over each other in the texture called `name`.
-
-        The far field adds a cut. While its zones grow from nothing, that picture is mixed with
-        the one without them, so that nothing outside the zones changes at once.
-        """
-        size, black = picture.color.size, (0.0, 0.0, 0.0, 1.0)
-        out = self._scratch.filled(name, size, black)
-        yield from self._over_each_other(picture, optics, settings, far, sharp, out)
-        if far is not None and far.zone.growth < 1.0:
-            without = self._scratch.filled("without far", size, black)
-            yield from self._over_each_other(picture, optics, settings, None, sharp, without)
-            self._passes.far_parts.mix(without, far, out)
-            yield self._scratch.passed("composite")
         return out
 
     def _over_each_other(
@@ -214,9 +196,10 @@ class LayeredBlur:
         settings: DefocusSettings,
         far: FarField | None,
         sharp: SharpPart | None,
-        out: moderngl.Texture,
-    ) -> Steps[None]:
-        """Blur the layers of a picture, and composite them over `out`."""
+        name: str,
+    ) -> Steps[moderngl.Texture]:
+        """Blur the layers of a picture, and composite them in the texture called `name`."""
+        out = self._scratch.filled(name, picture.color.size, (0.0, 0.0, 0.0, 1.0))
         cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
         if far is not None:
             cuts = with_far_cut(cuts, settings.proxy)
@@ -242,6 +225,7 @@ class LayeredBlur:
                 self._passes.cutout.over_layers(sharp, (nearer_px, farther_px), out)
                 farther_px = nearer_px
             self._scratch.passed("composite")
+        return out
 
     def _kept(self, picture: moderngl.Texture) -> moderngl.Texture:
         """Return a copy of the colours of `picture`."""

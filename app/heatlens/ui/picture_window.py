@@ -33,7 +33,7 @@ from heatlens.ui.picture.notices import StreamNotice, draw_lessons, draw_waiting
 from heatlens.ui.picture.pixel_values import draw_ruler
 from heatlens.ui.picture.seen_pictures import SeenPictures
 from heatlens.ui.picture.viewport import ViewportPanel, ViewportResult
-from heatlens.ui.start_screen import StartScreen
+from heatlens.ui.start.start_screen import StartScreen
 from heatlens.ui.state import UiState
 
 

@@ -17,15 +17,15 @@ from heatlens.ui import topmost
 from heatlens.ui.action_list import actions
 from heatlens.ui.actions import Action, in_order, opens, pressed
 from heatlens.ui.docked_panels import DockedPanels
+from heatlens.ui.files.questions import quit_question, shot_question
 from heatlens.ui.keys_window import keys_window
 from heatlens.ui.layout import dock_panels, grow_for_curve, leave_room_for_picture, menu_bar
 from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
-from heatlens.ui.questions import quit_question, shot_question
 from heatlens.ui.seek import forget_after_click
 from heatlens.ui.setting_places import setting_places, settings
 from heatlens.ui.sharing import WindowSharing
-from heatlens.ui.start_screen import hears_keys
+from heatlens.ui.start.start_screen import hears_keys
 from heatlens.ui.state import UiState
 from heatlens.ui.status_bar import StatusBar
 from heatlens.ui.timeline.rendered_panel import rendered_popup

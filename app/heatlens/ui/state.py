@@ -13,7 +13,7 @@ from heatlens.session.settings.preferences import Preferences, Theme
 from heatlens.session.settings.ui_sizes import next_scale, scaled_layout, with_scale
 from heatlens.session.shot.editing import Editing
 from heatlens.ui import theme
-from heatlens.ui.file_browser import FileDialogs
+from heatlens.ui.files.file_browser import FileDialogs
 from heatlens.ui.palette import Palette
 from heatlens.ui.sharing import WindowSharing
 from heatlens.ui.theme import DARK, LIGHT

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.scene.scene_read import DEMO
 from heatlens.session.files.start_choices import Card
 from heatlens.ui import probe, theme
-from heatlens.ui.start_card import (
+from heatlens.ui.start.start_card import (
     CardPictures,
     Place,
     StartLayout,

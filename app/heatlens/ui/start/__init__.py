@@ -1,0 +1,1 @@
+"""The layout and drawing of the start screen."""
