@@ -120,10 +120,12 @@ class Browser:
         return np.asarray(Image.open(BytesIO(data)).convert("RGB"))
 
     def at_rest(self) -> np.ndarray:
-        """Wait until the picture stands; return its pixels."""
+        """Wait until the whole picture is shown and stands; return its pixels."""
         seen = [np.zeros(0)]
 
         def stands() -> bool:
+            if self.run("return document.getElementById('picture').ariaBusy") != "false":
+                return False
             seen.append(self.pixels())
             time.sleep(0.7)
             return seen[-1].std() > 5 and np.array_equal(seen[-1], self.pixels())

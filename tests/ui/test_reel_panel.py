@@ -4,8 +4,14 @@ import numpy as np
 from imgui_bundle import imgui
 
 from heatlens.documents.reel_file import write_reel
+from heatlens.documents.shot_file import write_shot
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.reel import Reel, ReelShot
-from support.session_files import room_file, write_scene
+from heatlens.model.shot.shot import Shot
+from support.session_files import QUICK, room_file, write_scene
+
+WIDE = Lens(33.0, 2.8, 3.0, 36.0)  # as wide as the first camera of the scene
 
 
 def has_stills(gui, numbers):
@@ -44,12 +50,11 @@ def test_a_click_on_a_row_opens_its_shot(gui, tmp_path):
 
 
 def test_a_scene_has_a_still_once_it_was_open(gui, tmp_path):
-    write_scene(tmp_path / "two.glb")
-    path = tmp_path / "cut.heatreel.json"
+    two, path = tmp_path / "two.heatlens.json", tmp_path / "cut.heatreel.json"
+    small = Framing(width_px=96, height_px=64)
+    write_shot(two, Shot(WIDE, QUICK, str(write_scene(tmp_path / "two.glb")), framing=small))
     room = str(room_file(tmp_path / "one.exr"))
-    write_reel(
-        path, Reel("cut", (ReelShot("one", room), ReelShot("two", str(tmp_path / "two.glb"))))
-    )
+    write_reel(path, Reel("cut", (ReelShot("one", room), ReelShot("two", str(two)))))
     gui.session.files.commands.open(str(path))
     gui.until(lambda: gui.session.editing.shot.source == room, "the first shot")
     imgui.set_window_focus("Reel")

@@ -29,7 +29,8 @@ function paced(send) {
   };
 }
 
-const link = new Link({ hello, state, problem, picture: (bitmap) => picture.show(bitmap), line });
+const shown = (bitmap, { whole }) => picture.show(bitmap, whole);
+const link = new Link({ hello, state, problem, picture: shown, line });
 const focus = paced((distance) => link.do("Focus", { distance_m: toJson(distance) }));
 const focusAt = paced((x, y) => link.do("FocusAt", { x_px: x, y_px: y }));
 const wheel = new Wheel($("wheel"), focus, pull);

@@ -13,6 +13,7 @@ export class Picture {
     this._touched = touched;
     this._sized = sized;
     this._bitmap = null;
+    this._isWhole = false;
     this._shape = [16, 9, 1];
     this._shapes = null;
     this._room = [0, 0, 1, 1];
@@ -28,9 +29,11 @@ export class Picture {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
-  show(bitmap) {
+  /** Show a picture; `isWhole`: it is at rest and without loss, no better one follows. */
+  show(bitmap, isWhole) {
     this._bitmap?.close();
     this._bitmap = bitmap;
+    this._isWhole = isWhole;
     this.redraw();
   }
 
@@ -182,6 +185,7 @@ export class Picture {
       draw.imageSmoothingQuality = "high";
       draw.drawImage(this._bitmap, ...whole);
     }
+    this._canvas.ariaBusy = String(!this._isWhole);
     this._drawGuides(x, y, this._scale);
     this._sized(width * devicePixelRatio);
   }
