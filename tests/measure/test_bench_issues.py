@@ -20,7 +20,7 @@ FILM = DefocusSettings(Bokeh.DISC, Quality.FILM)
 # A pass that film gains or saves changes these. A layer smaller than the picture needs one more,
 # and one layer may be at two sizes.
 ISSUES, ISSUES_A_LAYER = 19, 8
-DRAWN = 2  # issues without a barrier: highlights are drawn, and the picture is cleared
+DRAWN = 1  # issues without a barrier: highlights are drawn
 
 
 def counted(ctx: moderngl.Context, size: tuple[int, int], settings: DefocusSettings = FILM):

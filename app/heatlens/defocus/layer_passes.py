@@ -11,7 +11,7 @@ from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
-from heatlens.defocus.tile_mask import TileList, TileMask
+from heatlens.defocus.tile_mask import TileList, TileMask, tile_count
 from heatlens.gpu.program import ComputeProgram, StorageBuffer, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 
@@ -230,6 +230,16 @@ class CompositePass:
     def __init__(self, ctx: moderngl.Context) -> None:
         shader = "composite.comp.glsl"
         self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, shader, on))
+        self._begin = ComputeProgram(ctx, "composite_begin.comp.glsl")
+
+    def begin(self, farthest: LayerPlan, mask: TileMask, color: moderngl.Texture) -> None:
+        """Make `color` black where the `farthest` layer, the first, will not replace it."""
+        self._begin.dispatch(
+            tile_count(color.size),
+            images={"out_color_img": color},
+            buffers={"tile_mask_block": mask.words},
+            uniforms=mask.uniforms | {"reduction": farthest.reduction},
+        )
 
     def run(
         self,

@@ -199,15 +199,17 @@ class LayeredBlur:
         name: str,
     ) -> Steps[moderngl.Texture]:
         """Blur the layers of a picture, and composite them in the texture called `name`."""
-        out = self._scratch.filled(name, picture.color.size, (0.0, 0.0, 0.0, 1.0))
+        out = self._scratch.texture(name, picture.color.size, 4)
         cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
         if far is not None:
             cuts = with_far_cut(cuts, settings.proxy)
         plans = layer_plans(cuts, optics, out.size)
         sizes = [size for plan in plans for size in plan.sizes]
         found = self._passes.tiles.look_through(picture, sizes, self._scratch)
-        tiles = iter(self._passes.tiles.find(found, sizes, optics, self._scratch))
+        active = self._passes.tiles.find(found, sizes, optics, self._scratch)
+        self._passes.composite.begin(sizes[0], active[0].mask, out)
         yield self._scratch.passed("tiles")
+        tiles = iter(active)
         farther_px = math.inf
         for number, plan in enumerate(plans):
             self._tell(number, len(plans))

@@ -128,7 +128,8 @@ PASSES: tuple[Pass, ...] = (
     Pass(
         "tiles",
         _comp("tile_layers", variants=crossed(_LISTS, ({}, {"ROWS_AT_ONCE": TILE})))
-        | _comp("tile_reach_rows", "tile_reach", "line_segments", "seen_bits_all"),
+        | _comp("tile_reach_rows", "tile_reach", "line_segments", "seen_bits_all")
+        | _comp("composite_begin"),
         pass_costs.tiles_bytes,
         _own("tile mask", "tile list", "line segments", "hidden bits"),
         alone=_own("tile distance", "tile hider", "tile hole"),

@@ -94,17 +94,6 @@ class Scratch:
         memory = self._memory(name, reduction)
         return self._given(name, memory, self._pool.texture(memory, size, components, storage))
 
-    def filled(
-        self,
-        name: str,
-        size: tuple[int, int],
-        value: tuple[float, float, float, float],
-        reduction: int = 1,
-    ) -> moderngl.Texture:
-        """Return the RGBA float32 texture called `name`, filled with `value`."""
-        memory = self._memory(name, reduction)
-        return self._given(name, memory, self._pool.filled(memory, size, value))
-
     def array(
         self,
         name: str,

@@ -115,7 +115,6 @@ class TexturePool:
         self._held: dict[str, tuple[tuple[object, ...], moderngl.Texture]] = {}
         self._arrays: dict[str, tuple[tuple[object, ...], moderngl.TextureArray]] = {}
         self._buffers: dict[str, moderngl.Buffer] = {}
-        self._targets: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
 
     def texture(
         self, name: str, size: tuple[int, int], components: int, storage: Storage = "f4"
@@ -128,20 +127,6 @@ class TexturePool:
             self._held[name][1].release()
         self._held[name] = (kind, new_texture(self._ctx, size, components, storage, name))
         return self._held[name][1]
-
-    def filled(
-        self, name: str, size: tuple[int, int], value: tuple[float, float, float, float]
-    ) -> moderngl.Texture:
-        """Return the RGBA float32 texture called `name` with `value` in every pixel."""
-        texture = self.texture(name, size, 4)
-        before = self._targets.get(name)
-        if before is None or before[0] is not texture:
-            self._targets[name] = (texture, self._ctx.framebuffer([texture]))
-        whole = (0, 0, *size)  # whatever scissor others have left
-        self._targets[name][1].clear(*value, viewport=whole)
-        if before is not None and before[0] is not texture:
-            before[1].release()
-        return texture
 
     def array(
         self,
@@ -170,15 +155,13 @@ class TexturePool:
 
     def release(self) -> None:
         """Delete all textures and buffers."""
-        for _, target in self._targets.values():
-            target.release()
         for _, texture in self._held.values():
             texture.release()
         for _, array in self._arrays.values():
             array.release()
         for buffer in self._buffers.values():
             buffer.release()
-        self._held, self._arrays, self._buffers, self._targets = {}, {}, {}, {}
+        self._held, self._arrays, self._buffers = {}, {}, {}
 
 
 class OpeningTextures:
