@@ -1,19 +1,20 @@
 // Lists the blocks of 8 x 8 pixels with highlights, one block an invocation, and empties all sums.
 //
 // Input
-//   high_tx      rgb of the removed light (highlight_split.comp.glsl)
+//   lit_buf      pixels with a highlight (highlight_split.comp.glsl)
 // Outputs
 //   pixel list   the blocks with highlights, across and down
 //   tally_buf, row_buf   of blocks without highlights, and of rows of blocks: 0
 //   plan         its sums: 0
 
 #include "lib/highlights.lib.glsl"
+#include "lib/lit_bits.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 
 layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
 
 uniform int first_row;  // first row of the band (defocus/pixel_list.py)
-uniform sampler2D high_tx;
+uniform ivec2 picture_size;
 layout(std430) writeonly buffer tally_block { uint tally_buf[]; };
 layout(std430) writeonly buffer row_block { uint row_buf[]; };
 layout(std430) writeonly buffer plan_block { Plan plan; };
@@ -29,15 +30,12 @@ void empty_sums(ivec2 block, ivec2 blocks) {
 }
 
 void main() {
-    ivec2 block = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row), size = textureSize(high_tx, 0);
-    ivec2 blocks = (size + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
+    ivec2 block = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
+    ivec2 blocks = (picture_size + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
     if (any(greaterThanEqual(block, blocks))) return;
     if (block.x == 0) empty_sums(block, blocks);
-    ivec2 first = block * HIGHLIGHT_BLOCK, end = min(first + HIGHLIGHT_BLOCK, size);
-    vec3 light = vec3(0.0);
-    for (int y = first.y; y < end.y; ++y)
-        for (int x = first.x; x < end.x; ++x) light += texelFetch(high_tx, ivec2(x, y), 0).rgb;
-    if (any(greaterThan(light, vec3(0.0)))) {
+    int word = lit_word(block * HIGHLIGHT_BLOCK, picture_size);
+    if ((lit_buf[word] | lit_buf[word + 1]) != 0u) {
         list_append(block);
         return;
     }

@@ -9,11 +9,13 @@
 //   out_luminance_img r mean, 0..1; g the same for the brightest light behind with LISTS, else as r;
 //                     b share as bright as a surface can be, 0..1; a with LISTS the brightest light behind
 //   out_coc_img       least diameter, pixels of this picture, so that sharp areas do not spread
+//   lit_buf           0, for highlight_split.comp.glsl (lib/lit_bits.lib.glsl)
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
 #include "lib/highlight_limit.lib.glsl"
+#include "lib/lit_bits.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -39,9 +41,12 @@ float brightest_behind(ivec2 at) { return 0.0; }
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, imageSize(out_luminance_img)))) return;
+    ivec2 first = 2 * at, size = textureSize(color_tx, 0);
+    if (first % HIGHLIGHT_BLOCK == ivec2(0))
+        for (int i = 0; i < 2; ++i) lit_buf[lit_word(first, size) + i] = 0u;
     float sum = 0.0, sum_behind = 0.0, brightest = 0.0, surface = 0.0, diameter = 1e30;
     for (int i = 0; i < 4; ++i) {
-        ivec2 p = min(2 * at + ivec2(i & 1, i >> 1), textureSize(color_tx, 0) - 1);
+        ivec2 p = min(first + ivec2(i & 1, i >> 1), size - 1);
         float light = mean_of(texelFetch(color_tx, p, 0).rgb), behind = brightest_behind(p);
         sum += clamp(light, 0.0, 1.0);
         sum_behind += min(behind, 1.0);

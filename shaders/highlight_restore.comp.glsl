@@ -2,7 +2,7 @@
 // surfaces; otherwise it has no pixels to process.
 //
 // Inputs
-//   high_tx    rgb of the removed light
+//   high_tx, lit_buf  rgb of the removed light, a signed coc (highlight_split.comp.glsl)
 //   plan, tally_buf   highlight_plan.comp.glsl: which highlights are drawn
 // Output
 //   low_img    the light to diffuse, read and written
@@ -22,6 +22,7 @@ bool restore_list(ivec2 at, float high_coc) {
 #endif
 
 #include "lib/highlights.lib.glsl"
+#include "lib/lit_bits.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -38,9 +39,11 @@ bool is_drawn(ivec2 at) {
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, textureSize(high_tx, 0))) || is_drawn(at)) return;
+    ivec2 size = textureSize(high_tx, 0);
+    if (any(greaterThanEqual(at, size)) || is_drawn(at)) return;
+    vec4 high = texelFetch(high_tx, at, 0);
 #ifdef LISTS
-    if (restore_list(at, texelFetch(high_tx, at, 0).a)) return;
+    if (restore_list(at, high.a)) return;
 #endif
-    imageStore(low_img, at, imageLoad(low_img, at) + vec4(texelFetch(high_tx, at, 0).rgb, 0.0));
+    if (is_lit(at, size)) imageStore(low_img, at, imageLoad(low_img, at) + vec4(high.rgb, 0.0));
 }

@@ -9,7 +9,8 @@
 //   coc_tx            signed circle of confusion, pixels
 // Outputs
 //   out_low_img       the light to diffuse
-//   out_high_img      rgb removed light, a signed coc
+//   out_high_img      rgb removed light, a signed coc, of pixels with a highlight only
+//   lit_buf           which pixels these are (lib/lit_bits.lib.glsl); before, 0
 //   out_around_img    luminance of the surroundings, a pixel for 2 x 2, for hidden_fill.comp.glsl;
 //                     NO_HIGHLIGHT on bright surfaces
 //   low_fragment_buf  with LISTS: a copy of the fragments, which lose their highlights here. A highlight behind
@@ -19,6 +20,7 @@
 #include "lib/fragment_list.lib.glsl"
 #endif
 #include "lib/highlight_limit.lib.glsl"
+#include "lib/lit_bits.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -133,6 +135,9 @@ void main() {
 #ifdef LISTS
     split_list(at, coc, max(surroundings.g, around), surface, high);
 #endif
-    imageStore(out_high_img, at, high);
+    if (high.rgb != vec3(0.0)) {
+        imageStore(out_high_img, at, high);
+        atomicOr(lit_buf[lit_word(at, textureSize(color_tx, 0))], lit_bit(at));
+    }
     imageStore(out_around_img, at >> 1, vec4(mix(around, NO_HIGHLIGHT, surface)));
 }

@@ -4,7 +4,7 @@
 //
 // Inputs
 //   pixel list   the blocks with highlights (highlight_blocks.comp.glsl)
-//   high_tx      rgb of the removed light, a signed coc (highlight_split.comp.glsl)
+//   high_tx, lit_buf   rgb of the removed light, a signed coc (highlight_split.comp.glsl)
 //   places_tx    if `has_places`: r, g position of the light in its pixel, from the middle, b its variance
 //                along an axis, pixels
 // COUNT outputs  tally_buf, row_buf, and the sums of the plan
@@ -13,6 +13,7 @@
 #define SOFT_RIM
 #include "lib/aperture.lib.glsl"
 #include "lib/highlights.lib.glsl"
+#include "lib/lit_bits.lib.glsl"
 #include "lib/pixel_cover.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 
@@ -53,7 +54,10 @@ uint taken[2];
 int lit_count;  // pixels of the block that have light
 
 ivec2 pixel(int i) { return corner + ivec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK); }
-vec4 high_at(ivec2 at) { return texelFetch(high_tx, clamp(at, ivec2(0), size - 1), 0); }
+vec4 high_at(ivec2 at) {
+    at = clamp(at, ivec2(0), size - 1);
+    return is_lit(at, size) ? texelFetch(high_tx, at, 0) : vec4(0.0);
+}
 float sum_of(vec3 c) { return c.r + c.g + c.b; }
 bool is_taken(int i) { return (taken[i / 32] >> (i % 32) & 1u) == 1u; }
 
@@ -92,7 +96,7 @@ void load_block() {
     lit_count = 0;
     for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i) {
         ivec2 at = pixel(i);
-        energy[i] = all(lessThan(at, size)) ? sum_of(texelFetch(high_tx, at, 0).rgb) : 0.0;
+        energy[i] = all(lessThan(at, size)) ? sum_of(high_at(at).rgb) : 0.0;
         lit_count += energy[i] > 0.0 ? 1 : 0;
         if (energy[i] > 0.0) coc[i] = highlight_coc(at);
     }

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets
 from heatlens.defocus.fragment_pass import Fragments
@@ -22,7 +23,7 @@ from heatlens.defocus.highlight_pass import (
 from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import blocks_for
-from heatlens.gpu.shader_constants import TILE
+from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, TILE
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.disc_shape import DiscShape, PictureField
@@ -74,9 +75,10 @@ class Lamps:
             new_texture(ctx, half, 1),
             BlurTargets(poles, new_texture(ctx, half, 4)),
         )
-        into = WithoutHighlights(self.low, self.high, new_texture(ctx, half, 1, "f2"))
+        lit = ctx.buffer(reserve=WithoutHighlights.lit_bytes(size))
+        into = WithoutHighlights(self.low, self.high, lit, new_texture(ctx, half, 1, "f2"))
         list(self._passes.split.steps(self.color, self.coc, self.optics, scratch, into))
-        self.taken = download(self.high)[..., :3]
+        self.taken = np.where(lit_pixels(lit, size)[..., None], download(self.high)[..., :3], 0.0)
         list(self._passes.lists.steps(into, self.optics, self.buffers, self.coc))
         kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
         for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
@@ -99,6 +101,15 @@ class Lamps:
     @property
     def drawn(self) -> FloatArray:
         return download(self.out)[..., :3]
+
+
+def lit_pixels(lit: moderngl.Buffer, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return the bits of lib/lit_bits.lib.glsl as a picture."""
+    across, down = blocks_for(size, HIGHLIGHT_BLOCK)
+    bits = np.unpackbits(np.frombuffer(lit.read(), np.uint8), bitorder="little")
+    blocks = bits.reshape(down, across, HIGHLIGHT_BLOCK, HIGHLIGHT_BLOCK).swapaxes(1, 2)
+    whole = blocks.reshape(down * HIGHLIGHT_BLOCK, across * HIGHLIGHT_BLOCK)
+    return whole[: size[1], : size[0]].astype(bool)
 
 
 def least_in_tiles(coc: FloatArray) -> FloatArray:
@@ -306,6 +317,15 @@ def test_too_many_lamps_stay_in_the_picture(
     assert lamps.count == 0
     np.testing.assert_allclose(download(lamps.low)[..., :3], color, rtol=1e-5)
     assert np.all(lamps.drawn == 0.0)
+
+
+def test_light_is_written_where_a_bit_says_so(ctx: moderngl.Context) -> None:
+    """At the edges of a picture that ends within a block, too."""
+    places = {(0, 0): 60.0, (7, 8): 60.0, (40, 66): 60.0, (43, 61): 60.0}
+    color = night((44, 67), places)
+    lamps = Lamps(ctx, color, np.full((44, 67), 8.0, np.float32))
+    assert {(y, x) for y, x in np.argwhere(lamps.taken.any(axis=2)).tolist()} == places.keys()
+    np.testing.assert_allclose(download(lamps.low)[..., :3] + lamps.taken, color, rtol=1e-6)
 
 
 def test_only_blocks_with_light_are_merged(ctx: moderngl.Context) -> None:

@@ -50,8 +50,15 @@ def test_pass_costs_counted_by_hand():
     proxy = frame_traffic("proxy", replace(work, proxy=0.5), 1)
     assert proxy.least == 4 * 16 + 4 + 16 + 4 + 8
     assert proxy.moved == proxy.least + 2 * 4 * 4  # the depth again, for silhouettes
-    # The picture of highlights once; of each 64 pixels five counts are written.
-    assert frame_traffic("highlights listed", work, 1).moved == 16 + 5 * 4 / 64
+    # The bits of highlights once; of each 64 pixels five counts are written.
+    assert frame_traffic("highlights listed", work, 1).moved == 1 / 8 + 5 * 4 / 64
+    # Colour and coc twice, the rest and the bits written; at half size luminance and coc, the blur
+    # without a picture below it, and the surroundings read and stored.
+    blurred = 66 + (2 * (4 + 16) + 10) + 16
+    half_size = (16 + 4 + blurred + 16 + 2) / 4
+    found = frame_traffic("highlights found", work, 1)
+    assert found.moved == 2 * (16 + 4) + half_size + 16 + 2 / 8
+    assert found.least == 16 + 4 + 16 + 1 / 8
     assert frame_traffic("limits", work, 1).moved == 16 + 16
     assert frame_traffic("highlights drawn", work, 1).moved is None
 

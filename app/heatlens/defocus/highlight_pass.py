@@ -101,19 +101,28 @@ class WithoutHighlights:
     """A picture split into its highlights and the rest.
 
     low     RGBA, the part to diffuse
-    high    RGBA, the part to draw as discs, and its signed coc
+    high    RGBA, the part to draw as discs, and its signed coc; written only where `lit` says so
+    lit     a bit for each pixel: it has a part to draw (lib/lit_bits.lib.glsl)
     around  R of half the size, the luminance that highlights exceed
     lists   the same for fragment lists; None without lists
     """
 
     low: moderngl.Texture
     high: moderngl.Texture
+    lit: moderngl.Buffer
     around: moderngl.Texture
     lists: ListsWithoutHighlights | None = None
 
+    @staticmethod
+    def lit_bytes(size: tuple[int, int]) -> int:
+        """Return the bytes of `lit` for a picture."""
+        return block_count(size) * HIGHLIGHT_BLOCK**2 // 8
 
-def _written(lists: ListsWithoutHighlights | None) -> dict[str, moderngl.Buffer]:
-    return {} if lists is None else {"low_fragment_block": lists.low_words}
+    @property
+    def buffers(self) -> dict[str, moderngl.Buffer]:
+        """The storage blocks of the shaders that take highlights out or put them back."""
+        lit, lists = {"lit_block": self.lit}, self.lists
+        return lit if lists is None else lit | {"low_fragment_block": lists.low_words}
 
 
 class HighlightSplitPass:
@@ -148,7 +157,7 @@ class HighlightSplitPass:
             side=2,
             textures={"color_tx": color, "coc_tx": coc},
             images={"out_luminance_img": luminance, "out_coc_img": half_coc},
-            buffers=list_buffers(read),
+            buffers=list_buffers(read) | {"lit_block": out.lit},
         )
         if lists is not None:
             words = lists.whole.held.words
@@ -163,7 +172,7 @@ class HighlightSplitPass:
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color}
             | ({} if lists is None else {"luminance_tx": luminance}),
             images={"out_low_img": out.low, "out_high_img": out.high, "out_around_img": out.around},
-            buffers=list_buffers(read) | _written(lists),
+            buffers=list_buffers(read) | out.buffers,
         )
 
 
@@ -200,13 +209,13 @@ class HighlightListPass:
         told = sums | {"tally_block": buffers.tally}
         blocks = blocks_for(size, HIGHLIGHT_BLOCK)
         clear_list(buffers.lit)
-        listed = {"pixel_list_block": buffers.lit}
+        listed = {"pixel_list_block": buffers.lit, "lit_block": split.lit}
         yield from self._bands.run(
             self._find,
             blocks,
+            {"picture_size": size},
             side=HIGHLIGHT_BLOCK,
             group=HIGHLIGHT_GROUP,
-            textures={"high_tx": high},
             buffers=listed | told,
         )
         textures = {"high_tx": high, "places_tx": places or high}
@@ -252,7 +261,7 @@ class HighlightListPass:
             offset=20,
             textures=textures if lists is None else textures | {"coc_tx": coc},
             images={"low_img": split.low},
-            buffers=list_buffers(read) | _written(lists) | planned,
+            buffers=list_buffers(read) | split.buffers | planned,
             uniforms=list_uniforms(read),
         )
 

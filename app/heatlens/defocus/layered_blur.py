@@ -265,14 +265,14 @@ class LayeredBlur:
     def _room_without(
         self, size: tuple[int, int], lists: ListedFragments | None
     ) -> WithoutHighlights:
-        scratch, low = self._scratch, None
+        scratch, lists_low = self._scratch, None
         if lists is not None:
             words = scratch.buffer("low fragments", lists.held.words.size)
-            low = ListsWithoutHighlights(lists, words)
+            lists_low = ListsWithoutHighlights(lists, words)
         around = scratch.texture("around", blocks_for(size, 2), 1, "f2")
-        return WithoutHighlights(
-            scratch.texture("low", size, 4), scratch.texture("high", size, 4), around, low
-        )
+        low, high = (scratch.texture(name, size, 4) for name in ("low", "high"))
+        lit = scratch.buffer("lit pixels", WithoutHighlights.lit_bytes(size))
+        return WithoutHighlights(low, high, lit, around, lists_low)
 
     def _without_highlights(
         self,

@@ -24,7 +24,10 @@ from heatlens.defocus.tile_mask import seen_bytes
 from heatlens.gpu.shader_constants import HIGHLIGHT_LEVELS
 
 _COLOR, _COC, _STATE, _KIND, _FRAGMENT, _PLACE, _POLE_LAYER = 16, 4, 8, 2, 8, 8, 16
+_AROUND = 2
 _TALLY = 4 * HIGHLIGHT_LEVELS  # a block of 8 x 8 pixels
+_LIT = 1 / 8  # a bit for each pixel that holds a highlight
+_HALF_SIZE = 1 / 4  # pixels of a picture of half the size, for each pixel
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,22 +115,22 @@ def coc_bytes(work: Work, runs: int) -> Traffic:
 
 
 def highlights_found_bytes(work: Work, runs: int) -> Traffic:
-    """Count luminance, its heat blur and the split by it.
+    """Count luminance and its heat blur at half size, and the split by it; highlights are extra.
 
-    The least possible is colour and coc read and the two parts written.
+    The least possible is colour and coc read and the rest of the picture written.
     """
-    luminance = _COLOR + _COLOR
-    split = _COLOR + _COLOR + _COC + _COLOR + _COLOR
-    moved = luminance + blur_bytes(work.solver, named_kernel("heat")) + split
-    return Traffic(runs * moved, runs * (_COLOR + _COC + 2 * _COLOR))
+    read, kept = _COLOR + _COC, _COLOR + _LIT
+    surroundings = read + blur_bytes(work.solver, named_kernel("heat")) + _COLOR + _AROUND
+    moved = read + _LIT + _HALF_SIZE * surroundings + read + kept
+    return Traffic(runs * moved, runs * (read + kept), at_least=True)
 
 
 def highlights_listed_bytes(work: Work, runs: int) -> Traffic:
-    """Count one read of the highlights; the counts of blocks are written."""
+    """Count one look for highlights; the counts of blocks are written."""
     width, height = work.size
     blocks = block_count(work.size) / (width * height)
-    moved = _COLOR + blocks * _TALLY
-    return Traffic(runs * moved, runs * _COLOR, at_least=True)
+    moved = _LIT + blocks * _TALLY
+    return Traffic(runs * moved, runs * _LIT, at_least=True)
 
 
 def fragments_bytes(work: Work, runs: int) -> Traffic:

@@ -88,7 +88,7 @@ PASSES: tuple[Pass, ...] = (
         "highlights found",  # at half size, each pixel is compared with its surroundings
         _comp("highlight_luminance", "highlight_split", variants=_LISTS),
         pass_costs.highlights_found_bytes,
-        _own("low", "low fragments", "around") | {"high": ("layer", 1)},
+        _own("low", "low fragments", "around") | {"high": ("layer", 1), "lit pixels": "pixel list"},
         alone={
             "surroundings": ("hidden cost", 1),
             "surroundings coc": ("layer coc", 2),
@@ -103,7 +103,7 @@ PASSES: tuple[Pass, ...] = (
         | _comp("highlight_restore", variants=_LISTS),
         pass_costs.highlights_listed_bytes,
         _own("highlight plan", "highlight sprite"),
-        ("high",),
+        ("high", "lit pixels"),
         _own("highlight tally", "highlight row", "highlight lit"),
     ),
     Pass(
