@@ -4,6 +4,7 @@ import moderngl
 import pytest
 
 from heatlens.base.errors import GpuError
+from heatlens.gpu.context import is_software
 from heatlens.gpu.textures import TexturePool
 
 FAR_TOO_MUCH = 600 * 10**9
@@ -11,6 +12,8 @@ FAR_TOO_MUCH = 600 * 10**9
 
 @pytest.mark.parametrize("before", [0, 64])
 def test_a_buffer_without_memory_is_refused(ctx: moderngl.Context, before: int) -> None:
+    if not is_software(ctx):
+        pytest.skip("drivers of GPUs find the memory for a buffer when it is used")
     pool = TexturePool(ctx)
     if before:
         pool.buffer("words", before)

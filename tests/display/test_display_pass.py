@@ -25,6 +25,7 @@ from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_source import assemble
 from heatlens.gpu.textures import download, new_texture, upload
 from support.cube_config import cube_config
+from support.rounding import within
 
 TOLERANCE = 1e-3
 # PQ is endlessly steep at 0, where two CPU paths of the library itself lie 1.2e-3 apart.
@@ -123,8 +124,9 @@ def test_tables_in_files_are_the_cpus(ctx, screen, tmp_path, view):
     transform = view_transform(cube_config(tmp_path), "Screen", view, "plain")
     assert [lut.values.ndim for lut in transform.luts] == [3 if view == "curve" else 4]
     screen.set_transform(transform)
+    atol = within(ctx, TOLERANCE, 4e-3)
     np.testing.assert_allclose(
-        shown(ctx, screen, RAMP), transform.apply_cpu(RAMP), rtol=0, atol=TOLERANCE
+        shown(ctx, screen, RAMP), transform.apply_cpu(RAMP), rtol=0, atol=atol
     )
 
 
@@ -194,7 +196,7 @@ def test_eight_bits_are_the_nearest(ctx, screen):
     screen.run(texture_of(ctx, light), out)
     pixels = np.frombuffer(out.read(), np.uint8).reshape(30, 41, 4)
     exact = 255 * srgb_transform().apply_cpu(light)
-    assert np.abs(pixels[..., :3] - exact).max() < 0.5 + 0.01
+    assert np.abs(pixels[..., :3] - exact).max() < 0.5 + within(ctx, 0.01, 0.07)
     np.testing.assert_array_equal(pixels[..., 3], 255)
 
 
@@ -250,7 +252,7 @@ def test_a_difference_is_light_times_gain_seen_through_the_view(ctx, screen, rng
     view = {"exposure_stops": 0.5, "gamma": 1.2}
     expected = shown(ctx, screen, 3 * np.abs(a - b), **view)
     pixels = difference(ctx, screen, a, b, gain=3.0, **view)
-    np.testing.assert_allclose(pixels, expected, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(pixels, expected, rtol=0, atol=within(ctx, 1e-5, 1e-4))
     np.testing.assert_array_equal(pixels, difference(ctx, screen, b, a, gain=3.0, **view))
 
 

@@ -23,6 +23,7 @@ from support.plates import coc_plate_of, plate_of, room
 LENS = Lens(50.0, 2.0, 2.0, 36.0, acceptable_coc_mm=0.2)
 ORANGE, YELLOW, BLUE = (214, 94, 0), (240, 227, 66), (0, 114, 178)
 TINT = 107
+PLANE = 0.9 * 255  # renderers round it up or down
 LIMITS = (-10.0, -4.0, -1.0, 2.0)
 RGB_TO_XYZ = np.array(
     ((0.4124, 0.3576, 0.1805), (0.2126, 0.7152, 0.0722), (0.0193, 0.1192, 0.9505))
@@ -226,7 +227,7 @@ def test_the_plane_in_focus_is_a_line_where_the_floor_passes_it(ctx, overlays, f
     alpha = drawn(overlays, ctx, Overlay.FOCUS_PLANE, ramp_plate(), lens)[..., 3]
     column = (1.0 - 1.0 / focus_m) / 0.8 * 239
     lit = np.flatnonzero(alpha[2] > 200)
-    assert alpha.max() == 230 and np.all(alpha == alpha[0])
+    assert abs(alpha.max() - PLANE) <= 0.5 and np.all(alpha == alpha[0])
     assert abs(lit.mean() - column) <= 1.0 and len(lit) <= 3
     far_from = abs(np.arange(240) - column) > 20
     assert alpha[2, far_from].max() == 0
@@ -236,7 +237,7 @@ def test_the_plane_is_a_thin_unbroken_line_whatever_the_f_stop(ctx, overlays):
     for f_stop in (0.7, 2.8, 11.0):
         lens = replace(LENS, f_stop=f_stop, focus_distance_m=2.0)
         alpha = drawn(overlays, ctx, Overlay.FOCUS_PLANE, ramp_plate(), lens)[..., 3]
-        assert alpha[:, 147:152].max(axis=1).min() == 230, f_stop
+        assert abs(alpha[:, 147:152].max(axis=1).min() - PLANE) <= 0.5, f_stop
 
 
 def test_no_line_where_two_surfaces_meet_in_front_of_and_behind_the_plane(ctx, overlays):

@@ -7,6 +7,7 @@ import pytest
 from heatlens.display.picture_pass import Detail, EnlargePass, PicturePass, PlacedPicture
 from heatlens.model.boxes import Box
 from heatlens.model.focus.coc import CocLine
+from support.rounding import within
 
 SCREEN = 64, 40
 ALL = Box(0, 0, *SCREEN)
@@ -69,7 +70,8 @@ def test_squares_of_no_whole_size_are_the_nearest_pixels(ctx, pictures, rng):
     inside = ((row >= 0) & (row < 7))[:, None] & ((column >= 0) & (column < 9))
     rows, columns = np.clip(row.astype(int), 0, 6), np.clip(column.astype(int), 0, 8)
     expected = np.where(inside[..., None], pixels[rows][:, columns], (10, 20, 30, 255))
-    np.testing.assert_array_equal(found, expected)
+    off = within(ctx, 0.0, 0.02)  # pixels whose middle is at an edge between two texels
+    assert (found != expected).any(axis=-1).mean() <= off
 
 
 def test_nothing_is_drawn_outside_the_clip(ctx, pictures, rng):
@@ -173,7 +175,7 @@ def test_a_preview_has_the_plates_detail_where_its_focus_is(ctx, pictures, rng, 
     t = np.clip((apart - 0.06) / (0.25 - 0.06), 0, 1)
     share = share * (1 - t * t * (3 - 2 * t))
     expected = preview[..., :3] + share * (plate - coarse)[..., :3]
-    np.testing.assert_allclose(found, expected, atol=0.51)
+    np.testing.assert_allclose(found, expected, atol=within(ctx, 0.51, 0.6))
     assert share.min() == 0 and share.max() > 0.99
 
 
@@ -188,7 +190,7 @@ def test_a_picture_ready_to_be_enlarged_keeps_its_light(ctx, rng):
         a, b, c = (np.take(around, range(i, around.shape[axis] - 2 + i), axis) for i in range(3))
         around = (a + 2 * b + c) / 4
     expected = pixels[..., :3] + 0.5 * (pixels[..., :3] - around)
-    np.testing.assert_allclose(found, expected, atol=0.51)
+    np.testing.assert_allclose(found, expected, atol=within(ctx, 0.51, 0.6))
 
 
 def test_enlarging_brings_back_what_it_takes(ctx, rng):

@@ -50,6 +50,7 @@ def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]
 def scene_gui(ctx: moderngl.Context, window: Gui, monkeypatch) -> Gui:
     """Open a scene at rest whose picture is drawn in three bands."""
     monkeypatch.setattr(bands, "_LEAST_PX", SIZE[0] * 64)
+    monkeypatch.setattr(bands, "is_software", lambda _: True)  # a GPU draws a small picture at once
     gui = as_opened(window)
     raster = gui.session.pictures.renderer._source._drawer._raster
     raster.bands = bands.Bands(gui.ctx, raster.buffers.triangles_drawn)

@@ -1,0 +1,14 @@
+"""Tolerances where the fixed functions of GPUs round more coarsely than a software rasteriser.
+
+GPUs place vertices at 1/256 of a pixel and mix texels by weights of 8 bits; OpenGL 4.6 allows both
+(sections 14.6.1 and 8.14.3). Figures of GPUs are those of an NVIDIA H200, rounded up.
+"""
+
+import moderngl
+
+from heatlens.gpu.context import is_software
+
+
+def within(ctx: moderngl.Context, software: float, gpu: float) -> float:
+    """Return the tolerance for this renderer."""
+    return software if is_software(ctx) else gpu
