@@ -10,6 +10,7 @@ from heatlens.defocus.pass_list import PASSES
 from heatlens.defocus.passes import DefocusPasses
 from heatlens.defocus.pipeline import DefocusPipeline
 from heatlens.defocus.reduced_plate import PlateTextures
+from heatlens.defocus.steps import ONLY
 from heatlens.gpu.textures import download, new_texture, upload
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
@@ -30,9 +31,20 @@ class Rig:
         upload(self.color, self.plate.color)
         upload(self.depth, self.plate.depth_m)
 
-    def steps(self, settings: DefocusSettings, lens: Lens | None = None) -> Iterator[str]:
+    def steps(
+        self, settings: DefocusSettings, lens: Lens | None = None, has_alpha: bool = False
+    ) -> Iterator[str]:
         optics = optics_of(self.plate, self.plate.bins, lens or lens_blurring(6.0, 48))
-        return self.pipeline.steps(PlateTextures(self.color, self.depth), optics, settings)
+        plate = PlateTextures(self.color, self.depth)
+        return self.pipeline.steps(plate, optics, settings, has_alpha)
+
+    def told(self, *steps: object, **options: bool) -> list[tuple[int, int]]:
+        """Return the progress that is told: layers done, and their number."""
+        told = []
+        self.pipeline.on_layer = lambda done, layers: told.append((done, layers))
+        list(self.steps(*steps, **options))
+        self.pipeline.on_layer = None
+        return told
 
 
 def last_of_each(steps: list[str], name: str) -> list[int]:
@@ -80,20 +92,30 @@ def test_a_method_that_draws_a_scene_is_no_method_of_plates(rig, method):
 
 
 def test_progress_is_told_from_the_first_layer_on(rig):
-    told = []
-    rig.pipeline.on_layer = lambda done, layers: told.append((done, layers))
     settings = DefocusSettings(Bokeh.GAUSSIAN, Quality.DRAFT, 3)
     layers = len(last_of_each(list(rig.steps(settings)), "blur"))
-    assert told == [(done, layers) for done in range(layers)]
-    told.clear()
+    assert rig.told(settings) == [(done, layers) for done in range(layers)]
     lens = lens_blurring(6.0, 48)
     colored = Lens(
         lens.focal_length_mm, lens.f_stop, lens.focus_distance_m, 36.0, axial_colour_mm=0.5
     )
-    list(rig.steps(settings, colored))
-    rig.pipeline.on_layer = None
+    told = rig.told(settings, colored)
     most = told[0][1]
     assert most % 3 == 0 and told == [(done, most) for done in range(most)]
+
+
+def test_progress_with_alpha_is_that_of_two_pictures(rig):
+    told = rig.told(DefocusSettings(Bokeh.GAUSSIAN, Quality.DRAFT, 3), has_alpha=True)
+    most = told[0][1]
+    assert most % 2 == 0 and told == [(done, most) for done in range(most)]
+
+
+def test_a_turn_is_as_long_as_its_halves():
+    for turn in (ONLY, *ONLY.halves, *ONLY.halves[1].halves):
+        first, then = turn.halves
+        assert first.before / first.pictures == turn.before / turn.pictures
+        assert then.before - first.before == 1
+        assert (then.before + 1) / then.pictures == (turn.before + 1) / turn.pictures
 
 
 @pytest.mark.parametrize("proxy", [1.0, 0.5])

@@ -32,7 +32,7 @@ from heatlens.defocus.passes import DefocusPasses
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.quality import kernel_for, layers_for, parts_for
 from heatlens.defocus.scratch import Scratch
-from heatlens.defocus.steps import Steps
+from heatlens.defocus.steps import ONLY, Steps, Turn
 from heatlens.defocus.tile_mask import tile_count
 from heatlens.defocus.tile_pass import LayerTiles
 from heatlens.gpu.program import blocks_for
@@ -161,7 +161,12 @@ class LayeredBlur:
         self._layer = LayerBlur(passes, scratch)
 
     def steps(
-        self, what: LayeredPicture, optics: Optics, settings: DefocusSettings, name: str
+        self,
+        what: LayeredPicture,
+        optics: Optics,
+        settings: DefocusSettings,
+        name: str,
+        turn: Turn = ONLY,
     ) -> Steps[moderngl.Texture]:
         """Blur layers far to near, and composite them in the texture called `name`."""
         color, coc, lists, sharp = what.color, what.coc, what.lists, what.sharp
@@ -175,12 +180,14 @@ class LayeredBlur:
         diffused = replace(what, color=color, lists=lists)
         far = yield from self._far_field(diffused, optics, settings)
         picture = yield from self._fragmented(color, coc, optics, lists, around)
-        out = yield from self._over_each_other(picture, optics, settings, far, sharp, name)
-        if far is not None and far.zone.growth < 1.0:  # its cut changes the picture everywhere
+        growing = far if far is not None and far.zone.growth < 1.0 else None
+        first, then = turn.halves if growing is not None else (turn, turn)
+        out = yield from self._over_each_other(picture, optics, settings, far, sharp, name, first)
+        if growing is not None:  # its cut changes the picture everywhere
             alone = yield from self._over_each_other(
-                picture, optics, settings, None, sharp, "without far"
+                picture, optics, settings, None, sharp, "without far", then
             )
-            self._passes.far_parts.mix(alone, far, out)
+            self._passes.far_parts.mix(alone, growing, out)
             yield self._scratch.passed("composite")
         if listed is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
@@ -197,6 +204,7 @@ class LayeredBlur:
         far: FarField | None,
         sharp: SharpPart | None,
         name: str,
+        turn: Turn,
     ) -> Steps[moderngl.Texture]:
         """Blur the layers of a picture, and composite them in the texture called `name`."""
         out = self._scratch.texture(name, picture.color.size, 4)
@@ -212,7 +220,7 @@ class LayeredBlur:
         tiles = iter(active)
         farther_px = math.inf
         for number, plan in enumerate(plans):
-            self._tell(number, len(plans))
+            self._tell(turn.before * len(plans) + number, turn.pictures * len(plans))
             behind = self._kept(out) if plan.share < 1.0 else out
             for size, where in zip(plan.sizes, tiles, strict=False):
                 layer = yield from self._layer.steps(picture, size, where, optics, settings, out)

@@ -22,7 +22,7 @@ from heatlens.defocus.plate_passes import ColorPass
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.defocus.reduced_plate import PlateTextures, ReducedPlate
 from heatlens.defocus.scratch import Scratch
-from heatlens.defocus.steps import Steps
+from heatlens.defocus.steps import ONLY, Steps
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method
 
 # These methods handle a different focus for each colour themselves.
@@ -113,8 +113,9 @@ class DefocusPipeline:
             lists=what.lists and what.lists.of_alpha(),
             sharp=what.sharp and what.sharp.of_alpha(),
         )
-        alpha = yield from self._layered.steps(covers, optics, settings, "alpha out")
-        out = yield from self._layered.steps(what, optics, settings, "out")
+        first, then = ONLY.halves
+        alpha = yield from self._layered.steps(covers, optics, settings, "alpha out", first)
+        out = yield from self._layered.steps(what, optics, settings, "out", then)
         self._passes.alpha.join(alpha, out)
         yield self.scratch.passed("alpha")
         return out

@@ -1,10 +1,26 @@
-"""Define the generator type of all work that is done in steps."""
+"""Define the generator type of all work that is done in steps, and how far such work has come."""
 
 from collections.abc import Generator
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 Result = TypeVar("Result")
 
 # Yields the name of each pass once its work is issued to the GPU, and returns the result. A window
 # can handle input between two steps.
 Steps = Generator[str, None, Result]
+
+
+class Turn(NamedTuple):
+    """Which of several pictures of equal work is made: `before` are done, of `pictures`."""
+
+    before: int
+    pictures: int
+
+    @property
+    def halves(self) -> "tuple[Turn, Turn]":
+        """The turns of two pictures in place of this one."""
+        before, pictures = 2 * self.before, 2 * self.pictures
+        return Turn(before, pictures), Turn(before + 1, pictures)
+
+
+ONLY = Turn(0, 1)
