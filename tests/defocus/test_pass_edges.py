@@ -1,12 +1,11 @@
 """Numbers and edges of the blur's passes that documents and budgets rely on."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import moderngl
 import pytest
 
-from heatlens.defocus import highlight_pass, kernel_error, pass_list
+from heatlens.defocus import highlight_pass, kernel_error
 from heatlens.defocus.fit_kernels import RIMS, fit_rims
 from heatlens.defocus.kernel_error import DiscError
 from heatlens.defocus.kernels import gaussian_kernel, named_kernel, rim_kernel
@@ -16,7 +15,6 @@ from heatlens.defocus.pipeline import ColorRounds
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for
 from heatlens.defocus.reduced_plate import proxy_list_capacity
-from heatlens.defocus.scratch import AFTER_THE_PICTURE, Lifetime, Scratch, lifetimes
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 
 
@@ -43,46 +41,6 @@ def test_traffic_of_fragments_grows_with_their_runs_and_that_of_tiles_does_not()
     assert (four.moved, four.least) == (4 * one.moved, 4 * one.least)
     assert one.moved == one.least == 6 and one.at_least  # coc and kind
     assert tiles_bytes(None, 1) == tiles_bytes(None, 4)
-
-
-def test_two_names_that_share_memory_may_follow_but_not_meet():
-    names = [one.name for one in pass_list.PASSES]
-    first, second, third = names[:3]
-    early, late = Lifetime("m", first, second), Lifetime("m", third, third)
-    assert not early.meets(late) and not late.meets(early)
-    touching = Lifetime("m", second, third)  # written by the pass that reads the other last
-    assert early.meets(touching) and touching.meets(early) and early.meets(early)
-    assert not early.meets(replace(touching, memory="n"))
-    halves = replace(early, reduction=2), replace(touching, reduction=4)
-    assert not halves[0].meets(halves[1]) and halves[0].meets(replace(touching, reduction=2))
-    assert halves[0].meets(touching) and touching.meets(halves[0])
-    forever = Lifetime("m", first, AFTER_THE_PICTURE)
-    assert forever.meets(late) and late.meets(forever)
-
-
-def test_no_two_names_of_the_passes_meet():
-    found = lifetimes()
-    for name, one in found.items():
-        for other_name, other in found.items():
-            assert name == other_name or not one.meets(other), (name, other_name)
-
-
-def test_scratch_memory_has_one_owner_until_its_last_reader(ctx):
-    scratch = Scratch(ctx)
-    by_memory: dict[str, list[str]] = {}
-    for name, one in lifetimes().items():
-        if one.reduction is None and one.last:
-            by_memory.setdefault(one.memory, []).append(name)
-    first, second, *_ = next(names for names in by_memory.values() if len(names) > 1)
-    held = scratch.texture(first, (4, 4), 4)
-    assert scratch.texture(first, (4, 4), 4) is held
-    with pytest.raises(RuntimeError, match=second):
-        scratch.texture(second, (4, 4), 4)
-    assert scratch.passed(lifetimes()[first].last) == lifetimes()[first].last
-    scratch.texture(second, (4, 4), 4)
-    scratch.release()
-    scratch.texture(first, (4, 4), 4)  # nobody owns what was released
-    scratch.release()
 
 
 def test_documented_limits():

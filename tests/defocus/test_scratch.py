@@ -1,6 +1,7 @@
 """Memory between passes: what shares it never lives at one time, and nobody reads what is dead."""
 
 from collections import defaultdict
+from dataclasses import replace
 from itertools import combinations
 
 import moderngl
@@ -8,7 +9,13 @@ import numpy as np
 import pytest
 
 from heatlens.defocus.pass_list import PASSES
-from heatlens.defocus.scratch import POISON_VARIABLE, Scratch, lifetimes
+from heatlens.defocus.scratch import (
+    AFTER_THE_PICTURE,
+    POISON_VARIABLE,
+    Lifetime,
+    Scratch,
+    lifetimes,
+)
 from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
@@ -28,15 +35,41 @@ LIFETIMES, ORDER = lifetimes(), [one.name for one in PASSES]
 LENS = Lens(85.0, 1.0, 1.6, 36.0)  # so much blur that some layers are worked on at half size
 
 
+def meet(one: Lifetime, other: Lifetime) -> bool:
+    """Return True if both use the same memory at the same time."""
+    sizes = {one.reduction, other.reduction}
+    if one.memory != other.memory or (None not in sizes and len(sizes) == 2):
+        return False
+    return _place(one.first) <= _place(other.last) and _place(other.first) <= _place(one.last)
+
+
+def _place(name: str) -> int:
+    return len(ORDER) if name == AFTER_THE_PICTURE else ORDER.index(name)
+
+
 def test_what_shares_memory_never_lives_at_one_time() -> None:
     for (a, one), (b, other) in combinations(LIFETIMES.items(), 2):
-        assert not one.meets(other), (a, b)
+        assert not meet(one, other), (a, b)
 
 
 def test_lifetimes_that_meet_are_told_from_those_that_do_not() -> None:
     hidden, tiles = LIFETIMES["hidden list"], LIFETIMES["tile mask"]
-    assert hidden.meets(hidden) and not hidden.meets(tiles)
-    assert not LIFETIMES["high"].meets(LIFETIMES["surroundings blurred"])  # other reductions
+    assert meet(hidden, hidden) and not meet(hidden, tiles)
+    assert not meet(LIFETIMES["high"], LIFETIMES["surroundings blurred"])  # other reductions
+
+
+def test_two_names_that_share_memory_may_follow_but_not_meet() -> None:
+    first, second, third = ORDER[:3]
+    early, late = Lifetime("m", first, second), Lifetime("m", third, third)
+    assert not meet(early, late) and not meet(late, early)
+    touching = Lifetime("m", second, third)  # written by the pass that reads the other last
+    assert meet(early, touching) and meet(touching, early) and meet(early, early)
+    assert not meet(early, replace(touching, memory="n"))
+    halves = replace(early, reduction=2), replace(touching, reduction=4)
+    assert not meet(halves[0], halves[1]) and meet(halves[0], replace(touching, reduction=2))
+    assert meet(halves[0], touching) and meet(touching, halves[0])
+    forever = Lifetime("m", first, AFTER_THE_PICTURE)
+    assert meet(forever, late) and meet(late, forever)
 
 
 def test_a_life_begins_before_it_ends() -> None:
@@ -53,6 +86,24 @@ def test_memory_has_one_owner_at_a_time(ctx: moderngl.Context) -> None:
     assert scratch.buffer("hidden list", 64) is rims
     scratch.begin_picture()
     assert scratch.buffer("rim list", 64) is rims
+    scratch.release()
+
+
+def test_scratch_memory_has_one_owner_until_its_last_reader(ctx: moderngl.Context) -> None:
+    scratch = Scratch(ctx)
+    by_memory: dict[str, list[str]] = {}
+    for name, one in LIFETIMES.items():
+        if one.reduction is None and one.last:
+            by_memory.setdefault(one.memory, []).append(name)
+    first, second, *_ = next(names for names in by_memory.values() if len(names) > 1)
+    held = scratch.texture(first, (4, 4), 4)
+    assert scratch.texture(first, (4, 4), 4) is held
+    with pytest.raises(RuntimeError, match=second):
+        scratch.texture(second, (4, 4), 4)
+    assert scratch.passed(LIFETIMES[first].last) == LIFETIMES[first].last
+    scratch.texture(second, (4, 4), 4)
+    scratch.release()
+    scratch.texture(first, (4, 4), 4)  # nobody owns what was released
     scratch.release()
 
 

@@ -36,18 +36,6 @@ class Lifetime:
     last: str
     reduction: int | None = None
 
-    def meets(self, other: "Lifetime") -> bool:
-        """Return True if both use the same memory at the same time."""
-        sizes = {self.reduction, other.reduction}
-        if self.memory != other.memory or (None not in sizes and len(sizes) == 2):
-            return False
-        return _place(self.first) <= _place(other.last) and _place(other.first) <= _place(self.last)
-
-
-def _place(name: str) -> int:
-    names = [one.name for one in pass_list.PASSES]
-    return names.index(name) if name else len(names)
-
 
 def lifetimes() -> dict[str, Lifetime]:
     """Return the lifetime of each name, as the passes declare it."""
