@@ -1,6 +1,6 @@
 """Choose the line solver for an OpenGL implementation."""
 
-from functools import partial
+from functools import lru_cache, partial
 
 import moderngl
 import numpy as np
@@ -17,7 +17,13 @@ _PROBE_KERNEL = named_kernel("heat")  # compiles fastest
 
 
 def fastest_solver(ctx: moderngl.Context) -> LineSolver:
-    """Measure sweep and partition on a probe picture, and return the faster solver.
+    """Return the faster one of sweep and partition, the same for all renderers of a context."""
+    return _fastest(ctx)(ctx)
+
+
+@lru_cache(maxsize=1)
+def _fastest(ctx: moderngl.Context) -> type[LineSolver]:
+    """Measure sweep and partition on a probe picture.
 
     The probe has 1024 lines to fill a GPU, but only 64 on a software rasteriser, where they show
     the difference as well and take little time.
@@ -25,10 +31,9 @@ def fastest_solver(ctx: moderngl.Context) -> LineSolver:
     size = (512, 64) if is_software(ctx) else (1024, 1024)
     solvers = [SweepSolver(ctx), PartitionSolver(ctx)]
     seconds = [_probe_seconds(ctx, solver, size) for solver in solvers]
-    chosen = solvers.pop(int(np.argmin(seconds)))
     for solver in solvers:
         solver.release()
-    return chosen
+    return type(solvers[int(np.argmin(seconds))])
 
 
 def settled_solver(ctx: moderngl.Context) -> LineSolver:
