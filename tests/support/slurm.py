@@ -91,6 +91,10 @@ class Slurm:
         words = [f"--{name}={self.folder / file}" for name, file in files.items()]
         self.run("munged", "--foreground", "--force", *words)
         wait_for((self.folder / "munge.socket").exists)
+        self.begin()
+
+    def begin(self) -> None:
+        """Start controller and node with an empty queue, whatever was in it before."""
         self.run("slurmctld", "-D", "-c")
         self.run("slurmd", "-D", "-N", "here")
         wait_for(lambda: "idle" in self.said("sinfo", "-h", "-o", "%T"))
