@@ -8,7 +8,7 @@ import pytest
 
 from heatlens.base.errors import ShaderError
 from heatlens.gpu.program import STRICT_VARIABLE, ComputeProgram, DrawProgram
-from heatlens.gpu.shader_source import declared_in
+from heatlens.gpu.shader_source import kinds_in
 from heatlens.gpu.textures import download, new_array, new_texture
 
 SCALE = """layout(local_size_x = 1) in;
@@ -216,8 +216,7 @@ def test_declarations_of_all_kinds_are_found() -> None:
         f;
     layout(std430) buffer g_block { vec4 g[]; } name_of_instance;
     """
-    kinds = declared_in(["x.glsl"], [text]).kinds
-    assert kinds == {
+    assert kinds_in(text) == {
         "a_img": "image",
         "b_img": "image",
         "c_tx": "sampler",

@@ -64,6 +64,11 @@ def test_line_numbers_map_back(tmp_path: Path) -> None:
     assert "#line 3" in source.text
 
 
+def test_an_include_that_is_there_already_still_counts_as_a_line(tmp_path: Path) -> None:
+    write(tmp_path, a='#include "b.glsl"\n#include "b.glsl"\nlast\n', b="inside\n")
+    assert assemble(tmp_path, "a.glsl").text.endswith("#line 3\nlast\n")
+
+
 def test_constants_that_are_mentioned_are_defined(tmp_path: Path) -> None:
     write(tmp_path, a='#include "b.glsl"\n', b="float side = TILE; vec3 color = OVERLAY_NEAR;\n")
     defines = assemble(tmp_path, "a.glsl").text.split("#line", 1)[0].splitlines()[1:]

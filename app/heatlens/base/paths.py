@@ -13,6 +13,7 @@ import stat
 import sys
 import warnings
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 from platformdirs import PlatformDirs
@@ -79,6 +80,7 @@ def file_and_status(path: Path) -> tuple[bytes, os.stat_result]:
         return file.read(), status
 
 
+@cache
 def data_dir(name: str) -> Path:
     """Return the folder `shaders` or `assets`, in a wheel or a checkout.
 

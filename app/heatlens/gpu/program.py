@@ -38,9 +38,7 @@ class _Inputs:
 
     def __init__(self, linked: _Linked, sources: Sequence[ShaderSource]) -> None:
         self._linked, self._names = linked, frozenset(linked)  # lookups in `linked` itself are slow
-        self._declared = declared_in(
-            (source.files[0] for source in sources), (source.text for source in sources)
-        )
+        self._declared = declared_in(sources)
         self._units: dict[str, int] = {}
         for kind in _WITH_UNITS:
             names = self._declared.of_kind(kind)

@@ -4,7 +4,6 @@ A shader that mentions one of these names gets it as a `#define` (`gpu.shader_so
 its text does not repeat the number.
 """
 
-import re
 from collections.abc import Mapping
 
 from heatlens.model.focus.coc import COC_MOST_PX
@@ -88,15 +87,10 @@ SHADER_CONSTANTS: Mapping[str, str] = {
 }
 
 
-def constants_in(text: str) -> dict[str, str]:
-    """Return the constants that `text` mentions, by name, as GLSL, in the order of this file.
+def constants_in(words: frozenset[str]) -> dict[str, str]:
+    """Return the constants among the words of a text, by name, as GLSL, in the order of this file.
 
     The order of a set changes from one start to the next, and a driver that keeps compiled shaders
     would find none of them again.
     """
-    words = _words_of(text)
     return {name: glsl for name, glsl in SHADER_CONSTANTS.items() if name in words}
-
-
-def _words_of(text: str) -> set[str]:
-    return set(re.findall(r"\b[A-Z][A-Z0-9_]+\b", text))

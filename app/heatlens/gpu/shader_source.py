@@ -11,10 +11,12 @@ linked program. Declarations inside any `#if` are included, so that all builds o
 the same names.
 """
 
+import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
@@ -29,16 +31,21 @@ Kind = Literal["sampler", "image", "storage block", "uniform"]
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.S)
 _DIRECTIVE = re.compile(r"^[ \t]*#[^\n]*$", re.M)
 _UNIFORM = re.compile(r"\buniform\s+([^;{}]+);")
+_WORD = re.compile(r"\b[A-Z][A-Z0-9_]+\b")
 _BLOCK = re.compile(r"\bbuffer\s+(\w+)\s*\{")
 _ARRAY_SIZE = re.compile(r"\[[^\]]*\]")
 
 
 @dataclass(frozen=True)
 class ShaderSource:
-    """The assembled text and the files it came from, in the order of their line ranges."""
+    """The assembled text, the files it came from in the order of their line ranges, and its inputs.
+
+    `kinds` has the kind of each input that is declared.
+    """
 
     text: str
     files: tuple[str, ...]
+    kinds: Mapping[str, Kind]
 
     def explained(self, log: str) -> str:
         """Return the driver's log with places as `file:line`."""
@@ -53,7 +60,8 @@ class ShaderSource:
         """Append generated GLSL, in its own range of line numbers."""
         line = len(self.files) * LINES_PER_FILE + 1
         text = f"{self.text}#line {line}\n{functions}\n"
-        return ShaderSource(text, (*self.files, "generated GLSL"))
+        kinds = {**self.kinds, **kinds_in(functions)}
+        return ShaderSource(text, (*self.files, "generated GLSL"), kinds)
 
 
 def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = None) -> ShaderSource:
@@ -62,29 +70,72 @@ def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = Non
     The constants of `gpu.shader_constants` that it mentions are defined too.
     """
     given = dict(defines or {})
-    files: list[str] = []
+    files: dict[str, _ShaderFile] = {}
     body = _expand(folder, name, given, files)
-    known = {name: text for name, text in constants_in(body).items() if name not in given}
+    words = frozenset[str]().union(*(file.words for file in files.values()))
+    known = {name: text for name, text in constants_in(words).items() if name not in given}
     head = "".join(f"#define {key} {value}\n" for key, value in (given | known).items())
-    return ShaderSource(f"#version 430 core\n{head}{body}", tuple(files))
+    kinds = {name: kind for file in files.values() for name, kind in file.kinds.items()}
+    return ShaderSource(f"#version 430 core\n{head}{body}", tuple(files), kinds)
 
 
-def _expand(folder: Path, name: str, defines: Mapping[str, object], files: list[str]) -> str:
+def _expand(
+    folder: Path, name: str, defines: Mapping[str, object], files: dict[str, "_ShaderFile"]
+) -> str:
     base = len(files) * LINES_PER_FILE
-    files.append(name)
-    path = folder / name
-    if not path.is_file():
-        raise ShaderError(f"{name}: no such shader in {folder}")
-    lines = [f"#line {base + 1}"]
-    for number, line in enumerate(path.read_text().splitlines(), start=1):
-        match = _INCLUDE.match(line)
-        if match is None:
-            lines.append(line)
-            continue
-        include = match[1] or str(defines.get(match[2], match[2]))
-        if include not in files:
-            lines += [_expand(folder, include, defines, files), f"#line {base + number + 1}"]
-    return "\n".join(lines) + "\n"
+    file = files[name] = _read(folder, name)
+    parts = [f"#line {base + 1}\n"]
+    for piece in file.pieces:
+        parts.append(piece.text)
+        include = str(defines.get(piece.include, piece.include))
+        if include and include not in files:
+            parts.append(_expand(folder, include, defines, files))
+        parts.append(f"#line {base + piece.end + 1}\n" if include else "")
+    return "".join(parts)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Lines of a file up to line `end`, which includes a file or names a define that does."""
+
+    text: str
+    end: int
+    include: str
+
+
+@dataclass(frozen=True)
+class _ShaderFile:
+    pieces: tuple[_Piece, ...]
+    words: frozenset[str]
+    kinds: Mapping[str, Kind]
+
+
+def _read(folder: Path, name: str) -> _ShaderFile:
+    path = os.path.join(folder, name)  # faster than pathlib, for hundreds of files
+    try:
+        status = os.stat(path)
+    except OSError:
+        raise ShaderError(f"{name}: no such shader in {folder}") from None
+    return _parsed(path, (status.st_mtime_ns, status.st_size))
+
+
+@lru_cache(maxsize=512)  # more than there are; many are parts of dozens of shaders
+def _parsed(path: str, _state: tuple[int, int]) -> _ShaderFile:
+    """Return the parts of a file; `_state` changes when it is edited."""
+    text = Path(path).read_text()
+    return _ShaderFile(tuple(_pieces(text)), frozenset(_WORD.findall(text)), kinds_in(text))
+
+
+def _pieces(text: str) -> Iterator[_Piece]:
+    kept: list[str] = []
+    end = 0
+    for end, line in enumerate(text.splitlines(), start=1):
+        if match := _INCLUDE.match(line):
+            yield _Piece("".join(kept), end, match[1] or match[2])
+            kept.clear()
+        else:
+            kept.append(f"{line}\n")
+    yield _Piece("".join(kept), end, "")
 
 
 @dataclass(frozen=True)
@@ -112,15 +163,19 @@ class DeclaredInputs:
         return f"{files}: no {kind} '{name}' is declared. {hint}"
 
 
-def declared_in(files: Iterable[str], texts: Iterable[str]) -> DeclaredInputs:
-    """Read the declarations from the assembled `texts` of the shaders called `files`."""
+def declared_in(sources: Sequence[ShaderSource]) -> DeclaredInputs:
+    """Return the declarations of the stages of a program, which has the name of each."""
+    kinds = {name: kind for source in sources for name, kind in source.kinds.items()}
+    return DeclaredInputs(tuple(source.files[0] for source in sources), kinds)
+
+
+def kinds_in(text: str) -> dict[str, Kind]:
+    """Return the inputs that a text declares, each with its kind."""
+    bare = _DIRECTIVE.sub("", _COMMENT.sub("", text.replace("\\\n", " ")))
     kinds: dict[str, Kind] = {}
-    for text in texts:
-        bare = _DIRECTIVE.sub("", _COMMENT.sub("", text.replace("\\\n", " ")))
-        for match in _UNIFORM.finditer(bare):
-            kinds |= _kinds_of(match[1])
-        kinds |= dict.fromkeys(_BLOCK.findall(bare), "storage block")
-    return DeclaredInputs(tuple(files), kinds)
+    for match in _UNIFORM.finditer(bare):
+        kinds |= _kinds_of(match[1])
+    return kinds | dict.fromkeys(_BLOCK.findall(bare), "storage block")
 
 
 def _kinds_of(declaration: str) -> dict[str, Kind]:

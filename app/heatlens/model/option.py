@@ -99,10 +99,13 @@ def check_range(what: str, value: float | None, least: float, most: float) -> No
 
 def type_of(kind: type, name: str) -> Any:
     """Return the type of a field of a dataclass, without None."""
-    hint = get_type_hints(kind)[name]
+    hint = _hints_of(kind)[name]
     if get_origin(hint) not in (Union, UnionType):
         return hint
     return next(one for one in get_args(hint) if one is not NoneType)
+
+
+_hints_of = cache(get_type_hints)
 
 
 @cache
