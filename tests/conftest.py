@@ -198,7 +198,7 @@ def command_context(session_context: "moderngl.Context") -> Iterator["moderngl.C
 
 @pytest.fixture(scope="module")
 def renderer(session_context: "moderngl.Context") -> "FrameRenderer":
-    """Make one renderer a test file: it measures the solvers and builds the shaders."""
+    """Make one renderer a test file: it builds the shaders."""
     from heatlens.render import FrameRenderer
 
     return FrameRenderer(session_context)

@@ -7,14 +7,13 @@ import moderngl
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.lean_survey import LeanSurvey
-from heatlens.defocus.line_solver import LineSolver
+from heatlens.defocus.line_solver import LineSolver, usual_solver
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.passes import DefocusPasses
 from heatlens.defocus.pipeline import DefocusPipeline
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.defocus.reduced_plate import PlateTextures
-from heatlens.defocus.solver_choice import fastest_solver, settled_solver
 from heatlens.defocus.steps import Result, Steps
 from heatlens.gpu.context import (
     check_plate_fits,
@@ -39,9 +38,8 @@ from heatlens.source.plate_on_gpu import PlateOnGpu
 
 
 def headless_renderer() -> "FrameRenderer":
-    """Return a renderer without a window, whose solver is the same in every process."""
-    ctx = headless_context()
-    return FrameRenderer(ctx, settled_solver(ctx))
+    """Return a renderer without a window."""
+    return FrameRenderer(headless_context())
 
 
 class FrameRenderer:
@@ -52,10 +50,10 @@ class FrameRenderer:
     """
 
     def __init__(self, ctx: moderngl.Context, solver: LineSolver | None = None) -> None:
-        """Make a renderer; if `solver` is None, the fastest one on this machine is measured."""
+        """Make a renderer; if `solver` is None, with the one for this OpenGL."""
         self.ctx = ctx
         self.stopwatch = Stopwatch(ctx)
-        self.solver = solver or fastest_solver(ctx)
+        self.solver = solver or usual_solver(ctx)
         self._passes = DefocusPasses(ctx, self.solver)
         self._pipelines: dict[int, DefocusPipeline] = {}  # one for each slot, made when first used
         self._on_layer: Callable[[int, int], None] | None = None

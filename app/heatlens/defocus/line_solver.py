@@ -15,6 +15,7 @@ from typing import Literal, assert_never
 import moderngl
 
 from heatlens.defocus.tile_mask import RUN_LEAST, TileMask, WholePictures, run_length
+from heatlens.gpu.context import is_software
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_TEXELS, TILE
 from heatlens.gpu.textures import enlarge, new_buffer
@@ -288,3 +289,12 @@ def _solver_named(name: SolverName) -> type[LineSolver]:
 
 
 SOLVERS = {name: _solver_named(name) for name in SolverName}
+
+
+def usual_solver(ctx: moderngl.Context) -> LineSolver:
+    """Return the solver that is faster on such an OpenGL.
+
+    The solvers differ in the last digits, and frames of a shot that several processes render must
+    not. The choice therefore does not depend on a measurement.
+    """
+    return SweepSolver(ctx) if is_software(ctx) else PartitionSolver(ctx)

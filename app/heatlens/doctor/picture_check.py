@@ -9,7 +9,6 @@ import numpy as np
 from heatlens.base.paths import data_dir
 from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import ViewTransform, view_transform
-from heatlens.defocus.solver_choice import settled_solver
 from heatlens.display.display_pass import DisplayPass
 from heatlens.doctor.finding import Finding
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
@@ -33,7 +32,7 @@ def stored_path() -> Path:
 
 def rendered(ctx: moderngl.Context) -> FloatArray:
     """Render the picture on this machine, (H, W, 3)."""
-    renderer = FrameRenderer(ctx, settled_solver(ctx))
+    renderer = FrameRenderer(ctx)
     renderer.load(read_plate(data_dir("assets") / "still_life.exr"))
     return renderer.pixels(SHOT)[..., :3]
 
