@@ -33,7 +33,10 @@ def states(findings) -> list[str]:
 def test_everything_is_said_and_nothing_is_at_fault(capsys, session_context):
     assert main(["doctor"]) == 0
     said = capsys.readouterr()
-    assert re.fullmatch(r"heatlens: this takes about \d+ s; Ctrl-C ends it\n", said.err)
+    first, *longer = said.err.splitlines()
+    assert re.fullmatch(r"heatlens: this takes about \d+ s; Ctrl-C ends it", first)
+    again = r"heatlens: this takes longer here, about \d+ s in all"  # on a busy machine
+    assert all(re.fullmatch(again, line) for line in longer)
     lines = said.out.splitlines()
     assert lines[-1].endswith("no fault found")
     found = [line.split(":")[0].split(maxsplit=1) for line in lines[:-1]]

@@ -54,6 +54,19 @@ def test_a_machine_so_many_times_as_slow_is_found_out(seconds, slower):
     assert pace.left_s == 0.0
 
 
+@given(st.floats(0.05, 20.0), st.floats(0.01, 100.0))
+def test_how_slow_one_kind_is_says_nothing_of_another(slower, other_s):
+    clock = Clock()
+    of_one = [Step(f"part {number}", 1.0, "shaders") for number in range(40)]
+    pace = Pace([*of_one, Step("other", other_s, "pictures")], clock)
+    for step in of_one:
+        pace.begin(step.sentence)
+        clock.now_s += slower
+    pace.begin("other")
+    assert pace.left_s == pytest.approx(other_s)
+    assert pace.whole_s == pytest.approx(40 * slower + other_s)
+
+
 def test_parts_that_are_left_out_and_sentences_that_are_no_part():
     clock = Clock()
     pace = Pace(steps_of([10.0, 10.0, 10.0]), clock)
@@ -108,11 +121,12 @@ def test_without_a_terminal_what_stays_is_told_alone(capsys):
         tell("part 0")
         clock.now_s += 120.0
         tell("left out: something")
-        tell("part 1")
+        tell("part 1")  # the first estimate still has a weight
     said = capsys.readouterr()
     assert said.out == "" and said.err.splitlines() == [
         "heatlens: this takes about 2 min; Ctrl-C ends it",
         "heatlens: left out: something",
+        "heatlens: this takes longer here, about 4 min in all",
     ]
 
 

@@ -64,11 +64,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _steps() -> list[Step]:
-    """Return the parts of all checks in order, with the seconds that they took on two cores."""
+    """Return the parts of all checks in order, with the seconds that they took on two cores.
+
+    Each check has its own pace: a driver for a GPU builds shaders more slowly.
+    """
     solvers = [gpu_check.solver_words(name) for name in SOLVERS]
     parts = {"shaders": gpu_check.shader_words(), "solvers": solvers}
     return [
-        Step(words, _SECONDS.get(name, 0.1))
+        Step(words, _SECONDS.get(name, 0.1), name)
         for name in _checks()
         for words in (name, *parts.get(name, ()))
     ]

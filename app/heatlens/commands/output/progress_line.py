@@ -12,6 +12,7 @@ from heatlens.commands.output.say import say, shows_progress
 from heatlens.measure.bench.pace import Pace, Step
 
 _WIPE = "\r\x1b[K"
+_LONGER, _LONGER_S = 1.5, 5.0  # so many times and seconds longer than was said is said again
 
 
 @contextmanager
@@ -62,15 +63,25 @@ def paced_progress(
 ) -> Iterator[Callable[[str], None]]:
     """Print the expected time, and yield a function to call with the sentence of each step.
 
+    The time is printed again where the steps so far show that it will be much longer.
     Sentences that are not in the plan, such as notes on skipped parts, stay on their own lines; ""
     clears the line of the progress.
     """
     pace = Pace(steps, clock)
-    say(f"this takes about {time_text(pace.left_s)}; Ctrl-C ends it")
+    said_s = pace.left_s
+    say(f"this takes about {time_text(said_s)}; Ctrl-C ends it")
     with progress_line() as show:
+
+        def say_longer() -> None:
+            nonlocal said_s
+            if pace.whole_s > _LONGER * said_s + _LONGER_S:
+                said_s = pace.whole_s
+                show("")
+                say(f"this takes longer here, about {time_text(said_s)} in all")
 
         def tell(sentence: str) -> None:
             if pace.begin(sentence):
+                say_longer()
                 where = f"{pace.number} of {len(pace.steps)}, about {time_text(pace.left_s)} left"
                 show(f"{sentence} ({where})")
                 return

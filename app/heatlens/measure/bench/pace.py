@@ -1,18 +1,23 @@
 """The steps of a bench, and the time left at the pace so far."""
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-_PRIOR = 0.15  # weight of the first estimate against measurements, as a part of the whole plan
+_PRIOR = 0.15  # weight of the first estimate against measurements, as a part of the plan of a kind
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A part of the bench: its progress message, and the expected seconds."""
+    """A part of the bench: its progress message, and the expected seconds.
+
+    Steps of one kind are expected to be wrong by the same factor.
+    """
 
     sentence: str
     seconds: float
+    kind: str = ""
 
 
 class Pace:
@@ -24,8 +29,11 @@ class Pace:
         self.steps = tuple(steps)
         self._clock = clock
         self._at = -1  # the step that goes on
-        self._began = clock()
-        self._planned = self._taken = 0.0  # seconds of all steps, and of the finished ones
+        self._start = self._began = clock()
+        self._whole = _seconds_by_kind(self.steps)
+        # Planned seconds of the finished steps by kind, and those that they took.
+        self._planned: dict[str, float] = defaultdict(float)
+        self._taken: dict[str, float] = defaultdict(float)
 
     @property
     def number(self) -> int:
@@ -43,24 +51,37 @@ class Pace:
             return False
         now = self._clock()
         if self._at >= 0:
-            self._planned += self.steps[self._at].seconds
-            self._taken += now - self._began
+            before = self.steps[self._at]
+            self._planned[before.kind] += before.seconds
+            self._taken[before.kind] += now - self._began
         self._at, self._began = found, now
         return True
 
     @property
     def left_s(self) -> float:
         """Estimated seconds to the end."""
-        pace = self._pace
-        after = pace * sum(step.seconds for step in self.steps[self._at + 1 :])
+        later = _seconds_by_kind(self.steps[self._at + 1 :])
+        after = sum(self._pace(kind) * seconds for kind, seconds in later.items())
         if self._at < 0:
             return after
-        current = pace * self.steps[self._at].seconds - (self._clock() - self._began)
+        now = self.steps[self._at]
+        current = self._pace(now.kind) * now.seconds - (self._clock() - self._began)
         return after + max(0.0, current)
 
     @property
-    def _pace(self) -> float:
-        """Actual seconds per planned second."""
-        prior = _PRIOR * sum(step.seconds for step in self.steps)
-        whole = self._planned + prior
-        return (self._taken + prior) / whole if whole > 0.0 else 1.0
+    def whole_s(self) -> float:
+        """Estimated seconds from the beginning to the end."""
+        return self._clock() - self._start + self.left_s
+
+    def _pace(self, kind: str) -> float:
+        """Actual seconds per planned second of steps of this kind."""
+        prior = _PRIOR * self._whole[kind]
+        whole = self._planned[kind] + prior
+        return (self._taken[kind] + prior) / whole if whole > 0.0 else 1.0
+
+
+def _seconds_by_kind(steps: Sequence[Step]) -> dict[str, float]:
+    found: dict[str, float] = defaultdict(float)
+    for step in steps:
+        found[step.kind] += step.seconds
+    return found
