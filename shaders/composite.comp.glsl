@@ -18,12 +18,13 @@ uniform sampler2D layer_tx;
 layout(rgba32f) uniform image2D out_color_img;
 
 uniform int reduction;     // side of a pixel of the layer, in pixels of the picture
+uniform ivec2 layer_size;  // in pixels of its own; it is in the corner of layer_tx
 
 vec4 active_at(ivec2 at) { return is_active(at) ? texelFetch(layer_tx, at, 0) : vec4(0.0); }
 
 vec4 layer_at(ivec2 at) {
     vec2 place = (vec2(at) + 0.5) / float(reduction) - 0.5;
-    ivec2 low = ivec2(floor(place)), last = textureSize(layer_tx, 0) - 1;
+    ivec2 low = ivec2(floor(place)), last = layer_size - 1;
     ivec2 a = clamp(low, ivec2(0), last), b = clamp(low + 1, ivec2(0), last);
     vec2 part = place - vec2(low);
     vec4 above = mix(active_at(a), active_at(ivec2(b.x, a.y)), part.x);

@@ -26,10 +26,10 @@ uniform int slices;  // number of slices in which later passes work through the 
 #define DEEP_PX 3  // farther than this from all visible pixels, along rows and columns, the guess is smooth
 
 void clear_pixel(ivec2 at) {
-    ivec2 size = textureSize(layer_tx, 0);
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
         int i = position_of(k, at);
-        int word = first_word(k, size) + line_of(k, at, size) * words_per_line(k, size) + (i >> 5);
+        int line = line_of(k, at, layer_size) * words_per_line(k, layer_size);
+        int word = first_word(k, layer_size) + line + (i >> 5);
         atomicAnd(bits_buf[word], ~(1u << (i & 31)));
     }
 }
@@ -37,7 +37,7 @@ void clear_pixel(ivec2 at) {
 void clear_cost(ivec2 block, bool is_asked) {
     int i = 0;
     do {
-        ivec2 beside = block_beside(block, i, imageSize(out_cost_img));
+        ivec2 beside = block_beside(block, i);
         if (!is_asked) continue;
         imageStore(out_cost_img, beside, vec4(-1.0));
 #ifdef MATCHED
@@ -47,13 +47,13 @@ void clear_cost(ivec2 block, bool is_asked) {
 }
 
 bool is_hidden(ivec2 at) {
-    at = clamp(at, ivec2(0), textureSize(layer_tx, 0) - 1);
+    at = clamp(at, ivec2(0), layer_size - 1);
     return !is_active(at) || texelFetch(layer_tx, at, 0).a < 0.0;
 }
 
 // The hidden pixels of a block in an active tile: bit 0 is the first, 1 the one beside it, 2 and 3 those below.
 uint hidden_in(ivec2 first) {
-    ivec2 last = textureSize(layer_tx, 0) - 1;
+    ivec2 last = layer_size - 1;
     uint bits = 0u;
     for (int i = 0; i < 4; ++i)
         bits |= uint(texelFetch(layer_tx, min(first + ivec2(i & 1, i >> 1), last), 0).a < 0.0) << i;

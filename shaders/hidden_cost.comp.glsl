@@ -24,12 +24,10 @@ layout(rgba32f) uniform writeonly image2D out_cost_img;
 #define TAPS 2            // compare the ends and one pixel behind each
 #define TAP_WEIGHT 0.5    // weight of the pixels behind
 
-ivec2 size;
-
 bool seen_at(ivec2 at, out vec4 toned_layer) {
     toned_layer = vec4(0.0);
-    if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) return false;
-    if (!is_seen(at, size)) return false;
+    if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, layer_size))) return false;
+    if (!is_seen(at, layer_size)) return false;
     vec4 layer = texelFetch(layer_tx, at, 0);
     toned_layer = vec4(toned(layer.rgb / max(layer.a, 1e-4)) * layer.a, layer.a);
     return true;
@@ -56,10 +54,9 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
 
 void compare_ends(uint listed) {
     ivec2 at = pixel_of_word(listed);
-    size = textureSize(layer_tx, 0);
     vec4 cost = vec4(-1.0);
     ivec2 ends[HIDDEN_DIRECTIONS];
-    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, layer_size);
     int taps = is_beyond_reach(ends) ? 0 : TAPS;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
         if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = difference(at, k, ends[k], taps);

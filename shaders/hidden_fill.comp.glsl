@@ -58,7 +58,7 @@ vec4 mean_cost(ivec2 block, bool is_asked) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
     int i = 0;
     do {
-        vec4 cost = texelFetch(cost_tx, block_beside(block, i, textureSize(cost_tx, 0)), 0);
+        vec4 cost = texelFetch(cost_tx, block_beside(block, i), 0);
         vec4 counts = step(0.0, cost);
         sum += counts * cost;
         count += counts;
@@ -98,7 +98,7 @@ uniform sampler2D match_tx;
 vec3 match_at(ivec2 block) {
     vec4 sum = vec4(0.0);
     for (int i = 0; i < 9; ++i) {
-        vec4 matched = texelFetch(match_tx, block_beside(block, i, textureSize(match_tx, 0)), 0);
+        vec4 matched = texelFetch(match_tx, block_beside(block, i), 0);
         sum += max(matched.a, 0.0) * vec4(matched.rgb, 1.0);
     }
     return exp(sum.rgb / max(sum.a, 1e-9));
@@ -186,7 +186,7 @@ void fill_listed(uint listed) {
     ivec2 hidden = pixel_of_word(listed);
     bool is_block = listed >= MARK_WHOLE;
     Guess guess;
-    make_guess(hidden, imageSize(layer_img), guess);
+    make_guess(hidden, layer_size, guess);
     int i = 0;
     do fill_pixel(hidden + ivec2(i & 1, i >> 1), guess); while (is_block && ++i < 4);
 }

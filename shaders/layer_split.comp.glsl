@@ -36,6 +36,7 @@ uniform sampler2D far_tx;
 uniform sampler2D near_tx;
 uniform bool is_farthest;  // it covers everything that is visible
 uniform int reduction;     // side of a pixel of the layer, in pixels of the picture
+uniform ivec2 layer_size;  // in pixels of its own; a smaller layer is in the corner of the images
 layout(rgba32f) uniform writeonly image2D out_layer_img;
 layout(rg32f) uniform writeonly image2D out_state_img;
 #ifdef LISTS
@@ -213,7 +214,7 @@ void store(ivec2 at, Sum sum) {
 
 void split_tile(ivec2 tile) {
     ivec2 at = tile * TILE + ivec2(gl_LocalInvocationID.xy);
-    if (any(greaterThanEqual(at, imageSize(out_layer_img)))) return;
+    if (any(greaterThanEqual(at, layer_size))) return;
     Sum sum;
     sum.layer = vec4(0.0);
     sum.diameter = sum.solid = sum.known = sum.count = 0.0;

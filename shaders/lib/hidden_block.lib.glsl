@@ -3,9 +3,11 @@
 
 #include "lib/two_lists.lib.glsl"
 
+uniform ivec2 layer_size;  // in pixels of its own; a smaller layer is in the corner of the images
+
 #define MARK_WHOLE 0x80000000u  // flag of a word: the pixel's guess serves its whole block
 
 // One of the 3 x 3 blocks over which measurements are averaged.
-ivec2 block_beside(ivec2 block, int i, ivec2 blocks) {
-    return clamp(block + ivec2(i % 3, i / 3) - 1, ivec2(0), blocks - 1);
+ivec2 block_beside(ivec2 block, int i) {
+    return clamp(block + ivec2(i % 3, i / 3) - 1, ivec2(0), (layer_size - 1) / 2);
 }

@@ -30,7 +30,7 @@ Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter, int ta
     int tap = 0;
     do {
         ivec2 p = from + tap * onward;
-        if (p != clamp(p, ivec2(0), size - 1)) break;
+        if (p != clamp(p, ivec2(0), layer_size - 1)) break;
         if (abs(texelFetch(state_tx, p, 0).r - diameter) > most) break;
         vec4 layer = texelFetch(layer_tx, p, 0);
         if (hidden) layer.a = marked_cover(layer.a);
@@ -50,7 +50,7 @@ void add_match(inout vec4 sum, ivec2 at, int k, int ahead, int hidden_px) {
     int steps = abs(ahead);
     ivec2 onward = sign(ahead) * DIRECTION[k], end = at + steps * onward;
     float diameter = texelFetch(state_tx, end, 0).r;
-    Stretch one = stretch_of(end, onward, false, diameter, seen_in_row(k, end, ahead > 0, size));
+    Stretch one = stretch_of(end, onward, false, diameter, seen_in_row(k, end, ahead > 0, layer_size));
     Stretch other = stretch_of(end - onward, -onward, true, diameter, hidden_px);
     if (min(one.sum.a, other.sum.a) < 0.5) return;
     vec4 seen = one.sum, listed = other.sum;

@@ -36,6 +36,7 @@ def blurred(
     storage: Storage = "f4",
     behind: np.ndarray | None = None,
     is_farthest: bool = False,
+    corner: tuple[int, int] | None = None,
 ) -> np.ndarray:
     """Return the blurred picture, or `behind` with the blurred picture over it."""
     ctx = solver._ctx
@@ -54,7 +55,7 @@ def blurred(
         out = new_texture(ctx, (width, height), 4)
         upload(out, behind)
         targets = replace(targets, over=Over(out, is_farthest))
-    BlurPass(solver).run(Diffusion(color, diameter, kernel, scales), targets)
+    BlurPass(solver).run(Diffusion(color, diameter, kernel, scales, corner=corner), targets)
     result = download(out)
     for texture in {color, diameter, targets.poles, targets.out_color, out}:
         texture.release()
@@ -71,6 +72,16 @@ def random_plate(
     coc[rng.random((height, width)) < 0.4] = coc_max
     coc[rng.random((height, width)) < 0.02] = 0.0
     return x, np.copysign(coc, rng.standard_normal((height, width))).astype(np.float32)
+
+
+def test_a_picture_in_the_corner_is_blurred_alone(solver, rng):
+    x, coc = random_plate(rng, (70, 21), 9.0)
+    alone = blurred(solver, x, coc, named_kernel("disc_4"), storage=PACKED)
+    beside = ((0, 7), (0, 5))
+    x = np.pad(x, (*beside, (0, 0)), constant_values=np.nan)
+    coc = np.pad(coc, beside, constant_values=np.nan)
+    more = blurred(solver, x, coc, named_kernel("disc_4"), storage=PACKED, corner=(70, 21))
+    np.testing.assert_array_equal(more[:21, :70], alone)
 
 
 @pytest.mark.parametrize("kernel", [named_kernel("disc_4"), gaussian_kernel(3)], ids=str)

@@ -11,29 +11,40 @@ from heatlens.gpu.program import blocks_for
 from heatlens.gpu.textures import BufferParts, FloatArray, download, new_texture, upload
 
 HIDDEN = -1.0  # nothing of the pixel is seen
+BESIDE = (5, 3)  # a smaller layer is in the corner of its textures
 
 
 def filled(
     ctx: moderngl.Context, layer: FloatArray, state: FloatArray, reach_px: int = 1000
 ) -> tuple[FloatArray, FloatArray]:
     size = layer.shape[1::-1]
+    whole = size[0] + BESIDE[0], size[1] + BESIDE[1]
     mask = WholePictures(ctx).mask(size)
     listed = TileList(ctx.buffer(reserve=TileList.bytes_for(size)))
-    target = Layer(new_texture(ctx, size, 4), new_texture(ctx, size, 2), mask, listed)
-    upload(target.color, layer)
-    upload(target.state, state)
+    target = Layer(new_texture(ctx, whole, 4), new_texture(ctx, whole, 2), size, mask, listed)
+    upload(target.color, in_corner(layer))
+    upload(target.state, in_corner(state))
     hidden = np.argwhere(layer[..., 3] < 0).astype(np.uint32)
     head = np.array([-(-len(hidden) // 64), 1, 1, len(hidden)], np.uint32)
     pixels = ctx.buffer(reserve=list_bytes(size))
     pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
     bits, tiles = ctx.buffer(reserve=seen_bytes(size)), TileMask.bytes_for(size)
     SeenBitsPass(ctx).mark([size], BufferParts(mask.words, tiles), BufferParts(bits, bits.size))
-    cost = new_texture(ctx, blocks_for(size, 2), 4)
-    upload(cost, np.full((*blocks_for(size, 2)[::-1], 4), np.nan, np.float32))
+    cost = new_texture(ctx, blocks_for(whole, 2), 4)
+    upload(cost, np.full((*blocks_for(whole, 2)[::-1], 4), np.nan, np.float32))
     scratch = HiddenScratch(bits, ctx.buffer(reserve=list_bytes(size)), cost)
     list(HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px))
     check_blocks(scratch.blocks, layer[..., 3] < 0)
-    return download(target.color), download(target.state)
+    found = download(target.color), download(target.state)
+    for texture in found:
+        assert np.isnan(texture[size[1] :]).all() and np.isnan(texture[:, size[0] :]).all()
+    return found[0][: size[1], : size[0]], found[1][: size[1], : size[0]]
+
+
+def in_corner(values: FloatArray) -> FloatArray:
+    """Return a larger picture, with NaN beside `values`."""
+    beside = ((0, BESIDE[1]), (0, BESIDE[0]), (0, 0))
+    return np.pad(values, beside, constant_values=np.nan)
 
 
 def check_blocks(blocks: moderngl.Buffer, hidden: np.ndarray) -> None:

@@ -37,8 +37,7 @@ LENS = Lens(85.0, 1.0, 1.6, 36.0)  # so much blur that some layers are worked on
 
 def meet(one: Lifetime, other: Lifetime) -> bool:
     """Return True if both use the same memory at the same time."""
-    sizes = {one.reduction, other.reduction}
-    if one.memory != other.memory or (None not in sizes and len(sizes) == 2):
+    if one.memory != other.memory:
         return False
     return _place(one.first) <= _place(other.last) and _place(other.first) <= _place(one.last)
 
@@ -55,7 +54,8 @@ def test_what_shares_memory_never_lives_at_one_time() -> None:
 def test_lifetimes_that_meet_are_told_from_those_that_do_not() -> None:
     hidden, tiles = LIFETIMES["hidden list"], LIFETIMES["tile mask"]
     assert meet(hidden, hidden) and not meet(hidden, tiles)
-    assert not meet(LIFETIMES["high"], LIFETIMES["surroundings blurred"])  # other reductions
+    high, layer = LIFETIMES["high"], LIFETIMES["layer"]
+    assert high.memory == layer.memory and not meet(high, layer)  # one after the other
 
 
 def test_two_names_that_share_memory_may_follow_but_not_meet() -> None:
@@ -65,9 +65,6 @@ def test_two_names_that_share_memory_may_follow_but_not_meet() -> None:
     touching = Lifetime("m", second, third)  # written by the pass that reads the other last
     assert meet(early, touching) and meet(touching, early) and meet(early, early)
     assert not meet(early, replace(touching, memory="n"))
-    halves = replace(early, reduction=2), replace(touching, reduction=4)
-    assert not meet(halves[0], halves[1]) and meet(halves[0], replace(touching, reduction=2))
-    assert meet(halves[0], touching) and meet(touching, halves[0])
     forever = Lifetime("m", first, AFTER_THE_PICTURE)
     assert meet(forever, late) and meet(late, forever)
 
@@ -93,7 +90,7 @@ def test_scratch_memory_has_one_owner_until_its_last_reader(ctx: moderngl.Contex
     scratch = Scratch(ctx)
     by_memory: dict[str, list[str]] = {}
     for name, one in LIFETIMES.items():
-        if one.reduction is None and one.last:
+        if one.last:
             by_memory.setdefault(one.memory, []).append(name)
     first, second, *_ = next(names for names in by_memory.values() if len(names) > 1)
     held = scratch.texture(first, (4, 4), 4)

@@ -26,7 +26,7 @@ class Over:
 
 @dataclass(frozen=True)
 class BlurTargets:
-    """The scratch and result textures of the blur, all of the picture's size."""
+    """The scratch and result textures of the blur, at least of the picture's size."""
 
     poles: moderngl.TextureArray  # `pole_layers` of `PACKED`, or of float32
     out_color: moderngl.Texture  # RGBA
@@ -45,6 +45,7 @@ class Diffusion:
     resampled_px_2 squared diameter of the blur that the picture has already
     shape          the shape of the discs in pixels of the picture, if it varies over the picture
     is_in_front    all of the picture is in front of the focus, regardless of the sign of `coc`
+    corner         the size of a picture that is in the corner of the textures
     """
 
     color: moderngl.Texture
@@ -55,6 +56,12 @@ class Diffusion:
     resampled_px_2: float = 0.0
     shape: DiscShape | None = None
     is_in_front: bool = False
+    corner: tuple[int, int] | None = None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """The size of the picture."""
+        return self.corner or self.color.size
 
     @property
     def shape_uniforms(self) -> dict[str, object]:
@@ -102,7 +109,7 @@ class BlurPass:
         for left in reversed(range(kernel.steps)):
             over = None if left else targets.over
             for axis, bound in _both_axes(what, source, replace(targets, over=over)):
-                yield from self._solver.steps(system, axis, what.color.size, bound, mask)
+                yield from self._solver.steps(system, axis, what.size, bound, mask)
             source = targets.out_color
 
 

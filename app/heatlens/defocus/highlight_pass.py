@@ -74,8 +74,8 @@ class Surroundings:
     """Scratch for the surroundings of a pixel, all of half the size.
 
     luminance  RGBA
-    coc        R
-    targets    of the diffusion
+    coc        R, in the corner of the texture
+    targets    of the diffusion; without lists into `luminance` itself
     """
 
     luminance: moderngl.Texture

@@ -18,16 +18,18 @@ from heatlens.gpu.program_versions import ProgramVersions
 
 @dataclass(frozen=True)
 class Layer:
-    """The pixels of a layer, in its active tiles; it may be smaller than the picture.
+    """The pixels of a layer, in its active tiles.
 
     color  rgb premultiplied by coverage, a = coverage; hidden pixels to fill are marked
     state  r = |coc| in pixels of the layer, g = how much content it has, 0..1
+    size   of the layer; if it is smaller than the picture, it is in the corner of the textures
     mask   the active tiles; `listed` has the same tiles as a list
     told   what the fragment lists tell of each pixel (layer_split.comp.glsl); None without lists
     """
 
     color: moderngl.Texture
     state: moderngl.Texture
+    size: tuple[int, int]
     mask: TileMask
     listed: TileList
     told: moderngl.Texture | None = None
@@ -53,6 +55,7 @@ class LayerSplitPass:
             **_limits(plan.cut),
             "is_farthest": plan.cut.is_farthest,
             "reduction": plan.reduction,
+            "layer_size": out.size,
         }
         lists = picture.lists
         images = {"out_layer_img": out.color, "out_state_img": out.state}
@@ -134,24 +137,25 @@ class HiddenFillPass:
         yield
         guessed, cost = scratch.lists, self._cost_programs.with_(MATCHED=bool(match))
         fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=bool(match))
-        for part in self._slices.of(layer.color.size):
+        uniforms: dict[str, object] = {"reach_px": reach_px, "layer_size": layer.size}
+        for part in self._slices.of(layer.size):
             cost.dispatch(
                 scratch.blocks,
                 textures={"layer_tx": layer.color} | compared,
                 images=written,
                 buffers=guessed,
-                uniforms={"reach_px": reach_px} | part,
+                uniforms=uniforms | part,
             )
             yield
         read = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | told | match
-        for part in self._slices.of(layer.color.size):
+        for part in self._slices.of(layer.size):
             fill.dispatch(
                 scratch.blocks,
                 offset=OF_BOTH,
                 textures=read,
                 images={"layer_img": layer.color, "state_img": layer.state},
                 buffers=guessed,
-                uniforms={"reach_px": reach_px, "has_highlights": around is not None} | part,
+                uniforms=uniforms | {"has_highlights": around is not None} | part,
             )
             yield
 
@@ -172,7 +176,7 @@ class HiddenFillPass:
             },
             uniforms=WHOLE_LIST
             | layer.mask.uniforms
-            | {"slices": self._slices.count(layer.color.size)},
+            | {"slices": self._slices.count(layer.size), "layer_size": layer.size},
         )
 
 
@@ -206,11 +210,14 @@ class CocFillPass:
         rows: moderngl.Texture,
         out_coc: moderngl.Texture,
         mask: TileMask | None = None,
+        corner: tuple[int, int] | None = None,
     ) -> Iterator[None]:
         """Write a diameter to every pixel of `out_coc`, or only in the tiles of `mask`.
 
-        `rows` is scratch memory with two channels and the solver's `between_size`.
+        `rows` is scratch memory with two channels and the solver's `between_size`. `corner` is the
+        size of a layer that is in the corner of the textures.
         """
+        size = corner or state.size
         uniforms = {"kappa": 1.0, "is_near": cut.is_before_focus}
         along_rows = Bindings(
             {"state_tx": state}, {"out_rows_img": rows}, uniforms | {"axis_scale": axis_scales[0]}
@@ -220,8 +227,8 @@ class CocFillPass:
             {"out_coc_img": out_coc},
             uniforms | {"axis_scale": axis_scales[1]},
         )
-        yield from self._solver.steps(self._SYSTEM, "rows", state.size, along_rows, mask)
-        yield from self._solver.steps(self._SYSTEM, "columns", state.size, along_columns, mask)
+        yield from self._solver.steps(self._SYSTEM, "rows", size, along_rows, mask)
+        yield from self._solver.steps(self._SYSTEM, "columns", size, along_columns, mask)
 
 
 class CompositePass:
@@ -263,6 +270,7 @@ class CompositePass:
             uniforms=WHOLE_LIST
             | mask.uniforms
             | {"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction}
+            | {"layer_size": blurred.size}
             | ({"share": plan.share} if is_mixed else {}),
         )
 

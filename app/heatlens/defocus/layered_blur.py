@@ -67,6 +67,7 @@ class LayerBlur:
             resampled_px_2=plan.resampled_px_2,
             shape=optics.disc.scaled(1 / plan.reduction),
             is_in_front=is_in_front,
+            corner=layer.size,
         )
         poles = self._passes.poles(self._scratch, "poles", picture.coc.size, kernel_for(settings))
         over = Over(out, plan.cut.is_farthest) if plan.reduction == 1 else None
@@ -82,14 +83,12 @@ class LayerBlur:
         optics: Optics,
     ) -> Steps[tuple[Layer, moderngl.Texture]]:
         """Return a layer with hidden pixels filled, and its coc, in the active tiles."""
-        size, scratch, reduction = plan.size(picture.coc.size), self._scratch, plan.reduction
-        hidden = scratch.buffer("hidden list", list_bytes(picture.coc.size))
-        color = scratch.texture("layer", size, 4, reduction=reduction)
-        state = scratch.texture("layer state", size, 2, reduction=reduction)
-        told = None
-        if picture.lists is not None:
-            told = scratch.texture("told", size, 2, "f2", reduction)
-        layer = Layer(color, state, where.mask, where.listed, told)
+        whole, scratch = picture.coc.size, self._scratch
+        hidden = scratch.buffer("hidden list", list_bytes(whole))
+        color = scratch.texture("layer", whole, 4)
+        state = scratch.texture("layer state", whole, 2)
+        told = None if picture.lists is None else scratch.texture("told", whole, 2, "f2")
+        layer = Layer(color, state, plan.size(whole), where.mask, where.listed, told)
         split = self._passes.split.steps(picture, plan, hidden, layer)
         yield from self._scratch.named("layer split", split)
         if not plan.cut.is_nearest:
@@ -97,11 +96,11 @@ class LayerBlur:
                 "hidden fill", self._hidden_fill(layer, hidden, plan, picture, where.seen)
             )
         self._scratch.passed("hidden fill")
-        layer_coc = scratch.texture("layer coc", size, 1, reduction=reduction)
-        between = self._passes.solver.between_size(picture.coc.size)
+        layer_coc = scratch.texture("layer coc", whole, 1)
+        between = self._passes.solver.between_size(whole)
         rows = scratch.texture("coc fill rows", between, 2)
         extend = self._passes.coc_fill.steps(
-            layer.state, plan.cut, optics.disc.spreads, rows, layer_coc, layer.mask
+            state, plan.cut, optics.disc.spreads, rows, layer_coc, layer.mask, layer.size
         )
         yield from self._scratch.named("coc fill", extend)
         return layer, layer_coc
@@ -114,12 +113,12 @@ class LayerBlur:
         picture: Fragments,
         seen: BufferPart,
     ) -> Iterator[None]:
-        whole, blocks = picture.coc.size, blocks_for(layer.color.size, 2)
+        whole, blocks = picture.coc.size, blocks_for(picture.coc.size, 2)
         work = HiddenScratch(
             seen,
             self._scratch.buffer("hidden blocks", list_bytes(whole)),
-            self._scratch.texture("hidden cost", blocks, 4, reduction=plan.reduction),
-            self._scratch.texture("hidden match", blocks, 4, reduction=plan.reduction)
+            self._scratch.texture("hidden cost", blocks, 4),
+            self._scratch.texture("hidden match", blocks, 4)
             if picture.lists is not None and not picture.lists.is_exact
             else None,
         )
@@ -293,12 +292,11 @@ class LayeredBlur:
         size, scratch = what.color.size, self._scratch
         half = blocks_for(size, 2)
         poles = self._passes.poles(self._scratch, "surroundings poles", size, kernel)
-        blurred = scratch.texture("surroundings blurred", half, 4, reduction=2)
-        surroundings = Surroundings(
-            scratch.texture("surroundings", half, 4),  # as large as the blocks of hidden pixels
-            scratch.texture("surroundings coc", half, 1, reduction=2),
-            BlurTargets(poles, blurred),
-        )
+        luminance = blurred = scratch.texture("surroundings", half, 4)
+        if what.lists is not None:
+            blurred = scratch.texture("surroundings blurred", half, 4)
+        half_coc = scratch.texture("surroundings coc", size, 1)
+        surroundings = Surroundings(luminance, half_coc, BlurTargets(poles, blurred))
         split = self._passes.split_highlights.steps(
             what.color, what.coc, optics, surroundings, out, what.places is not None
         )

@@ -13,9 +13,8 @@ from heatlens.defocus.pass_costs import Traffic, Work
 from heatlens.gpu.program_versions import PLAIN, Variants, crossed, either
 from heatlens.gpu.shader_constants import HIGHLIGHT_LEVELS, TILE
 
-# Where a name has its memory: the name of the memory, perhaps with the only reduction for which it
-# is used; "" if memory and name are called the same.
-Places = Mapping[str, str | tuple[str, int]]
+# Where a name has its memory: the name of the memory; "" if memory and name are called the same.
+Places = Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -88,11 +87,11 @@ PASSES: tuple[Pass, ...] = (
         "highlights found",  # at half size, each pixel is compared with its surroundings
         _comp("highlight_luminance", "highlight_split", variants=_LISTS),
         pass_costs.highlights_found_bytes,
-        _own("low", "low fragments", "around") | {"high": ("layer", 1), "lit pixels": "pixel list"},
+        _own("low", "low fragments", "around") | {"high": "layer", "lit pixels": "pixel list"},
         alone={
-            "surroundings": ("hidden cost", 1),
-            "surroundings coc": ("layer coc", 2),
-            "surroundings blurred": ("layer", 2),
+            "surroundings": "hidden cost",
+            "surroundings coc": "layer coc",
+            "surroundings blurred": "hidden match",
             "surroundings poles": "poles",
         },
     ),
@@ -115,7 +114,7 @@ PASSES: tuple[Pass, ...] = (
         _own("far sum", "far zone"),
         alone=_own("far heads", "far links", "far zone rows", "far tiles", "far segments")
         | _own("guess starts", "guess words", "guess levels")
-        | {"far view": ("layer", 1), "far coc": "layer coc", "far poles": "poles"},
+        | {"far view": "layer", "far coc": "layer coc", "far poles": "poles"},
     ),
     Pass(
         "fragments",  # the picture is split at its silhouettes
@@ -198,7 +197,7 @@ PASSES: tuple[Pass, ...] = (
         "gather",
         _comp("gather", variants=SHAPES),
         pass_costs.method_bytes,
-        alone={"gather weight": "cover", "gather weights": ("layer", 1)},
+        alone={"gather weight": "cover", "gather weights": "layer"},
     ),
     Pass(
         "scatter",
@@ -207,7 +206,7 @@ PASSES: tuple[Pass, ...] = (
         | _comp("scatter_over"),
         pass_costs.method_bytes,
         alone=_own("scatter cover", "scatter places")
-        | {"bin light": ("layer", 1), "bin cover": "cover", "scatter order": "pixel list"},
+        | {"bin light": "layer", "bin cover": "cover", "scatter order": "pixel list"},
     ),
     Pass(
         "pyramid",

@@ -27,14 +27,12 @@ AFTER_THE_PICTURE = ""  # stands for no pass: the memory is used until the next 
 class Lifetime:
     """The lifetime of a name: from the pass that writes it first to the one that reads it last.
 
-    `memory` is the name of the memory. Layers have separate memory for each reduction; `reduction`
-    is set if the name is used for one reduction only.
+    `memory` is the name of the memory.
     """
 
     memory: str
     first: str
     last: str
-    reduction: int | None = None
 
 
 def lifetimes() -> dict[str, Lifetime]:
@@ -42,10 +40,9 @@ def lifetimes() -> dict[str, Lifetime]:
     passes, found = pass_list.PASSES, {}
     last = {name: one.name for one in passes for name in one.reads_last}
     for one in passes:
-        for name, place in (*one.writes.items(), *one.alone.items()):
-            memory, reduction = place if isinstance(place, tuple) else (place or name, None)
+        for name, memory in (*one.writes.items(), *one.alone.items()):
             end = one.name if name in one.alone else last.get(name, AFTER_THE_PICTURE)
-            found[name] = Lifetime(memory, one.name, end, reduction)
+            found[name] = Lifetime(memory or name, one.name, end)
     return found
 
 
@@ -72,14 +69,12 @@ class Scratch:
         size: tuple[int, int],
         components: int,
         storage: Storage = "f4",
-        reduction: int = 1,
     ) -> moderngl.Texture:
         """Return the texture called `name`, with its previous content.
 
-        Each `reduction` has its own texture, so that textures are not created again for each
-        layer. Raise RuntimeError if the memory still belongs to another name.
+        Raises RuntimeError if the memory still belongs to another name.
         """
-        memory = self._memory(name, reduction)
+        memory = self._lifetimes[name].memory
         return self._given(name, memory, self._pool.texture(memory, size, components, storage))
 
     def array(
@@ -91,13 +86,13 @@ class Scratch:
         storage: Storage = "f4",
     ) -> moderngl.TextureArray:
         """Return the texture array called `name`, with `layers` layers."""
-        memory = self._memory(name)
+        memory = self._lifetimes[name].memory
         made = self._pool.array(memory, size, layers, components, storage)
         return self._given(name, memory, made)
 
     def buffer(self, name: str, size_bytes: int) -> moderngl.Buffer:
         """Return the storage buffer called `name`, of at least `size_bytes`."""
-        memory = self._memory(name)
+        memory = self._lifetimes[name].memory
         return self._given(name, memory, self._pool.buffer(memory, size_bytes))
 
     def parts(self, name: str, count: int, least_bytes: int) -> BufferParts:
@@ -124,10 +119,6 @@ class Scratch:
         """Release all memory."""
         self._alive.clear()
         self._pool.release()
-
-    def _memory(self, name: str, reduction: int = 1) -> str:
-        memory = self._lifetimes[name].memory
-        return memory if reduction == 1 else f"{memory} / {reduction}"
 
     def _given(self, name: str, memory: str, held: Held) -> Held:
         owner = self._alive.get(memory, (name, held))[0]
