@@ -8,14 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heatlens.documents.shot_file import write_shot
 from heatlens.farm import cluster as farm_cluster
 from heatlens.farm import frame_cluster
 from heatlens.farm.frame_worker import _rendered
 from heatlens.gpu.textures import download
 from heatlens.model.curves.frames import FrameRange
-from heatlens.model.shot.framing import Framing
-from heatlens.model.shot.shot import Shot
 from heatlens.model.view.view_geometry import Viewport
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.frame_filler import FrameFiller
@@ -27,7 +24,7 @@ from heatlens.session.speed import Speed
 from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.evening import settled, turn, until
 from support.sequences import FIRST, sequence_files
-from support.session_files import HEIGHT, LENS, QUICK, WIDTH, room_file, write_scene
+from support.session_files import HEIGHT, QUICK, WIDTH, room_file, scene_shot
 
 LAST = FIRST + 5
 FRAMES = frozenset(range(FIRST, LAST + 1))
@@ -86,16 +83,8 @@ def test_frames_of_a_cluster_are_those_rendered_here(begin, cluster, tmp_path):
 
 
 def test_frames_of_a_moving_scene_come_too(begin, cluster, tmp_path):
-    scene = write_scene(tmp_path / "scene.gltf")
-
-    def opened(address=""):
-        session = begin(scene, address)
-        framing = replace(session.editing.shot.framing, width_px=48, height_px=27)
-        session.editing.do(replace(session.editing.shot, framing=framing, in_out=FrameRange(2, 5)))
-        settled(session)
-        return session
-
-    here, session = filled(opened(), 4), opened(cluster.address)
+    shot = scene_shot(tmp_path / "s.heatlens.json", 48, 27, in_out=FrameRange(2, 5))
+    here, session = filled(begin(shot), 4), begin(shot, cluster.address)
     session.time.pull.clear()
     session.time.pull._rests_at = np.inf
     at_work(session)
@@ -274,16 +263,6 @@ def large_sequence(folder):
     return folder / "room.####.exr"
 
 
-def small_scene(folder, name):
-    """Return a shot of a scene that is drawn at the size of the plates."""
-    shot, scene = folder / f"{name}.heatlens.json", folder / "scene.gltf"
-    if not scene.exists():
-        write_scene(scene)
-    framing = Framing(width_px=480, height_px=320)
-    write_shot(shot, Shot(LENS, QUICK, str(scene), framing=framing))
-    return shot
-
-
 def resting(begin, source, cluster):
     """Return a session whose whole pictures come from workers, and none of its frames."""
     session = begin(source, cluster.address, ahead=False, at_rest=True)
@@ -308,7 +287,9 @@ def test_a_whole_picture_of_a_worker_is_that_of_this_machine(
     source_of = {
         "still": lambda name: large(tmp_path),
         "sequence": lambda name: large_sequence(tmp_path),
-        "scene": lambda name: small_scene(tmp_path, name),
+        "scene": lambda name: scene_shot(
+            tmp_path / f"{name}.heatlens.json", 480, 320, in_out=FrameRange(1, 2)
+        ),
     }[kind]
     first = begin(source_of("here"))
     here = [whole(first, focus_m) for focus_m in (1.3, 2.7)]

@@ -1,6 +1,5 @@
 """Which sources have frames rendered ahead, where they come from, and what a change may cost."""
 
-from dataclasses import replace
 from threading import current_thread
 
 import numpy as np
@@ -15,7 +14,7 @@ from heatlens.session.shot.start import Start
 from heatlens.source.opened_plates import OpenedPlates
 from support.evening import settled, turn, until
 from support.sequences import FIRST, sequence_files
-from support.session_files import HEIGHT, QUICK, WIDTH, room_file, write_scene
+from support.session_files import HEIGHT, QUICK, WIDTH, room_file, scene_shot
 
 LAST = FIRST + 3
 COUNT = LAST - FIRST + 1
@@ -62,10 +61,8 @@ def test_a_still_has_frames_ahead_once_it_has_a_pull(begin, tmp_path):
 
 
 def test_frames_of_a_moving_scene(begin, tmp_path, renderer):
-    session = begin(write_scene(tmp_path / "scene.gltf"))
-    framing = replace(session.editing.shot.framing, width_px=48, height_px=27)
-    session.editing.do(replace(session.editing.shot, framing=framing, in_out=FrameRange(2, 5)))
-    settled(session)
+    shot = scene_shot(tmp_path / "s.heatlens.json", 48, 27, in_out=FrameRange(2, 5))
+    session = begin(shot)
     filled(session, 4)
     kept = {frame: session.time.pull.jobs.of(frame) for frame in (2, 5)}
     renderer.load_scene(session.source.scene)

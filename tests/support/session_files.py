@@ -5,8 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from heatlens.documents.shot_file import write_shot
 from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot.shot import Shot
 from heatlens.plate.header.camera_header import lens_attributes
 from support.exr_files import write_file
 from support.gltf_files import GltfWriter
@@ -40,6 +43,16 @@ def room_file(path: Path, width: int = WIDTH, height: int = HEIGHT, **attributes
     """Write the room with its distances."""
     color, depth = room(width, height)
     return write_plate(path, color, Z=depth, **attributes)
+
+
+def scene_shot(path: Path, width_px: int, height_px: int, **changes: Any) -> Path:
+    """Write a shot of the scene, drawn at a size that is soon whole, and the scene beside it."""
+    scene = path.with_name("scene.gltf")
+    if not scene.exists():
+        write_scene(scene)
+    framing = Framing(width_px=width_px, height_px=height_px)
+    write_shot(path, Shot(LENS, QUICK, str(scene), framing=framing, **changes))
+    return path
 
 
 def write_scene(path: Path) -> Path:

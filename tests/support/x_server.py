@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from PIL import Image, ImageGrab
@@ -187,12 +188,11 @@ class Window:
 
     def quit(self) -> None:
         """Press Ctrl+Q until it works: without a window manager, focus may come a moment later."""
-        self.keys("ctrl+q")
         end = time.monotonic() + WAIT_S
         while self.process.poll() is None and time.monotonic() < end:
-            time.sleep(1.0)
-            if self.process.poll() is None:
-                self.keys("ctrl+q")
+            self.keys("ctrl+q")
+            with suppress(subprocess.TimeoutExpired):
+                self.process.wait(1.0)
 
     def closed(self) -> tuple[int, str]:
         """Wait until the process has ended; return its exit code and output."""

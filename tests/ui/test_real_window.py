@@ -74,7 +74,7 @@ def test_an_evening_of_work(screen: Screen, plate: Path, tmp_path: Path, request
 def test_an_idle_window_uses_no_processor(screen: Screen, plate: Path, tmp_path: Path) -> None:
     """Not a wall time: the share of a core, asked to be under 2 %, over three idle seconds."""
     window = Window(screen, tmp_path, plate, "--quality", "draft", "--proxy", 0.5)
-    time.sleep(4.0)
+    window.rest()
     before = window.cpu_seconds()
     time.sleep(3.0)
     used = window.cpu_seconds() - before
