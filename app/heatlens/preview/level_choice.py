@@ -9,6 +9,7 @@ levels while something moves; `heatlens bench --drag` measures each level.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
@@ -18,6 +19,7 @@ from heatlens.model.shot.settings import PROXY_MIN, Bokeh, DefocusSettings, Meth
 # not fill: measured on an NVIDIA H200 from 1280x720 to 3840x2160.
 GPU_WORK_POWER = 0.5
 
+Levels = tuple[DefocusSettings, ...]
 Predict = Callable[[DefocusSettings], float]  # seconds that a picture takes
 
 # Hysteresis, as parts of the time budget: change to a better level below the first number, and to
@@ -36,14 +38,14 @@ Sized = tuple[Kind, float]  # with the scale: small pictures cost more for each 
 _NEWEST = 0.4  # weight of the newest picture in the running mean of its kind
 
 
-def recognisable(requested: DefocusSettings, size: tuple[int, int]) -> list[DefocusSettings]:
+def recognisable(requested: DefocusSettings, size: tuple[int, int]) -> Levels:
     """Return the preview levels that are large enough to be useful for a plate of this size.
 
     For a plate that is small itself, return the levels of the largest size.
     """
     levels = cheaper(requested)
-    large = [it for it in levels if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX]
-    return large or [it for it in levels if it.proxy == levels[0].proxy]
+    large = tuple(it for it in levels if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX)
+    return large or tuple(it for it in levels if it.proxy == levels[0].proxy)
 
 
 def soonest(requested: DefocusSettings, size: tuple[int, int]) -> DefocusSettings:
@@ -58,7 +60,7 @@ def soonest(requested: DefocusSettings, size: tuple[int, int]) -> DefocusSetting
 
 
 def level_while_moving(
-    levels: list[DefocusSettings],
+    levels: Levels,
     held: DefocusSettings | None,
     budget_s: float,
     predict: Predict,
@@ -213,7 +215,8 @@ _FULL_VIEWS = (16384, 4096, 1024, 256, 66, 16)
 _FEW_VIEWS = ((16, 1 / 2), (16, 1 / 4), (4, 1 / 4), (4, 1 / 8))  # number of views, and scale
 
 
-def cheaper(requested: DefocusSettings) -> list[DefocusSettings]:
+@lru_cache(maxsize=64)  # a window asks several times a frame
+def cheaper(requested: DefocusSettings) -> Levels:
     """Return the requested settings, then faster and faster ones with the same amount of blur."""
     if requested.method.needs_scene:
         return _fewer_views(requested)
@@ -222,10 +225,10 @@ def cheaper(requested: DefocusSettings) -> list[DefocusSettings]:
         level = _level(requested, quality, scale)
         if level not in levels:
             levels.append(level)
-    return levels
+    return tuple(levels)
 
 
-def _fewer_views(requested: DefocusSettings) -> list[DefocusSettings]:
+def _fewer_views(requested: DefocusSettings) -> Levels:
     levels = [requested]
     for views, scale in (*((n, 1.0) for n in _FULL_VIEWS), *_FEW_VIEWS):
         level = replace(
@@ -235,7 +238,7 @@ def _fewer_views(requested: DefocusSettings) -> list[DefocusSettings]:
         )
         if level not in levels:
             levels.append(level)
-    return levels
+    return tuple(levels)
 
 
 def quickest(requested: DefocusSettings) -> DefocusSettings:
@@ -244,9 +247,9 @@ def quickest(requested: DefocusSettings) -> DefocusSettings:
     return replace(cheaper(replace(requested, method=method))[-1], proxy=1.0)
 
 
-def on_the_way(requested: DefocusSettings) -> list[DefocusSettings]:
+def on_the_way(requested: DefocusSettings) -> Levels:
     """Return the settings to show before the whole picture at rest, the fastest first."""
-    return _fewer_views(requested)[:0:-1] if requested.method.needs_scene else [between(requested)]
+    return cheaper(requested)[:0:-1] if requested.method.needs_scene else (between(requested),)
 
 
 def is_better(one: DefocusSettings, other: DefocusSettings, requested: DefocusSettings) -> bool:
@@ -258,6 +261,7 @@ def is_better(one: DefocusSettings, other: DefocusSettings, requested: DefocusSe
     return ranks[0] < ranks[1]
 
 
+@lru_cache(maxsize=64)
 def between(requested: DefocusSettings) -> DefocusSettings:
     """Return the settings of a smaller picture that is ready sooner."""
     return _level(requested, *_BETWEEN)

@@ -46,6 +46,8 @@ class Editing:
         self.auto_key = True
         self._frame = 0
         self._tried: Lens | None = None  # the lens changed at this frame only, without a key
+        # The lens that the keys of a shot give at a frame, asked for dozens of times a frame drawn.
+        self._keyed: tuple[Shot, int, Lens] | None = None
         self.performance: Performance | None = None  # set while a pull is recorded
         self._has_explained = False  # see `_explain`
         self._say = say
@@ -103,11 +105,14 @@ class Editing:
 
     @property
     def _keyed_lens(self) -> Lens:
-        try:
-            return self.shot.lens_at(self.frame)
-        except LensError as error:
-            self._say(Problem(error))
-            return self.shot.lens
+        shot, frame = self.shot, self.frame
+        if self._keyed is None or self._keyed[0] is not shot or self._keyed[1] != frame:
+            try:
+                self._keyed = shot, frame, shot.lens_at(frame)
+            except LensError as error:
+                self._say(Problem(error))
+                return shot.lens
+        return self._keyed[2]
 
     @property
     def has_lens(self) -> bool:

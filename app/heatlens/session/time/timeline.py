@@ -126,7 +126,8 @@ class Timeline(Commands):
     @property
     def timed_shot(self) -> Shot:
         """The shot with the present range of frames."""
-        return replace(self._editing.shot, frames=self.frames)
+        shot, frames = self._editing.shot, self.frames
+        return shot if shot.frames == frames else replace(shot, frames=frames)
 
     @property
     def played(self) -> FrameRange:
