@@ -13,12 +13,11 @@
 //
 // Inputs
 //   state_tx       r diameter |coc|, g share of content, 0..1
-//   rows_tx        columns only: output of the rows
 //   axis_scale     diameter along this axis / that of state_tx
 //   is_near        columns only: nearer surfaces are blurred more, not less
 // Outputs
-//   out_rows_img (rows)    r diameter times knowledge, g knowledge
-//   out_coc_img (columns)  diameter everywhere
+//   rows_diameter_buf, rows_weight_buf   of rows, inputs of columns: diameter times knowledge, and knowledge
+//   out_coc_img                          of columns: diameter everywhere
 
 // The functions of this file keep the contract of shaders/README.md.
 
@@ -70,11 +69,17 @@ Input input_at(ivec2 at) {
     return Input(state, vec2(state.r * state.g, state.g), state.r * state.g);
 }
 #else
-uniform sampler2D rows_tx;
+layout(std430) readonly buffer rows_diameter_block { float rows_diameter_buf[]; };
+layout(std430) readonly buffer rows_weight_block { float rows_weight_buf[]; };
 uniform bool is_near;
 
+vec2 rows_at(ivec2 at) {
+    int place = place_in_buffer(at);
+    return vec2(rows_diameter_buf[place], rows_weight_buf[place]);
+}
+
 Input input_at(ivec2 at) {
-    vec2 state = texelFetch(state_tx, at, 0).rg, rows = texelFetch(rows_tx, in_strips(at), 0).rg;
+    vec2 state = texelFetch(state_tx, at, 0).rg, rows = rows_at(at);
     vec2 known = mix(ROW_TRUST * rows, vec2(state.r, 1.0), state.g);
     return Input(state, known, mix(ROW_TRUST * rows.r, rows.r / max(rows.g, 1e-8), state.g));
 }
@@ -109,11 +114,12 @@ void clear_output(out Output o) { o.y = vec4(0.0); }
 void add_pole(inout Output o, int pole, Value y) { o.y += real_part(y); }
 
 #ifdef ROWS
-layout(rg32f) uniform writeonly image2D out_rows_img;
+layout(std430) writeonly buffer rows_diameter_block { float rows_diameter_buf[]; };
+layout(std430) writeonly buffer rows_weight_block { float rows_weight_buf[]; };
 void store(ivec2 at, Input here, Output o) {
-    vec4 row = o.y;
-    row.r = mix(row.r, row.b, here.state.g);
-    imageStore(out_rows_img, in_strips(at), row);
+    int place = place_in_buffer(at);
+    rows_diameter_buf[place] = mix(o.y.r, o.y.b, here.state.g);
+    rows_weight_buf[place] = o.y.g;
 }
 #else
 layout(r32f) uniform writeonly image2D out_coc_img;

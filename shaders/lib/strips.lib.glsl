@@ -8,12 +8,25 @@
 
 uniform int picture_height;
 
+int place_in_strips(ivec2 at) {
+    return (at.x / STRIP_COLUMNS * picture_height + at.y) * STRIP_COLUMNS + at.x % STRIP_COLUMNS;
+}
+
 ivec2 in_strips(ivec2 at) {
 #ifdef STRIPS
-    int row = at.x / STRIP_COLUMNS * picture_height + at.y;
-    int texel = row * STRIP_COLUMNS + at.x % STRIP_COLUMNS;
+    int texel = place_in_strips(at);
     return ivec2(texel % STRIP_TEXELS, texel / STRIP_TEXELS);
 #else
     return at;
+#endif
+}
+
+// The same in a buffer of floats: in strips, or in blocks of 2 x 4 pixels, the 32 bytes that a GPU moves at once.
+int place_in_buffer(ivec2 at) {
+#ifdef STRIPS
+    return place_in_strips(at);
+#else
+    int block = (at.x >> 1) * ((picture_height + 3) >> 2) + (at.y >> 2);
+    return 8 * block + 2 * (at.y & 3) + (at.x & 1);
 #endif
 }

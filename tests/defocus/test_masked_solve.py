@@ -113,8 +113,7 @@ def blurred(
 def filled(solver: LineSolver, plate: Plate, mask: TileMask | None) -> FloatArray:
     ctx, size = solver._ctx, plate.coc.shape[::-1]
     state, out = new_texture(ctx, size, 2), new_texture(ctx, size, 1)
-    rows = new_texture(ctx, solver.between_size(size), 2)
-    rows.write(b"\xff" * (rows.width * rows.height * 8))
+    rows = tuple(ctx.buffer(b"\xff" * CocFillPass.rows_bytes(size)) for _ in range(2))
     upload(state, np.stack([plate.coc, plate.known], axis=-1))
     upload(out, np.full(plate.coc.shape, UNTOUCHED))
     list(CocFillPass(solver).steps(state, CUT, (1.0, 1.0), rows, out, mask))

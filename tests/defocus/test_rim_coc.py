@@ -29,7 +29,7 @@ def filled(
     """Return the coc of a layer with this (H, W) diameter as far as it is known, 0..1."""
     size = diameter.shape[1::-1]
     state, out = new_texture(ctx, size, 2), new_texture(ctx, size, 1)
-    rows = new_texture(ctx, solver.between_size(size), 2)
+    rows = tuple(ctx.buffer(reserve=CocFillPass.rows_bytes(size)) for _ in range(2))
     upload(state, np.stack([diameter, known], axis=-1).astype(np.float32))
     list(CocFillPass(solver).steps(state, cut, (1.0, 1.0), rows, out))
     return download(out).reshape(diameter.shape)

@@ -115,7 +115,7 @@ class ContractProbe(LineSolver):
             (1, band.count),
             textures=band.given.textures,
             images=band.given.images,
-            buffers={"laws_block": laws},
+            buffers={"laws_block": laws, **band.given.buffers},
             uniforms=band.given.uniforms,
         )
         numbers = np.frombuffer(laws.read(), np.float32)
@@ -137,10 +137,10 @@ def blurred(ctx: moderngl.Context, probe: ContractProbe, kernel_name: str, rng) 
 
 def filled(ctx: moderngl.Context, probe: ContractProbe, rng) -> None:
     """Have the probe solve the lines that extend a circle of confusion."""
-    state, rows = (new_texture(ctx, SIZE, 2) for _ in range(2))
-    out = new_texture(ctx, SIZE, 1)
+    state, out = (new_texture(ctx, SIZE, channels) for channels in (2, 1))
     upload(state, rng.random((*SIZE[::-1], 2), np.float32) * np.float32([9.0, 1.0]))
-    upload(rows, rng.random((*SIZE[::-1], 2), np.float32))
+    words = CocFillPass.rows_bytes(SIZE) // 4
+    rows = tuple(ctx.buffer(rng.random(words, np.float32).tobytes()) for _ in range(2))
     cut = LayerCut(NEARER_THAN_ALL, FARTHER_THAN_ALL)
     for _ in CocFillPass(probe).steps(state, cut, (1.0, 1.3), rows, out):
         pass

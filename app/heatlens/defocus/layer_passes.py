@@ -8,12 +8,13 @@ import moderngl
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.layer_plan import LayerPlan
-from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
+from heatlens.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
 from heatlens.defocus.tile_mask import TileList, TileMask, tile_count
-from heatlens.gpu.program import ComputeProgram, StorageBuffer, pixel_groups
+from heatlens.gpu.program import ComputeProgram, StorageBuffer, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
+from heatlens.gpu.shader_constants import STRIP_COLUMNS
 
 
 @dataclass(frozen=True)
@@ -207,28 +208,31 @@ class CocFillPass:
         state: moderngl.Texture,
         cut: LayerCut,
         axis_scales: tuple[float, float],
-        rows: moderngl.Texture,
+        rows: tuple[StorageBuffer, StorageBuffer],
         out_coc: moderngl.Texture,
         mask: TileMask | None = None,
         corner: tuple[int, int] | None = None,
     ) -> Iterator[None]:
         """Write a diameter to every pixel of `out_coc`, or only in the tiles of `mask`.
 
-        `rows` is scratch memory with two channels and the solver's `between_size`. `corner` is the
-        size of a layer that is in the corner of the textures.
+        `rows` is scratch memory of `rows_bytes` each. `corner` is the size of a layer that is in
+        the corner of the textures.
         """
         size = corner or state.size
         uniforms = {"kappa": 1.0, "is_near": cut.is_before_focus}
-        along_rows = Bindings(
-            {"state_tx": state}, {"out_rows_img": rows}, uniforms | {"axis_scale": axis_scales[0]}
-        )
-        along_columns = Bindings(
-            {"state_tx": state, "rows_tx": rows},
-            {"out_coc_img": out_coc},
-            uniforms | {"axis_scale": axis_scales[1]},
-        )
-        yield from self._solver.steps(self._SYSTEM, "rows", size, along_rows, mask)
-        yield from self._solver.steps(self._SYSTEM, "columns", size, along_columns, mask)
+        between = {"rows_diameter_block": rows[0], "rows_weight_block": rows[1]}
+        axes: tuple[Axis, Axis] = ("rows", "columns")
+        images: tuple[_Textures, ...] = {}, {"out_coc_img": out_coc}
+        for axis, written, scale in zip(axes, images, axis_scales, strict=True):
+            given = uniforms | {"axis_scale": scale}
+            bound = Bindings({"state_tx": state}, written, given, between)
+            yield from self._solver.steps(self._SYSTEM, axis, size, bound, mask)
+
+    @staticmethod
+    def rows_bytes(size: tuple[int, int]) -> int:
+        """Return the bytes of each buffer between rows and columns of a layer of this size."""
+        across = STRIP_COLUMNS * groups_for(size[0], STRIP_COLUMNS)  # lib/strips.lib.glsl
+        return 4 * across * 4 * groups_for(size[1], 4)
 
 
 class CompositePass:

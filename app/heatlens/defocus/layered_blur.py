@@ -24,7 +24,7 @@ from heatlens.defocus.highlight_pass import (
 )
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import layer_cuts
-from heatlens.defocus.layer_passes import HiddenScratch, Layer
+from heatlens.defocus.layer_passes import CocFillPass, HiddenScratch, Layer
 from heatlens.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.defocus.listed_fragments import ListedFragments
 from heatlens.defocus.optics import Optics
@@ -97,8 +97,8 @@ class LayerBlur:
             )
         self._scratch.passed("hidden fill")
         layer_coc = scratch.texture("layer coc", whole, 1)
-        between = self._passes.solver.between_size(whole)
-        rows = scratch.texture("coc fill rows", between, 2)
+        need = CocFillPass.rows_bytes(whole)
+        rows = scratch.buffer("coc fill diameters", need), scratch.buffer("coc fill weights", need)
         extend = self._passes.coc_fill.steps(
             state, plan.cut, optics.disc.spreads, rows, layer_coc, layer.mask, layer.size
         )

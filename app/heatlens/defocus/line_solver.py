@@ -8,7 +8,7 @@ A `LineSystem` names the network, a shader library that the solver's shader incl
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Literal, assert_never
 
@@ -16,7 +16,7 @@ import moderngl
 
 from heatlens.defocus.tile_mask import RUN_LEAST, TileMask, WholePictures, run_length
 from heatlens.gpu.context import is_software
-from heatlens.gpu.program import ComputeProgram, Image, groups_for
+from heatlens.gpu.program import ComputeProgram, Image, StorageBuffer, groups_for
 from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_TEXELS, TILE
 from heatlens.gpu.textures import enlarge, new_buffer
 
@@ -64,11 +64,12 @@ class LineSystem:
 
 @dataclass(frozen=True)
 class Bindings:
-    """The textures, images and uniforms of a system, by name."""
+    """The textures, images, uniforms and buffers of a system, by name."""
 
     textures: Mapping[str, Image] = field(default_factory=dict)
     images: Mapping[str, Image] = field(default_factory=dict)
     uniforms: Mapping[str, object] = field(default_factory=dict)
+    buffers: Mapping[str, StorageBuffer] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,7 @@ class LineSolver(ABC):
                 "line_length": length,
             }
             uniforms = {**bound.uniforms, **here, "picture_height": size[1]}
-            given = Bindings(bound.textures, bound.images, uniforms)
+            given = replace(bound, uniforms=uniforms)
             self._solve_band(Band(system, axis, length, count, given, tiles))
             yield
 
@@ -156,7 +157,7 @@ class LineSolver(ABC):
             (groups, 1),
             textures=band.given.textures,
             images=band.given.images,
-            buffers=self._buffers(band) | {"tile_mask_block": band.tiles.words},
+            buffers={"tile_mask_block": band.tiles.words, **self._buffers(band)},
             uniforms={**band.given.uniforms, **band.tiles.uniforms},
         )
 
@@ -174,15 +175,15 @@ class LineSolver(ABC):
         for first in range(0, lines, step):
             yield first, min(step, lines - first)
 
-    def _buffers(self, band: Band) -> dict[str, moderngl.Buffer]:
-        """Return the scratch buffers by their blocks, enlarged for longer lines."""
+    def _buffers(self, band: Band) -> dict[str, StorageBuffer]:
+        """Return all buffers by their blocks, those of scratch enlarged for longer lines."""
         for block, per_line in self._bytes_per_line(band.system, band.length).items():
             need = per_line * band.count
             if block not in self._scratch:
                 self._scratch[block] = new_buffer(self._ctx, need)
             elif self._scratch[block].size < need:
                 enlarge(self._ctx, self._scratch[block], need)
-        return dict(self._scratch)
+        return {**band.given.buffers, **self._scratch}
 
     def _program(self, shader: str, band: Band, **defines: object) -> ComputeProgram:
         key = (shader, band.system, band.axis, *sorted(defines.items()))
@@ -244,7 +245,7 @@ class PartitionSolver(LineSolver):
             segments,
             textures=band.given.textures,
             images=band.given.images,
-            buffers={"segment_block": segments},
+            buffers={"segment_block": segments, **band.given.buffers},
             uniforms=band.given.uniforms,
         )
 

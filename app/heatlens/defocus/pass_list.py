@@ -153,7 +153,7 @@ PASSES: tuple[Pass, ...] = (
         pass_costs.coc_fill_bytes,
         _own("layer coc"),
         ("layer state",),
-        _own("coc fill rows"),
+        {"coc fill diameters": "pixel list", "coc fill weights": "hidden blocks"},
         (LineSystem("lib/fill_system.lib.glsl"),),
     ),
     Pass(
