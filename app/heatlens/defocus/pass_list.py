@@ -103,7 +103,7 @@ PASSES: tuple[Pass, ...] = (
         pass_costs.highlights_listed_bytes,
         _own("highlight plan", "highlight sprite"),
         ("high", "lit pixels"),
-        _own("highlight tally", "highlight row", "highlight lit"),
+        _own("highlight row", "highlight lit") | {"highlight tally": "hidden blocks"},
     ),
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
@@ -131,7 +131,7 @@ PASSES: tuple[Pass, ...] = (
         | _comp("composite_begin"),
         pass_costs.tiles_bytes,
         _own("tile mask", "tile list", "line segments", "hidden bits"),
-        alone=_own("tile distance", "tile hider", "tile hole"),
+        alone=_own("tile hole") | {"tile distance": "pixel list", "tile hider": "hidden blocks"},
     ),
     Pass(
         "layer split",

@@ -39,7 +39,10 @@ class TileContent:
 
 @dataclass(frozen=True)
 class LayerTiles:
-    """The active tiles of a layer, as a mask and as a list, and room for its visible pixels."""
+    """The active tiles of a layer, as a mask and as a list, and room for its visible pixels.
+
+    The nearest layer, which nothing hides, has no room of its own.
+    """
 
     mask: TileMask
     listed: TileList
@@ -134,11 +137,12 @@ class TilePass:
 
     def _mark_seen(
         self, size: tuple[int, int], plans: list[LayerPlan], masks: BufferParts, scratch: Scratch
-    ) -> BufferParts:
-        bits = scratch.parts("hidden bits", len(plans), seen_bytes(size))
-        hiding = [plan.size(size) for plan in plans if not plan.cut.is_nearest]
-        self._seen.mark(hiding, masks, bits)
-        return bits
+    ) -> list[BufferPart]:
+        hidden = [plan.size(size) for plan in plans if not plan.cut.is_nearest]
+        count = max(len(hidden), 1)
+        bits = scratch.parts("hidden bits", count, seen_bytes(size))
+        self._seen.mark(hidden, masks, bits)
+        return [bits[min(n, count - 1)] for n in range(len(plans))]
 
 
 class SeenBitsPass:
