@@ -46,6 +46,8 @@ def test_pass_costs_counted_by_hand():
     assert frame_traffic("blur", work, 1).least == 16 + 4 + 16 + 16
     # Rows: state twice, kept, rows; columns: state and rows twice, kept, coc.
     assert frame_traffic("coc fill", work, 2).moved == 2 * ((16 + 10 + 8) + (32 + 10 + 4))
+    # Colour, coc and kind read; the layer and its state written.
+    assert frame_traffic("layer split", work, 2).moved == 2 * ((16 + 4 + 2) + (16 + 8))
     assert frame_traffic("composite", work, 3).moved == 3 * (16 + 16 + 16)
     proxy = frame_traffic("proxy", replace(work, proxy=0.5), 1)
     assert proxy.least == 4 * 16 + 4 + 16 + 4 + 8

@@ -9,8 +9,8 @@ All numbers are bytes per pixel. Work on listed pixels only (rims, hidden pixels
 the plate and is left out: such a pass is marked `at_least`. Work on layers is counted as if each
 layer covered the whole picture at full size: a pass that tile masks and smaller layers make cheaper
 is marked `at_most`. Drawing a scene is not included, because it depends on the triangles.
-Storage: picture rgba32f 16, coc r32f 4, kind r16f 2, fragments rgba16f 8 each, layer rgba32f 16,
-its state rg32f 8, poles rgba32ui 16 each.
+Storage: picture rgba32f 16, coc r32f 4, kind r16f 2, layer rgba32f 16, its state rg32f 8, poles
+rgba32ui 16 each.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from heatlens.defocus.line_solver import LineSystem, SolverName, SweepSolver
 from heatlens.defocus.tile_mask import seen_bytes
 from heatlens.gpu.shader_constants import HIGHLIGHT_LEVELS
 
-_COLOR, _COC, _STATE, _KIND, _FRAGMENT, _PLACE, _POLE_LAYER = 16, 4, 8, 2, 8, 8, 16
+_COLOR, _COC, _STATE, _KIND, _PLACE, _POLE_LAYER = 16, 4, 8, 2, 8, 16
 _AROUND = 2
 _TALLY = 4 * HIGHLIGHT_LEVELS  # a block of 8 x 8 pixels
 _LIT = 1 / 8  # a bit for each pixel that holds a highlight
@@ -144,8 +144,8 @@ def tiles_bytes(work: Work, runs: int) -> Traffic:
 
 
 def layer_split_bytes(work: Work, runs: int) -> Traffic:
-    """Count the picture and its fragments read, the layer and its state written."""
-    picture = _COLOR + _COC + _KIND + 2 * _FRAGMENT
+    """Count the picture read, the layer and its state written; fragments of rims are extra."""
+    picture = _COLOR + _COC + _KIND
     moved = runs * (picture + _COLOR + _STATE)
     return Traffic(moved, moved, at_least=True)
 
