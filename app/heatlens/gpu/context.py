@@ -130,8 +130,8 @@ def fill_new_with_nan(ctx: moderngl.Context) -> None:
 def _filled(make: Callable[..., object], fill: Callable[[Any], None]) -> Callable[..., Any]:
     def filling(*args: object, **options: object) -> object:
         made = make(*args, **options)
-        has_content = any(isinstance(a, bytes | memoryview) for a in args) or options.get("data")
-        if not has_content and not options.get("samples"):
+        content = [it for it in args if not isinstance(it, int | tuple | None)]
+        if not content and options.get("data") is None and not options.get("samples"):
             fill(made)
         return made
 
