@@ -7,6 +7,7 @@ import pytest
 
 from heatlens.defocus import tile_pass
 from heatlens.defocus.fragment_pass import Fragments
+from heatlens.defocus.layer_passes import CompositePass
 from heatlens.defocus.layer_plan import layer_plans
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import Slices
@@ -15,7 +16,7 @@ from heatlens.defocus.tile_mask import TileMask, seen_bytes, seen_words, tile_co
 from heatlens.defocus.tile_pass import SeenBitsPass, TilePass
 from heatlens.gpu.program import groups_for
 from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
-from heatlens.gpu.textures import BufferParts, new_texture, upload
+from heatlens.gpu.textures import BufferParts, download, new_texture, upload
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.model.shot.shot import Shot
@@ -211,3 +212,21 @@ def test_all_pixels_of_active_tiles_are_marked_as_seen_along_every_direction(ctx
             np.testing.assert_array_equal(seen_by_bits(words, k, size), expected)
         counted = np.unpackbits(words.view(np.uint8)).sum()
         assert counted == HIDDEN_DIRECTIONS * expected.sum()  # none beyond the edge
+
+
+@pytest.mark.parametrize("reduction", [1, 2, 4])
+def test_only_what_the_farthest_layer_leaves_is_made_black(ctx, rng, reduction):
+    size = 150, 70
+    optics = Optics(None, np.array([-3.0, 0.0, 2.0]))
+    (plan, *_) = layer_plans(ladder_of(optics.occupied_px), optics, size)
+    plan = replace(plan, reduction=reduction)
+    across, down = tile_count(plan.size(size))
+    active = rng.random((down, across)) < 0.5
+    words = ctx.buffer(active.astype(np.uint32).tobytes())
+    before = rng.random((size[1], size[0], 4)).astype(np.float32)
+    out = new_texture(ctx, size, 4)
+    upload(out, before)
+    CompositePass(ctx).begin(plan, TileMask(words, (across, down), words, words), out)
+    side = TILE * reduction
+    kept = active.repeat(side, axis=0).repeat(side, axis=1)[: size[1], : size[0], None]
+    np.testing.assert_array_equal(download(out), np.where(kept, before, (0.0, 0.0, 0.0, 1.0)))

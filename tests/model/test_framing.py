@@ -232,3 +232,12 @@ def test_a_damaged_framing_is_told_with_its_place(tmp_path, framing, said):
     with pytest.raises(InputError, match=said) as found:
         read_shot(path)
     assert str(path) in str(found.value)
+
+
+@given(tracks())
+def test_a_camera_that_stands_has_no_frames_of_keys(track):
+    shot = Shot(Lens(50.0, 2.0, 2.0, 36.0), framing=Framing(track=track))
+    frames = tuple(key.frame for key in track.keys)
+    assert shot.camera_key_frames == (frames if len(frames) > 1 else ())
+    assert replace(shot, framing=Framing()).camera_key_frames == ()
+    assert replace(shot, framing=None).camera_key_frames == ()

@@ -5,7 +5,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
-from heatlens.model.view.guides import MATTES, inner_rect, parse_aspect, scaled_rect
+from heatlens.model.view.guides import (
+    MATTES,
+    Canvas,
+    FrameLine,
+    inner_rect,
+    lines_of,
+    parse_aspect,
+    scaled_rect,
+)
 
 SIDES = st.floats(1.0, 4000.0)
 
@@ -33,3 +41,13 @@ def test_an_aspect_is_typed_as_people_write_it(text, aspect):
 def test_what_is_no_aspect_is_refused(text):
     with pytest.raises(InputError, match="not an aspect"):
         parse_aspect(text)
+
+
+def test_lines_are_those_of_the_size_else_of_the_shape():
+    names = ("another shape", "the shape", "the size", "the size again")
+    sizes = ((1920, 1200), (3840, 2160), (1920, 1080), (1920, 1080))
+    lines = [(FrameLine(name, (0.0, 0.0, 1.0, 1.0)),) for name in names]
+    canvases = [Canvas(*size, of) for size, of in zip(sizes, lines, strict=True)]
+    assert lines_of(canvases, 1920, 1080) == lines[2]
+    assert lines_of(canvases, 1280, 720) == lines[1]
+    assert lines_of(canvases, 1000, 1000) == ()

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.model.curves.curve import Curve, Key
 from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
-from heatlens.model.curves.key_reduction import reduced_keys
+from heatlens.model.curves.key_reduction import moving_part, reduced_keys
 
 DISTANCES = st.floats(0.2, 500.0)
 TOLERANCES = st.floats(1e-4, 0.5)
@@ -114,3 +114,20 @@ def test_a_tolerance_that_is_none_is_refused(tolerance):
 def test_a_distance_that_no_key_can_have_is_refused(distance_m):
     with pytest.raises(InputError):
         reduced_keys([(1, 2.0), (2, distance_m)], 0.1)
+
+
+@given(recordings(least=2), TOLERANCES)
+def test_what_stands_still_at_both_ends_is_left_out(samples, tolerance):
+    kept = moving_part(samples, tolerance)
+    at = samples.index(kept[0])
+    assert samples[at : at + len(kept)] == kept
+    for left_out, stays in ((samples[:at], kept[0]), (samples[at + len(kept) :], kept[-1])):
+        for _, distance_m in left_out:
+            assert abs(1 / distance_m - 1 / stays[1]) <= tolerance * (1 + 1e-9)
+
+
+def test_a_move_between_two_stands_begins_with_the_last_of_one_and_ends_with_the_first_of_other():
+    track = [2.0, 2.0, 2.0, 3.0, 4.0, 4.0, 4.0]
+    samples = list(enumerate(track, start=1001))
+    assert moving_part(samples, 1e-3) == samples[2:5]
+    assert moving_part(samples[:3], 1e-3) == samples[:3]  # nothing moves: all of it
