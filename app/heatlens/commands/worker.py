@@ -1,7 +1,6 @@
 """`heatlens worker`: make frames for exports on other machines, as a worker of a Dask cluster."""
 
 import argparse
-import asyncio
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import asdict, replace
@@ -44,6 +43,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Work until the scheduler ends."""
+    import asyncio  # here, because every export imports this module for what a worker is sent
+
     library()
     checked_address(args.address)
     if args.processes < 1:
