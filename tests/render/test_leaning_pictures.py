@@ -108,6 +108,22 @@ def test_the_bins_are_those_of_every_surface_less_the_lean(ctx):
     np.testing.assert_allclose(np.repeat(found.middles, found.counts), np.sort(all_), atol=step)
 
 
+def of_scene(renderer, lens: Lens, method: Method) -> np.ndarray:
+    renderer.load_scene(still_life())
+    settings = DefocusSettings(method=method, quality=Quality.FILM, views=256)
+    shot = Shot(lens, settings, framing=Framing(width_px=96, height_px=64))
+    return renderer.pixels(shot)[..., :3]
+
+
+SCENE_LENS = Lens(50.0, 1.4, 3.0, 36.0)
+
+
+@pytest.fixture(scope="module")
+def level(renderer) -> np.ndarray:
+    """Return the scene by rays through a lens that does not lean."""
+    return of_scene(renderer, SCENE_LENS, Method.RAYTRACED)
+
+
 @pytest.mark.parametrize(
     "lean",
     [
@@ -116,25 +132,17 @@ def test_the_bins_are_those_of_every_surface_less_the_lean(ctx):
         {"split_dioptres": 0.3, "split_softness": 0.1},
     ],
 )
-def test_the_blur_of_a_scene_is_that_of_rays(ctx, renderer, lean):
+def test_the_blur_of_a_scene_is_that_of_rays(ctx, renderer, level, lean):
     """Nearer to rays through the same lens than to those through a level one."""
-    renderer.load_scene(still_life())
-    lens = Lens(50.0, 1.4, 3.0, 36.0)
-    framing = Framing(width_px=96, height_px=64)
-
-    def seen(lens: Lens, method: Method) -> np.ndarray:
-        settings = DefocusSettings(method=method, quality=Quality.FILM, views=256)
-        return renderer.pixels(Shot(lens, settings, framing=framing))[..., :3]
-
-    leaning = replace(lens, **lean)
-    truth, level = seen(leaning, Method.RAYTRACED), seen(lens, Method.RAYTRACED)
-    error = np.abs(seen(leaning, Method.DIFFUSION) - truth).mean()
+    leaning = replace(SCENE_LENS, **lean)
+    truth = of_scene(renderer, leaning, Method.RAYTRACED)
+    error = np.abs(of_scene(renderer, leaning, Method.DIFFUSION) - truth).mean()
     assert error < 0.5 * np.abs(level - truth).mean()
     if "split_dioptres" in lean:
         with pytest.raises(InputError, match="no split diopter: use raytraced"):
-            seen(leaning, Method.ACCUMULATION)
+            of_scene(renderer, leaning, Method.ACCUMULATION)
     else:
-        error = np.abs(seen(leaning, Method.ACCUMULATION) - truth).mean()
+        error = np.abs(of_scene(renderer, leaning, Method.ACCUMULATION) - truth).mean()
         assert error < 0.25 * np.abs(level - truth).mean()  # noise, which falls with more views
 
 

@@ -4,6 +4,7 @@ The card is flat and faces the camera, so that its distance and its place are kn
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -20,6 +21,21 @@ def _pattern(x, y, seed):
     waves = np.random.default_rng(seed).normal(0, 9, (3, 6, 3))
     lit = [sum(np.sin(a * x + b * y + c) for a, b, c in wave) for wave in waves]
     return np.stack([*(0.4 + 0.05 * it for it in lit), np.ones_like(x)], -1).clip(0.02, 4)
+
+
+def _pixels():
+    return np.meshgrid(np.arange(WIDTH) + 0.5, np.arange(HEIGHT) + 0.5)
+
+
+def _rays():
+    column, row = _pixels()
+    return (column - WIDTH / 2) / FOCAL_PX, (row - HEIGHT / 2) / FOCAL_PX
+
+
+@cache
+def _wall():
+    x, y = _rays()
+    return _pattern(x * WALL_M, y * WALL_M, 1)
 
 
 @dataclass(frozen=True)
@@ -50,15 +66,13 @@ class Walk:
         return self.post[0] <= x <= self.post[1] or not (0 <= x < WIDTH and 0 <= y < HEIGHT)
 
     def plate(self, frame) -> Plate:
-        column, row = np.meshgrid(np.arange(WIDTH) + 0.5, np.arange(HEIGHT) + 0.5)
-        ray_x, ray_y = (column - WIDTH / 2) / FOCAL_PX, (row - HEIGHT / 2) / FOCAL_PX
+        (column, _), (ray_x, ray_y) = _pixels(), _rays()
         x, y, distance_m = self.at(frame)
-        color = _pattern(ray_x * WALL_M, ray_y * WALL_M, 1)
-        depth = np.full((HEIGHT, WIDTH), WALL_M)
+        color, depth = _wall().copy(), np.full((HEIGHT, WIDTH), WALL_M)
         u, v = ray_x * distance_m - x, ray_y * distance_m - y
         is_card = (np.abs(u) < HALF_M) & (np.abs(v) < HALF_M)
-        card = np.full_like(color, 0.5) if self.is_plain else _pattern(u, v, 2)
-        color[is_card], depth[is_card] = card[is_card], distance_m
+        color[is_card] = 0.5 if self.is_plain else _pattern(u[is_card], v[is_card], 2)
+        depth[is_card] = distance_m
         is_post = (column > self.post[0]) & (column < self.post[1])
         color[is_post], depth[is_post] = (0.2, 0.15, 0.1, 1.0), POST_M
         grain = np.random.default_rng(frame).normal(0, self.grain, (*color.shape[:2], 3))
