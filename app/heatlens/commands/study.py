@@ -14,6 +14,7 @@ from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.measure.compared_pictures import Picture, read_picture
+from heatlens.measure.metrics import flip_library
 from heatlens.measure.study import measured as references
 from heatlens.measure.study.folder import (
     PAGE,
@@ -22,14 +23,7 @@ from heatlens.measure.study.folder import (
     report_folder,
     write_report,
 )
-from heatlens.measure.study.measured import (
-    Reference,
-    Report,
-    Subject,
-    check_measurable,
-    cut,
-    measure_all,
-)
+from heatlens.measure.study.measured import Reference, Report, Subject, cut, measure_all
 from heatlens.measure.study.pictures import check_chart, crop_boxes
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import VIEWS_MAX, DefocusSettings, Method
@@ -126,7 +120,7 @@ def _study(args: argparse.Namespace) -> None:
     checked_target(args.output)
     check_page()
     check_chart()
-    check_measurable()
+    flip_library("study")
     truth = None if args.truth is None else read_picture(args.truth)
     subject = _subject(args)
     methods = _chosen(args, subject)

@@ -2,7 +2,9 @@
 
 import contextlib
 import io
+import os
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -71,9 +73,16 @@ def nonfinite_count(rgb: FloatImage) -> int:
     return int(np.count_nonzero(~np.isfinite(rgb).all(axis=-1)))
 
 
+def flip_library(extra: str) -> ModuleType:
+    """Import FLIP. Raises InputError that says to install it with an extra of heatlens."""
+    # On a busy machine its threads would wait for each other 20 times as long as they compute.
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # is read when the library is loaded
+    return import_extra("flip_evaluator", "FLIP", extra)
+
+
 def flip_evaluation(result: FloatImage, truth: FloatImage, kind: str, **options: object) -> Any:
     """Return (map, mean, parameters) of the FLIP library; `kind` is LDR (sRGB) or HDR (linear)."""
-    library = import_extra("flip_evaluator", "FLIP", "compare")
+    library = flip_library("compare")
     options = {"applyMagma": False, "inputsRGB": kind == "LDR"} | options
     with contextlib.redirect_stdout(io.StringIO()):  # some of its versions report progress there
         return library.evaluate(truth, result, kind, **options)

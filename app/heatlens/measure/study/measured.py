@@ -14,7 +14,6 @@ from statistics import median
 import numpy as np
 
 from heatlens.base.errors import GpuError
-from heatlens.base.extras import import_extra
 from heatlens.gpu.stopwatch import run_seconds
 from heatlens.gpu.textures import download
 from heatlens.measure.compared_pictures import Picture, shared_region
@@ -168,11 +167,6 @@ class Rows:
 
     rows: tuple[Row, ...]
     left_out: tuple[str, ...]
-
-
-def check_measurable() -> None:
-    """Raise InputError if the package that measures FLIP is not installed."""
-    import_extra("flip_evaluator", "FLIP", "study")
 
 
 def measure_all(
