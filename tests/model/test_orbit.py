@@ -204,7 +204,7 @@ def test_a_camera_of_the_shot_goes_before_one_of_the_scene():
     assert track_of(scene, Framing(camera="two", track=STILL), LENS) == STILL
     with pytest.raises(InputError, match="three"):
         track_of(scene, Framing(camera="three"), LENS)
-    assert started_framing(scene, (64, 36)) == Framing(64, 36, "one")
+    assert started_framing(scene) == Framing(camera="one")
 
 
 def test_without_a_camera_the_whole_of_a_small_scene_is_seen():

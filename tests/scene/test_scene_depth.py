@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from heatlens.base.errors import InputError
 from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.coc_line import depth_at_m
 from heatlens.render import FrameRenderer, drained
 from heatlens.scene.scene import Scene
-from heatlens.scene.scene_bounds import started_framing
 from heatlens.scene.scene_read import read_scene
 from support.session_files import write_scene
 
@@ -32,7 +32,7 @@ def scene(tmp_path_factory) -> Scene:
 @pytest.fixture(scope="module")
 def shot(scene) -> Shot:
     settings = DefocusSettings(quality=Quality.DRAFT, method=Method.ACCUMULATION, views=4)
-    return Shot(Lens(50.0, 2.0, 3.0, 36.0), settings, framing=started_framing(scene, SIZE))
+    return Shot(Lens(50.0, 2.0, 3.0, 36.0), settings, framing=Framing(*SIZE))
 
 
 @pytest.fixture(scope="module")

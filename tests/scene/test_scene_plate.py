@@ -11,18 +11,18 @@ from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.shot import Shot
 from heatlens.model.value_bins import bins_of
 from heatlens.plate.coc_line import depth_at_m
 from heatlens.plate.plate import Plate, ReadPixels
 from heatlens.render import FrameRenderer
-from heatlens.scene.scene_bounds import started_framing
 from heatlens.scene_gpu import scene_plate
 from support.scenes import still_life
 
 SIZE = (80, 48)
 SCENE = still_life()
-SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0), framing=started_framing(SCENE, SIZE))
+SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0), framing=Framing(*SIZE))
 
 
 @pytest.fixture

@@ -4,10 +4,10 @@ import moderngl
 import pytest
 
 from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
-from heatlens.scene.scene_bounds import started_framing
 from support.scenes import still_life
 
 
@@ -15,7 +15,7 @@ from support.scenes import still_life
 def test_the_pinhole_picture_of_the_scene_before_is_given_back(ctx, method):
     scene, renderer = still_life(), FrameRenderer(ctx)
     settings = DefocusSettings(quality=Quality.DRAFT, method=method, views=2)
-    shot = Shot(Lens(50, 2, 3, 36), settings, framing=started_framing(scene, (48, 27)))
+    shot = Shot(Lens(50, 2, 3, 36), settings, framing=Framing(48, 27))
     renderer.load_scene(scene)
     first = renderer.pixels(shot, 1)
     before = renderer.loaded

@@ -96,21 +96,6 @@ class LineSolver(ABC):
         self._scratch: dict[str, moderngl.Buffer] = {}
         self._whole = WholePictures(ctx)
 
-    def solve(
-        self,
-        system: LineSystem,
-        axis: Axis,
-        size: tuple[int, int],
-        bound: Bindings,
-        mask: TileMask | None = None,
-    ) -> None:
-        """Solve `system` along `axis` of a picture of `size` (width, height).
-
-        With a `mask` only its tiles are solved, as if there were nothing around them.
-        """
-        for _ in self.steps(system, axis, size, bound, mask):
-            pass
-
     def steps(
         self,
         system: LineSystem,
@@ -119,7 +104,11 @@ class LineSolver(ABC):
         bound: Bindings,
         mask: TileMask | None = None,
     ) -> Iterator[None]:
-        """Do what `solve` does in short steps, so that a window can answer in between."""
+        """Solve `system` along `axis` of a picture of `size` (width, height).
+
+        With a `mask` only its tiles are solved, as if there were nothing around them. The steps are
+        short, so that a window can answer in between.
+        """
         length, lines = size if axis == "rows" else size[::-1]
         tiles = mask or self._whole.mask(size)
         for first, count in self._bands(system, length, lines):

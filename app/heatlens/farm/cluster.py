@@ -36,9 +36,9 @@ _LOOK_S = 2.0  # interval between checks for lost workers
 _TASKS_OF_A_WORKER, _FRAMES_MOST = 4, 8  # tasks are short, so that all workers end at one time
 
 
-def library(module: str = "distributed") -> Any:
+def library() -> Any:
     """Import Dask. Raises InputError that says what to install."""
-    found = import_extra(module, "A cluster", "cluster")
+    found = import_extra("distributed", "A cluster", "cluster")
     for name in ("distributed", "distributed.client"):  # they would log every lost connection
         logging.getLogger(name).setLevel(logging.CRITICAL)
     return found

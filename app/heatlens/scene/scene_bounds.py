@@ -1,7 +1,6 @@
 """Measure a scene and its objects, and place a camera to see them."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -152,7 +151,6 @@ def subject_m(scene: Scene) -> Array | None:
     return np.asarray(corners[int(near.argmax())])
 
 
-def started_framing(scene: Scene, size: tuple[int, int] | None = None) -> Framing:
+def started_framing(scene: Scene) -> Framing:
     """Return the first framing of a scene: the picture of its first camera."""
-    framing = Framing() if size is None else Framing(*size)
-    return replace(framing, camera=scene.cameras[0].name) if scene.cameras else framing
+    return Framing(camera=scene.cameras[0].name) if scene.cameras else Framing()
