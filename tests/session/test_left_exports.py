@@ -63,7 +63,7 @@ def test_a_window_that_comes_back_follows_the_export_that_it_left(tmp_path, wall
     run = session.files.exports.run
     until(session, lambda: run.is_busy, "the export")
     if made == "none":
-        wait_for(lambda: run.state.frames)
+        wait_for(lambda: "has under way" in run.state.said)  # and counted what is finished
         os.kill(worker, signal.SIGCONT)
     until(session, lambda: not run.is_busy, "its end")
     assert run.state.code == 0 and run.state.done == COUNT, run.state.said
