@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.plate.deep.stacked import Surface, stacked
+from heatlens.plate.deep.stacked import Surface, farthest_m, stacked
 from heatlens.plate.fragments import SAME_DEPTH, FragmentLists
 
 COVERS = [0.0, 0.25, 0.5, 1.0]
@@ -93,3 +93,17 @@ def test_an_opaque_surface_twice_is_one(second_m):
     color = np.ones((1, 1, 4), np.float32)
     twice = [Surface(color, np.full((1, 1), z, np.float32)) for z in (2.0, second_m)]
     assert stacked(twice).lists is None
+
+
+@given(stacks())
+def test_the_farthest_is_the_last_of_a_pixels_list_else_what_is_seen(surfaces):
+    made = stacked(surfaces)
+    found = farthest_m(Surface(made.color, made.depth_m, made.lists)).ravel()
+    expected = made.depth_m.copy().ravel()
+    for pixel in range(6 if made.lists is not None else 0):
+        begin, end = (int(it) >> 1 for it in made.lists.starts[pixel : pixel + 2])
+        if begin < end:
+            last = made.lists.dioptres[end - 1]
+            expected[pixel] = np.float32(1.0) / last if last > 0 else np.inf
+    np.testing.assert_array_equal(found, expected)
+    assert np.all(found >= made.depth_m.ravel() * (1 - 1e-6))

@@ -36,3 +36,16 @@ def test_one_slow_step_changes_nothing():
         pace.took(1.0)  # a program was built
         pace.took(0.01)
     assert pace.share == 1.0
+
+
+def test_two_slow_steps_in_a_row_halve_and_many_quick_ones_double():
+    pace = Pace()
+    pace.took(2 * MOST_S)
+    assert pace.share == 1.0
+    pace.took(2 * MOST_S)
+    assert pace.share == 0.5
+    for _ in range(31):
+        pace.took(QUICK_S / 2)
+    assert pace.share == 0.5
+    pace.took(QUICK_S / 2)
+    assert pace.share == 1.0

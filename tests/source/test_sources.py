@@ -11,6 +11,7 @@ from heatlens.export.job import ExportJob
 from heatlens.export.output import parse_output
 from heatlens.export.plan import planned
 from heatlens.model.lens.lens import Lens
+from heatlens.model.marks.marks import PointMark
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import Method
 from heatlens.model.shot.shot import Shot
@@ -159,3 +160,14 @@ def _opened(text: str):
     found = opener.poll()
     opener.close()
     return found
+
+
+def test_a_mark_is_measured_on_every_plate_and_a_missing_one_is_that_before_it(tmp_path):
+    for frame, depth_m in ((1001, 2.0), (1002, 3.0), (1004, 5.0)):
+        depth = np.full((8, 12), depth_m, np.float32)
+        color = {name: np.ones((8, 12), np.float32) for name in "RGB"}
+        write_file(tmp_path / f"wall.{frame}.exr", color | {"Z": depth})
+    source, told = source_named(str(tmp_path / "wall.####.exr"), PlateOptions()), []
+    found = source.distances_m(Shot(LENS), PointMark("wall", 4, 4), told.append)
+    assert found == pytest.approx({1001: 2.0, 1002: 3.0, 1003: 3.0, 1004: 5.0})
+    assert ["wall" in line for line in told] == [True] * 4 and "1003" in told[2]
