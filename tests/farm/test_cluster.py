@@ -28,9 +28,23 @@ def cluster(tmp_path_factory):
         yield found
 
 
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory):
+    with dask_cluster(tmp_path_factory.mktemp("scheduler"), workers=0) as found:
+        yield found
+
+
 @pytest.fixture
-def lost(tmp_path):
-    """A cluster of its own, whose parts are killed."""
+def lost(scheduler):
+    """A cluster whose workers and exports are killed."""
+    scheduler.work("worker 0")
+    yield scheduler
+    scheduler.stop(but=("scheduler",))
+
+
+@pytest.fixture
+def own(tmp_path):
+    """A cluster of which the scheduler is killed too, or what it says is read."""
     with dask_cluster(tmp_path / "cluster", workers=1) as found:
         yield found
 
@@ -188,27 +202,27 @@ def test_a_killed_worker_loses_nothing(capsys, many, tmp_path, lost, made):
 
 
 def test_a_worker_that_dies_with_its_answer_is_not_awaited(
-    capsys, shot_file, tmp_path, lost, monkeypatch
+    capsys, shot_file, tmp_path, own, monkeypatch
 ):
     """The scheduler would wait for it for ever; another one makes its frames."""
     exported(capsys, shot_file, tmp_path / "whole" / "n.####.exr")
     answer_of, wait = cluster_export.answer_of, ClusterMaker._wait_for_workers
 
     def worker_dies_first(*of):
-        if "worker 0" in lost._running:
-            lost.kill("worker 0")
-            wait_for(lambda: "Lost all workers" in lost.said("scheduler"))
+        if "worker 0" in own._running:
+            own.kill("worker 0")
+            wait_for(lambda: "Lost all workers" in own.said("scheduler"))
         return answer_of(*of)
 
     def another_comes(maker):
-        if "worker 0" not in lost._running and "another" not in lost._running:
-            lost.work("another")
+        if "worker 0" not in own._running and "another" not in own._running:
+            own.work("another")
         wait(maker)
 
     monkeypatch.setattr(cluster_export, "PATIENCE_S", 1)
     monkeypatch.setattr(cluster_export, "answer_of", worker_dies_first)
     monkeypatch.setattr(ClusterMaker, "_wait_for_workers", another_comes)
-    words = "--cluster", lost.address, "--fetch"
+    words = "--cluster", own.address, "--fetch"
     said = exported(capsys, shot_file, tmp_path / "out" / "n.####.exr", *words)
     assert "no worker is there yet" in said
     assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")
@@ -293,18 +307,18 @@ def test_a_connection_that_breaks_in_the_middle_of_an_answer_is_told():
 
 
 @pytest.mark.parametrize("made", [1, 7])
-def test_a_scheduler_that_dies_is_told_and_nothing_is_lost(capsys, many, tmp_path, lost, made):
+def test_a_scheduler_that_dies_is_told_and_nothing_is_lost(capsys, many, tmp_path, own, made):
     exported(capsys, many, tmp_path / "whole" / "n.####.exr")
     out = tmp_path / "out"
-    export = lost.export("export", many, "-o", out / "n.####.exr", "--chunk", 2)
+    export = own.export("export", many, "-o", out / "n.####.exr", "--chunk", 2)
     wait_for(lambda: len(list(out.glob("n.*"))) >= made)
-    lost.kill("scheduler")
+    own.kill("scheduler")
     assert export.wait(60) == 2
-    assert "The scheduler has gone" in lost.said("export").splitlines()[-1]
-    assert lost.ended("worker 0") == 0 and "the scheduler has ended" in lost.said("worker 0")
-    lost.schedule()
-    lost.work()
-    lost.exported(many, "-o", out / "n.####.exr")
+    assert "The scheduler has gone" in own.said("export").splitlines()[-1]
+    assert own.ended("worker 0") == 0 and "the scheduler has ended" in own.said("worker 0")
+    own.schedule()
+    own.work()
+    own.exported(many, "-o", out / "n.####.exr")
     assert files_in(out) == files_in(tmp_path / "whole")
 
 

@@ -30,8 +30,15 @@ LAST = FIRST + 5
 FRAMES = frozenset(range(FIRST, LAST + 1))
 
 
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    with dask_cluster(tmp_path_factory.mktemp("cluster"), workers=1) as found:
+        yield found
+
+
 @pytest.fixture
-def cluster(tmp_path):
+def own(tmp_path):
+    """A cluster of its own, whose parts are killed."""
     with dask_cluster(tmp_path / "cluster", workers=1) as found:
         yield found
 
@@ -142,14 +149,12 @@ def test_a_running_frame_that_is_recalled_is_given_up_between_two_steps(begin, r
 
 
 @pytest.mark.parametrize("lost", ["worker 0", "scheduler"])
-def test_the_window_renders_what_is_missing_once_the_cluster_has_gone(
-    begin, cluster, tmp_path, lost
-):
+def test_the_window_renders_what_is_missing_once_the_cluster_has_gone(begin, own, tmp_path, lost):
     pattern = sequence_files(tmp_path, FIRST, LAST)
     here = filled(begin(pattern))
-    session = begin(pattern, cluster.address)
+    session = begin(pattern, own.address)
     at_work(session)
-    cluster.kill(lost)
+    own.kill(lost)
     until(session, lambda: not session.time.pull.cluster.is_at_work, "the loss")
     said = "No worker is at" if lost == "worker 0" else "The scheduler at"
     until(session, lambda: session.messages.text.startswith(said), "the sentence")
@@ -160,12 +165,12 @@ def test_the_window_renders_what_is_missing_once_the_cluster_has_gone(
 
 
 @pytest.mark.parametrize("moment", range(3))
-def test_a_worker_killed_in_the_middle_loses_no_frame(begin, cluster, tmp_path, moment):
+def test_a_worker_killed_in_the_middle_loses_no_frame(begin, own, tmp_path, moment):
     pattern = sequence_files(tmp_path, FIRST, LAST)
     here = filled(begin(pattern))
-    session = begin(pattern, cluster.address)
+    session = begin(pattern, own.address)
     until(session, lambda: len(session.time.pull.rendered) >= moment, "some frames")
-    cluster.kill("worker 0")
+    own.kill("worker 0")
     there = filled(session)
     assert here.keys() == there.keys()
     assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
@@ -206,38 +211,38 @@ def test_a_plate_that_no_worker_can_read_is_rendered_here(begin, cluster, tmp_pa
     assert len(said) == 1 and "worker tcp://" in said[0] and f"{FIRST + 2}" in said[0]
 
 
-def test_workers_that_draw_otherwise_have_keys_of_their_own(begin, cluster, tmp_path, monkeypatch):
+def test_workers_that_draw_otherwise_have_keys_of_their_own(begin, own, tmp_path, monkeypatch):
     """All frames of a shot come from one driver; what was rendered here is not replaced."""
     pattern = sequence_files(tmp_path, FIRST, LAST)
     here = filled(begin(pattern))
     session = begin(pattern)
     monkeypatch.setattr(type(session.time.pull.jobs), "driver", ("another driver", "4.6", "sweep"))
-    place = ExportPlace(Where.CLUSTER, scheduler=cluster.address)
+    place = ExportPlace(Where.CLUSTER, scheduler=own.address)
     session.preferences.change(export_place=place)
     at_work(session)
     until(session, lambda: session.time.pull.jobs.program, "the program of the worker")
     there = filled(session)
     assert not here.keys() & there.keys()
-    cluster.kill("worker 0")
+    own.kill("worker 0")
     until(session, lambda: not session.time.pull.jobs.program, "the loss")
     assert filled(session).keys() == here.keys()
 
 
-def test_a_worker_that_dies_with_its_answer_is_not_awaited(begin, cluster, tmp_path, monkeypatch):
+def test_a_worker_that_dies_with_its_answer_is_not_awaited(begin, own, tmp_path, monkeypatch):
     """The scheduler would wait for it for ever; the frames are rendered here."""
     choose = frame_cluster._Service._choose
 
     def worker_dies_first(service):
-        if "worker 0" in cluster._running and any(
+        if "worker 0" in own._running and any(
             told.status == "finished" for told in service._programs.values()
         ):
-            cluster.kill("worker 0")
-            wait_for(lambda: "Lost all workers" in cluster.said("scheduler"))
+            own.kill("worker 0")
+            wait_for(lambda: "Lost all workers" in own.said("scheduler"))
         choose(service)
 
     monkeypatch.setattr(farm_cluster, "PATIENCE_S", 1)
     monkeypatch.setattr(frame_cluster._Service, "_choose", worker_dies_first)
-    session = begin(sequence_files(tmp_path, FIRST, LAST), cluster.address)
+    session = begin(sequence_files(tmp_path, FIRST, LAST), own.address)
     until(session, lambda: "No worker" in session.time.pull.cluster.told, "the loss")
     filled(session)
 
@@ -328,16 +333,16 @@ def test_a_hand_that_moves_recalls_the_whole_picture(begin, cluster, tmp_path, u
 
 
 def test_a_worker_that_dies_leaves_the_whole_picture_to_this_machine(
-    begin, cluster, tmp_path, uploaded
+    begin, own, tmp_path, uploaded
 ):
     here = whole(begin(large(tmp_path)), 1.3)
-    session = resting(begin, tmp_path / "room.exr", cluster)
+    session = resting(begin, tmp_path / "room.exr", own)
     settled(session)
-    stopped(cluster)
+    stopped(own)
     before = len(uploaded)
     session.lens.commands.focus(1.3)
     until(session, lambda: session.pictures.live.elsewhere.is_waiting, "rest")
-    cluster.kill("worker 0")
+    own.kill("worker 0")
     np.testing.assert_array_equal(here, whole(session, 1.3))
     assert len(uploaded) == before
 

@@ -78,8 +78,8 @@ class DaskCluster:
         process.send_signal(how)
         process.wait(PATIENCE_S)
 
-    def stop(self) -> None:
-        for name in list(self._running):
+    def stop(self, but: Sequence[str] = ()) -> None:
+        for name in self._running.keys() - set(but):
             self.kill(name)
 
 
