@@ -1,4 +1,5 @@
-// Makes the picture black where the farthest layer is not active, which replaces what is there elsewhere.
+// Makes the picture black outside the active tiles of the farthest layer. That layer is composited first and
+// replaces whatever is in its own tiles.
 //
 // Output
 //   out_color_img   rgb so far: 0; a 1

@@ -10,7 +10,7 @@
 // Outputs
 //   out_low_img       the light to diffuse
 //   out_high_img      rgb removed light, a signed coc, of pixels with a highlight only
-//   lit_buf           which pixels these are (lib/lit_bits.lib.glsl); before, 0
+//   lit_buf           which pixels these are (lib/lit_bits.lib.glsl); highlight_luminance has set it to 0
 //   out_around_img    luminance of the surroundings, a pixel for 2 x 2, for hidden_fill.comp.glsl;
 //                     NO_HIGHLIGHT on bright surfaces
 //   low_fragment_buf  with LISTS: a copy of the fragments, which lose their highlights here. A highlight behind

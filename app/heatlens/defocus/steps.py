@@ -11,7 +11,7 @@ Steps = Generator[str, None, Result]
 
 
 class Turn(NamedTuple):
-    """Which of several pictures of equal work is made: `before` are done, of `pictures`."""
+    """The turn of one of `pictures` that take equally long: `before` of them are done."""
 
     before: int
     pictures: int

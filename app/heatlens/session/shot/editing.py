@@ -46,7 +46,7 @@ class Editing:
         self.auto_key = True
         self._frame = 0
         self._tried: Lens | None = None  # the lens changed at this frame only, without a key
-        # The lens that the keys of a shot give at a frame, asked for dozens of times a frame drawn.
+        # The lens that the keys of a shot give at a frame; drawing the window asks for it often.
         self._keyed: tuple[Shot, int, Lens] | None = None
         self.performance: Performance | None = None  # set while a pull is recorded
         self._has_explained = False  # see `_explain`
