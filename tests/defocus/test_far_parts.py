@@ -5,11 +5,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.far_parts import FAR_FROM_PX, with_far_cut
 from heatlens.defocus.far_zones import tiles_near
+from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.quality import unused_behind_notes
 from heatlens.gpu.shader_constants import FAR_BLOCK, TILE
 from heatlens.model.lens.opening_image import OpeningImage
@@ -18,7 +21,7 @@ from heatlens.model.shot.shot import Shot
 from heatlens.plate.behind import with_behind
 from heatlens.plate.plate import Plate
 from support.lamps import HALF_ROUNDING
-from support.layers import ladder_of
+from support.layers import ladder_of, membership
 from support.opening_images import image_of
 from support.plates import FAR_M, FOCUS_M, Image, lens_blurring, plate_of, room
 
@@ -92,6 +95,25 @@ def test_layers_begin_anew_behind_the_focus(layers, ends):
     for farther, nearer in pairwise(found):
         assert farther.near == nearer.far and nearer.near.at_px < nearer.far.at_px
     assert FAR_FROM_PX in [layer.near.at_px for layer in found]
+
+
+@given(
+    st.lists(st.floats(-300, 300), max_size=30),
+    st.floats(2.001 * FAR_FROM_PX, 300),
+    st.lists(st.floats(-300, -1.6), max_size=8).map(sorted),
+    st.integers(1, LAYERS_MAX),
+)
+@example([-90.0, -50.0, -30.0, -20.0, -5.0, 0.0], 4.0, [-80.0, -40.0, -25.0, -10.0], LAYERS_MAX)
+def test_the_far_field_gets_its_cut_in_any_layers(cocs, farthest, gaps, layers):
+    """Also where the first layer holds all of it and the near side fills the layers."""
+    coc = np.sort(np.array([*cocs, farthest]))
+    ends = np.array(gaps)[:, None] + np.array([-0.05, 0.05])
+    found = with_far_cut(layer_cuts(coc, ends, layers), 1.0)
+    assert len(found) <= LAYERS_MAX
+    assert FAR_FROM_PX in [layer.near.at_px for layer in found]
+    assert found[0].is_farthest and found[-1].near.at_px <= min(coc[0], FAR_FROM_PX)
+    share = sum(membership(layer, coc) for layer in found)
+    np.testing.assert_allclose(share, 1.0, atol=0.05)  # cuts at 1.3 and 1.5 px overlap a little
 
 
 def test_a_surface_that_only_a_side_of_the_lens_sees_appears(ctx, renderer):

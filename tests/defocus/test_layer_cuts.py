@@ -5,20 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.defocus.layer_cuts import FIRST_CUT_PX, FIRST_SOFTNESS_PX, Cut, LayerCut, layer_cuts
-from support.layers import LADDER_PX, ladder_of
+from heatlens.defocus.layer_cuts import FIRST_CUT_PX, FIRST_SOFTNESS_PX, layer_cuts
+from support.layers import LADDER_PX, ladder_of, membership
 
 COCS = st.lists(st.floats(-300, 300), min_size=1, max_size=40).map(lambda v: np.sort(np.array(v)))
-
-
-def nearer_than(cut: Cut, coc: np.ndarray) -> np.ndarray:
-    """Compute it as lib/layer.lib.glsl does."""
-    t = np.clip((coc - cut.at_px + cut.half_width_px) / (2 * cut.half_width_px), 0, 1)
-    return 1 - t * t * (3 - 2 * t)
-
-
-def membership(layer: LayerCut, coc: np.ndarray) -> np.ndarray:
-    return np.clip(nearer_than(layer.far, coc) - nearer_than(layer.near, coc), 0, 1)
 
 
 @given(COCS, st.integers(1, 7))

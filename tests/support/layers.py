@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from heatlens.defocus.layer_cuts import LayerCut, layer_cuts
+from heatlens.defocus.layer_cuts import Cut, LayerCut, layer_cuts
 from heatlens.model.shot.settings import LAYERS_MAX
 
 _PLACES_PX = np.array([-62.5, -25.0, -10.0, -4.0])
@@ -14,3 +14,14 @@ def ladder_of(
 ) -> list[LayerCut]:
     """Return the layers of a picture with these gaps."""
     return layer_cuts(occupied_px, LADDER_PX * proxy, layers_max, proxy)
+
+
+def nearer_than(cut: Cut, coc: np.ndarray) -> np.ndarray:
+    """Compute it as lib/layer.lib.glsl does."""
+    t = np.clip((coc - cut.at_px + cut.half_width_px) / (2 * cut.half_width_px), 0, 1)
+    return 1 - t * t * (3 - 2 * t)
+
+
+def membership(layer: LayerCut, coc: np.ndarray) -> np.ndarray:
+    """Return which share of each coc belongs to `layer`."""
+    return np.clip(nearer_than(layer.far, coc) - nearer_than(layer.near, coc), 0, 1)

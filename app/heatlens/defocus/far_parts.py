@@ -40,7 +40,11 @@ def is_in_parts(optics: Optics, settings: DefocusSettings) -> bool:
 
 
 def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
-    """Return the layers, far to near, with an additional cut where the far field begins."""
+    """Return the layers, far to near, with an additional cut where the far field begins.
+
+    If that makes too many layers, the new cut replaces its neighbour: the farther one, because the
+    far field blurs what lies behind the cut by itself, or the nearer one where none is farther.
+    """
     at_px = FAR_FROM_PX * proxy
     cut = Cut(at_px, at_px * _SOFTNESS)
     number = next((i for i, layer in enumerate(cuts) if layer.near.at_px < at_px), None)
@@ -51,7 +55,10 @@ def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
     if before and far.far.at_px < 2 * at_px:  # too close to the next cut, which it replaces
         before, far = before[:-1], replace(before[-1], near=cut)
     if len(before) + 2 + len(after) > LAYERS_MAX:
-        before, far = before[:-1], replace(far, far=before[-1].far)
+        if before:
+            before, far = before[:-1], replace(far, far=before[-1].far)
+        else:
+            near, after = replace(near, near=after[0].near), after[1:]
     return [*before, far, near, *after]
 
 
