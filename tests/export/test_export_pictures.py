@@ -6,6 +6,7 @@ import pytest
 from heatlens.base.errors import InputError
 from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import srgb_transform, view_transform
+from heatlens.commands.main import main
 from heatlens.documents.shot_file import write_shot
 from heatlens.export.burn_in import USUAL, _font, burn_in_text, burned_in, checked_template
 from heatlens.model.lens.lens import Lens
@@ -25,7 +26,7 @@ from support.exports import (
     write_plate,
     write_plates,
 )
-from support.exr_files import window
+from support.exr_files import window, write_file
 from support.plates import coc_plate_of, plate_of, room
 from support.written_pictures import pixels
 
@@ -37,6 +38,12 @@ def light(path) -> np.ndarray:
     """Return the colours (H, W, 3) of an EXR."""
     channels = exr(path)[1]
     return np.stack([channels[name] for name in "RGB"], axis=-1).astype(np.float32)
+
+
+def write_exr_plate(path, color: np.ndarray) -> None:
+    """Write a plate of one depth, which the lens leaves sharp."""
+    channels = {name: color[..., i] for i, name in enumerate("RGB")}
+    write_file(path, channels | {"Z": np.full(color.shape[:2], 2, np.float32)})
 
 
 def codes(display: np.ndarray) -> np.ndarray:
@@ -68,6 +75,19 @@ def test_what_nobody_asked_for_is_as_in_the_window(capsys, shot_file, tmp_path):
     shown = view_transform(config, *names).apply_cpu(light(tmp_path / "n.exr"))
     assert np.abs(pixels(tmp_path / "n.png") - codes(shown)).max() < 1
     assert f"seen through {config.default_view} on {config.default_display}" in said
+
+
+@pytest.mark.parametrize("look", [(), PLAIN, ("--exposure=1.5", "--gamma=1.3")])
+def test_render_and_export_give_the_same_values(capsys, tmp_path, look):
+    """In every pixel of a picture with many colours: both ask the shader of the window."""
+    color = np.random.default_rng(3).uniform(0, 2, (400, 600, 3)).astype(np.float32)
+    plate = tmp_path / "p.1001.exr"
+    write_exr_plate(plate, color)
+    lens = ("--focal-length=50", "--f-stop=2", "--focus-distance=2", "--sensor-width=36")
+    assert main(["render", str(plate), "-o", str(tmp_path / "r.png"), *lens, *look]) == 0
+    capsys.readouterr()
+    exported(capsys, plate, tmp_path / "e.####.png", *lens, *look, "--frames=1001")
+    np.testing.assert_array_equal(pixels(tmp_path / "r.png"), pixels(tmp_path / "e.1001.png"))
 
 
 def test_any_view_of_a_config(capsys, shot_file, tmp_path):

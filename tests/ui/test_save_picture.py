@@ -126,6 +126,20 @@ def test_the_png_looks_as_the_window_does(gui, tmp_path):
     assert np.abs(found[..., :3] - plain).max() > 5  # the view was not sRGB's plain curve
 
 
+def test_the_png_is_that_of_the_command(gui, capsys, plate, tmp_path):
+    gui.settled()
+    save(gui, "window.png")
+    assert finished(gui).startswith("Saved")
+    now, defocus = gui.session.facts.lens, gui.session.facts.shot.defocus
+    words = ["--f-stop", now.f_stop, "--focus-distance", now.focus_distance_m]
+    words += ["--squeeze", now.squeeze, "--quality", defocus.at_quality, "--proxy", defocus.proxy]
+    render(capsys, plate, tmp_path / "command.png", *words)
+    window, command = (
+        np.asarray(Image.open(tmp_path / f"{it}.png")) for it in ("window", "command")
+    )
+    np.testing.assert_array_equal(window, command)
+
+
 def test_a_view_beyond_0_to_1_is_clipped_not_wrapped(tmp_path):
     light = np.array([[[-3.0, 0.5, 40.0]]], np.float32)
     write_png(tmp_path / "a.png", light, encode=lambda rgb: rgb)

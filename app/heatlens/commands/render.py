@@ -29,6 +29,8 @@ from heatlens.commands.output.picture_progress import picture_progress
 from heatlens.commands.output.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.sources.source_commands import commands_for
+from heatlens.display.display_values import DisplayValues
+from heatlens.export.job import DisplayLook
 from heatlens.files.atomic_file import check_space, make_folder
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.shot.settings import DefocusSettings
@@ -118,7 +120,7 @@ def _render(args: argparse.Namespace) -> None:
     settings = settings_of(args)
     refuse_unused(args, str(args.plate), settings.method)
     wanted = _kept_names(args, settings)
-    encode = _encode(args)
+    look = _look(args)
     renderer = headless_renderer()
     renderer.stopwatch.on = args.stats
     shot, frame = commands_for(args.plate).load(args, renderer, settings)
@@ -140,7 +142,7 @@ def _render(args: argparse.Namespace) -> None:
             *(args.output, pixels, plate, lens, settings.proxy),
             half=not args.float,
             compression=args.compression or plate.compression or "zip",
-            encode=encode,
+            encode=srgb_encoded if look is None else _encode(look, renderer),
             more_channels=_depth_beside(args, plate),
             more_attributes=kept_attributes,
             kept_channels=kept,
@@ -206,19 +208,19 @@ def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[st
     return kept_names(args, single_source(args.plate, options), options, settings.proxy)
 
 
-def _encode(args: argparse.Namespace) -> Encode:
-    """Return the encoding for the output: the view transform, which an EXR does not use."""
+def _look(args: argparse.Namespace) -> DisplayLook | None:
+    """Return the look of the output; None for an EXR, which stays scene-linear."""
     if _is_exr(args):
-        return srgb_encoded
+        return None
     options = plate_options(args)
     header = color_header(single_source(args.plate, options).first_file, options)
-    look = display_look(args, header)
+    return display_look(args, header)
 
-    def encode(light: FloatArray) -> FloatArray:
-        say_seen_through(look.transform)
-        return look.transform.apply_cpu(light, look.exposure_stops, look.gamma)
 
-    return encode
+def _encode(look: DisplayLook, renderer: FrameRenderer) -> Encode:
+    """Return the encoding for the output: the view transform, as an export has it."""
+    say_seen_through(look.transform)
+    return DisplayValues(renderer.ctx, look.transform, look.exposure_stops, look.gamma).encode
 
 
 def _say_stats(renderer: FrameRenderer, at: tuple[float, float, float, float]) -> None:

@@ -9,14 +9,14 @@ from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.far_guess import FAR_PARTS
-from heatlens.display.display_pass import DisplayPass
+from heatlens.display.display_values import DisplayValues
 from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.frame_files import RenderedFrame, frame_timecode
 from heatlens.export.job import DisplayLook
 from heatlens.export.pinhole_plate import pinhole_plate
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.sequence_check import Remark, SequenceCheck
-from heatlens.gpu.textures import download, new_texture
+from heatlens.gpu.textures import download
 from heatlens.model.shot.settings import Quality
 from heatlens.model.view.guides import (
     LINE_OPACITY,
@@ -45,33 +45,16 @@ class ShownPictures:
     """
 
     def __init__(self, ctx: moderngl.Context, look: DisplayLook) -> None:
-        self._ctx = ctx
-        self._look = look
-        self._pass = DisplayPass(ctx)
-        self._pass.set_transform(look.transform)
-        self._out: moderngl.Texture | None = None
-        nothing = np.zeros((1, 1, 3), np.float32)
-        self._black = look.transform.apply_cpu(nothing, look.exposure_stops, look.gamma)[0, 0]
+        self._values = DisplayValues(ctx, look.transform, look.exposure_stops, look.gamma)
+        self._black = self._values.encode(np.zeros((1, 1, 3), np.float32))[0, 0]
 
     def of(self, picture: moderngl.Texture, plate: Plate, proxy: float) -> FloatImage:
         """Return display values (H, W, 3) of `picture`, which is `plate` rendered at `proxy`."""
-        out = self._texture(picture.size)
-        self._pass.run(picture, out, self._look.exposure_stops, self._look.gamma)
-        shown = download(out)[..., :3]
-        return in_display_window(shown, plate, proxy, outside=self._black)
-
-    def _texture(self, size: tuple[int, int]) -> moderngl.Texture:
-        if self._out is None or self._out.size != size:
-            if self._out is not None:
-                self._out.release()
-            self._out = new_texture(self._ctx, size, 4, label="display values")
-        return self._out
+        return in_display_window(self._values.of(picture), plate, proxy, outside=self._black)
 
     def release(self) -> None:
         """Delete all objects of OpenGL."""
-        self._pass.release()
-        if self._out is not None:
-            self._out.release()
+        self._values.release()
 
 
 class FrameRendering:

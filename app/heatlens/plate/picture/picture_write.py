@@ -26,6 +26,7 @@ from heatlens.plate.windows import moved_to_window
 
 _FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
 EYE_SUFFIXES = tuple(_FORMATS)
+Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display values
 Whole = TypeVar("Whole", np.uint8, np.uint16)
 _OPTIONS: dict[str, dict[str, object]] = {
     "JPEG": {"quality": 95},
@@ -36,7 +37,7 @@ _OPTIONS: dict[str, dict[str, object]] = {
 def write_png(
     path: str | os.PathLike[str],
     rgba: FloatImage,
-    encode: Callable[[FloatImage], FloatImage] = srgb_encoded,
+    encode: Encode = srgb_encoded,
 ) -> None:
     """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4).
 
@@ -44,11 +45,19 @@ def write_png(
     not opaque, PNG and TIFF hold alpha with unpremultiplied colour, and JPEG shows the picture over
     black. Raises InputError if the file cannot be written.
     """
-    kind = picture_format(path)
-    light = _straight(rgba, keep_alpha=kind != "JPEG")
+    write_image(path, shown_image(rgba, encode, keeps_alpha(Path(path).suffix)))
+
+
+def shown_image(rgba: FloatImage, encode: Encode, keep_alpha: bool = True) -> Image.Image:
+    """Return what `write_png` writes; without `keep_alpha` over black."""
+    light = _straight(rgba, keep_alpha)
     shown = np.concatenate([encode(light[:, :, :3]), light[:, :, 3:]], axis=2)
-    image = Image.fromarray(quantised(shown, np.uint8))
-    write_whole(path, encoded_picture(image, kind))
+    return Image.fromarray(quantised(shown, np.uint8))
+
+
+def write_image(path: str | os.PathLike[str], image: Image.Image) -> None:
+    """Write `image` in the format of the suffix. Raises InputError if that fails."""
+    write_whole(path, encoded_picture(image, picture_format(path)))
 
 
 def picture_format(path: str | os.PathLike[str]) -> str:
@@ -57,6 +66,11 @@ def picture_format(path: str | os.PathLike[str]) -> str:
     if kind is None:
         raise InputError(f"{path}: pictures are written as {', '.join(_FORMATS)}.")
     return kind
+
+
+def keeps_alpha(suffix: str) -> bool:
+    """Return whether files with this suffix hold alpha."""
+    return _FORMATS.get(suffix.lower()) != "JPEG"
 
 
 def encoded_picture(image: Image.Image, kind: str, **options: object) -> bytes:
@@ -90,7 +104,6 @@ def quantised(display: FloatImage, kind: type[Whole], white: int | None = None) 
 
 
 PICTURE_SUFFIXES = (".exr", *EYE_SUFFIXES)
-Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display values
 
 
 def write_picture(
@@ -117,8 +130,7 @@ def write_picture(
     """
     make_folder(path.parent)
     if path.suffix.lower() in EYE_SUFFIXES:
-        shown = in_display_window(pixels, plate, proxy)
-        write_png(path, shown if plate.has_alpha else shown[..., :3], encode=encode)
+        write_image(path, seen_image(pixels, plate, proxy, encode, keeps_alpha(path.suffix)))
         return
     names = "RGBA" if plate.has_alpha else "RGB"
     write_exr(
@@ -132,6 +144,17 @@ def write_picture(
         compression=compression,
         kept=kept_channels,
     )
+
+
+def seen_image(
+    pixels: FloatImage, plate: Plate, proxy: float, encode: Encode, keep_alpha: bool = True
+) -> Image.Image:
+    """Return `pixels`, (H, W, 4) premultiplied at `proxy` scale, as an image of 8 bits.
+
+    It shows the display window; `encode` and `keep_alpha` are those of `shown_image`.
+    """
+    shown = in_display_window(pixels, plate, proxy)
+    return shown_image(shown if plate.has_alpha else shown[..., :3], encode, keep_alpha)
 
 
 def check_output(path: Path, plate: Path, *beside: Path) -> None:

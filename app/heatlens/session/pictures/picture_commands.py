@@ -13,11 +13,20 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from PIL import Image
+
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
-from heatlens.plate.picture.picture_write import Encode, check_output, write_picture
+from heatlens.plate.picture.picture_write import (
+    EYE_SUFFIXES,
+    check_output,
+    keeps_alpha,
+    seen_image,
+    write_image,
+    write_picture,
+)
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.preview.shown import Shown
 from heatlens.scene.scene_read import files_of_scene
@@ -27,6 +36,7 @@ from heatlens.session.pictures.picture_view import PictureDisplay
 from heatlens.session.shared import Commands, Shared
 
 _TIMEOUT_S = 20.0
+CLIPBOARD_SUFFIX = ".png"
 
 
 @dataclass(frozen=True)
@@ -183,7 +193,7 @@ class PictureCommands(Commands, Worker):
     def _write(self, shown: Shown, path: Path | None) -> None:
         plate = self._source.plate
         assert plate is not None  # the picture is whole
-        self._writer.start(partial(saved, snapshot(shown, plate, self._look.encode), path))
+        self._writer.start(partial(saved, snapshot(shown, plate, self._look, path), path))
 
     def close(self) -> None:
         """Wait until a file that is being written is finished."""
@@ -192,20 +202,31 @@ class PictureCommands(Commands, Worker):
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A complete picture, the same as from `heatlens render`, and the look of the view."""
+    """A complete picture, the same as from `heatlens render`.
+
+    image  what the window shows of it, for every file but an EXR
+    """
 
     pixels: FloatImage
     plate: Plate
     lens: Lens
     proxy: float
-    encode: Encode
+    image: Image.Image | None
 
 
-def snapshot(shown: Shown, plate: Plate, encode: Encode) -> Snapshot:
-    """Read the picture back; call this on the thread of the GL context."""
+def snapshot(shown: Shown, plate: Plate, look: PictureDisplay, path: Path | None) -> Snapshot:
+    """Read the picture back for `path`, or the clipboard; call this on the thread of OpenGL."""
     shot = shown.shot
-    pixels = download(shown.texture)
-    return Snapshot(pixels, plate, shot.lens_at(shown.frame), shot.defocus.proxy, encode)
+    pixels, proxy, lens = download(shown.texture), shot.defocus.proxy, shot.lens_at(shown.frame)
+    suffix = CLIPBOARD_SUFFIX if path is None else path.suffix.lower()
+    if suffix not in EYE_SUFFIXES:
+        return Snapshot(pixels, plate, lens, proxy, None)
+    values = look.values(shown.texture.ctx)
+    try:
+        image = seen_image(pixels, plate, proxy, values.encode, keeps_alpha(suffix))
+    finally:
+        values.release()
+    return Snapshot(pixels, plate, lens, proxy, image)
 
 
 def saved(picture: Snapshot, path: Path | None) -> str:
@@ -227,13 +248,14 @@ def _sources(path: Path) -> tuple[Path, ...]:
 
 
 def _write(picture: Snapshot, path: Path) -> None:
-    write_picture(
-        path, picture.pixels, picture.plate, picture.lens, picture.proxy, encode=picture.encode
-    )
+    if picture.image is None:
+        write_picture(path, picture.pixels, picture.plate, picture.lens, picture.proxy)
+    else:
+        write_image(path, picture.image)
 
 
 def _copy(picture: Snapshot) -> None:
     with tempfile.TemporaryDirectory(prefix="heatlens-") as folder:
-        path = Path(folder) / "picture.png"
+        path = Path(folder) / f"picture{CLIPBOARD_SUFFIX}"
         _write(picture, path)
         copy_png(path, sys.platform, os.environ, shutil.which)

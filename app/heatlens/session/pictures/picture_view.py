@@ -6,13 +6,13 @@ The view transform is chosen by name and rebuilt on change; its faults are only 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
+import moderngl
 
 from heatlens.base.errors import HeatlensError
 from heatlens.color.color_config import ColorConfig, default_view, load_color_config
 from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
+from heatlens.display.display_values import DisplayValues
 from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.model.shot.grade import Grade
 from heatlens.model.view.view import NO_GRADE, Compare, DisplayOptions, ViewState
@@ -166,7 +166,7 @@ class PictureDisplay:
         look = DisplayOptions() if self._color.config is None else named
         return replace(look, gamma=view.gamma, exposure_stops=view.exposure_stops)
 
-    def encode(self, light: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return scene-linear light (H, W, 3 or 4) as display values."""
+    def values(self, ctx: moderngl.Context) -> DisplayValues:
+        """Return what converts scene-linear light to the display values of the window."""
         view = self.view.state.exposed_through(self._editing.lens)
-        return self._color.transform.apply_cpu(light, view.exposure_stops, view.gamma)
+        return DisplayValues(ctx, self._color.transform, view.exposure_stops, view.gamma)
