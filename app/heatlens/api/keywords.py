@@ -109,6 +109,7 @@ class ReadingOptions(TypedDict, total=False):
     picture_curve: Curve
     eye: str | None
     despike: bool
+    lift_highlights_stops: float
     strict: bool
     neighbours: int | None
     depth_model: str | None

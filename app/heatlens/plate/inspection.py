@@ -31,6 +31,7 @@ from heatlens.plate.header.channels import (
 from heatlens.plate.header.primaries import HeaderPrimaries, header_primaries
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.parts.picture_parts import FOR_THE_EYE
+from heatlens.plate.picture.highlights import clipped_note
 from heatlens.plate.plate import CameraHeader, Plate, depth_span
 from heatlens.plate.read import depth_of, read_color, read_plate
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
@@ -213,6 +214,9 @@ def _color_facts(
         color, notes = read_color(path, parts, choice)
         facts["noise"] = noise = noise_of(color)
         facts["notes"] = [*choice.notes, *notes, *noise_doubt(noise, str(path), DESPIKE_HELPS)]
+        is_for_eye = parts[choice.rgb[0].part][0].get(FOR_THE_EYE)
+        if is_for_eye and not options.lift_highlights_stops:
+            facts["notes"] += clipped_note(color, str(path))
     except InputError as error:
         facts["problem"] = str(error)
     return choice, facts

@@ -44,6 +44,8 @@ from heatlens.plate.header.placement import rigid_at
 from heatlens.plate.mattes.cutout import with_cutout
 from heatlens.plate.mattes.mattes import with_flat_depth
 from heatlens.plate.parts.header_read import carried
+from heatlens.plate.parts.picture_parts import FOR_THE_EYE
+from heatlens.plate.picture.highlights import lifted
 from heatlens.plate.picture.portrait import focused_as_taken
 from heatlens.plate.plate import FloatImage, Plate, read_pixels
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
@@ -57,6 +59,11 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     """
     path, options = Path(path), options or PlateOptions()
     plate, behind = _file_read(path, options)
+    if options.lift_highlights_stops and not plate.attributes.get(FOR_THE_EYE):
+        raise InputError(
+            f"{path}: its light is not clipped at white, as that of pictures and movies of whole "
+            "numbers is: leave --lift-highlights out."
+        )
     plate = with_flat_depth(plate, options.flat_depth)
     plate = replace(plate, world_to_camera=rigid_at(plate.attributes, options.scene_unit_m))
     for number, other in enumerate(behind_paths(path, options)):
@@ -99,6 +106,8 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
     aspect, aspect_notes = pixel_aspect_of(path, header)
     depth = depth_of(path, parts, choice, options)
     notes = *choice.notes, *color_notes, *aspect_notes, *depth.notes
+    if header.get(FOR_THE_EYE) and options.lift_highlights_stops:
+        color = lifted(color, options.lift_highlights_stops)
     if options.despike:
         notes += despike_note(color, depth.values, str(path))
     is_coc = depth.report.convention.facts.is_coc

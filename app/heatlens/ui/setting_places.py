@@ -40,8 +40,8 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     ),
     "Plate": (
         *("channel", "convention", "near", "far", "kind", "scene unit", "in metres"),
-        *("colour layer", "take out bright grains", "flat depth", "never blur", "only blur"),
-        "neighbours",
+        *("colour layer", "take out bright grains", "highlights", "flat depth"),
+        *("never blur", "only blur", "neighbours"),
     ),
     "Scene": ("camera", "clip", "size", "up axis", "unit"),
     "Export": (

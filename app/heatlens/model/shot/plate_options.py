@@ -21,6 +21,8 @@ from heatlens.model.units import parse_scene_unit_m
 
 SPIKE_FROM = 2.0  # ratio to the brightest neighbour from which a pixel is a spike
 SPIKE_WHOLE = 4.0  # ratio from which it is removed entirely
+LIFT_STOPS_MOST = 10.0
+_LIFT = "The stops by which highlights are lifted"
 
 
 class PictureCurve(StrEnum):
@@ -74,6 +76,8 @@ class PlateOptions:
     picture_curve    of PNG, JPEG and TIFF
     eye              view of a stereo file; None: the first, or that of `color_layer`
     despike          replace lone pixels that are far too bright, see `plate.grain.despike`
+    lift_highlights_stops  how much brighter than white clipped light was, see
+                     `plate.picture.highlights`; 0: as it is
     strict           refuse ambiguous input, instead of choosing the likelier reading
     neighbours       frames on either side whose surfaces are used; None: 2 if the camera is known
     depth_model      a network that estimates the depth, in place of a depth that is stored
@@ -172,6 +176,15 @@ class PlateOptions:
         "median of these: fireflies of a path tracer, which become discs out of focus. Lamps "
         "of one pixel without a depth of their own are lost too; denoising is better",
     )
+    lift_highlights_stops: float = option_field(
+        0.0,
+        "lift highlights",
+        "make light that a picture of whole numbers clips at white so many stops brighter, so that "
+        "its lamps glow out of focus; light up to 0.9 of white stays (try 3)",
+        metavar="STOPS",
+        least=0,
+        most=LIFT_STOPS_MOST,
+    )
     strict: bool = option_field(
         False,
         "strict",
@@ -253,10 +266,12 @@ class PlateOptions:
         }
         for name, kind in kinds.items():
             object.__setattr__(self, name, _member(kind, name, getattr(self, name)))
-        told = options_of(PlateOptions)["neighbours"]
-        if self.neighbours is not None and not told.allows(self.neighbours):
-            span = f"{told.least:g} to {told.most:g}"
-            raise InputError(f"Neighbours must be {span}, got {self.neighbours}.")
+        told = options_of(PlateOptions)
+        for name, words in (("neighbours", "Neighbours"), ("lift_highlights_stops", _LIFT)):
+            value = getattr(self, name)
+            if value is not None and not told[name].allows(value):
+                span = f"{told[name].least:g} to {told[name].most:g}"
+                raise InputError(f"{words} must be {span}, got {value:g}.")
         if not 0 < self.scene_unit_m < math.inf:
             raise InputError(
                 f"The scene unit must be a number of metres above 0, got {self.scene_unit_m:g}."

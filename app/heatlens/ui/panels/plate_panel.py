@@ -15,6 +15,7 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
 from heatlens.model.value_bins import DepthHistogram
 from heatlens.plate.header.channel_choice import color_layers_among, depth_channels_first
+from heatlens.plate.parts.picture_parts import FOR_THE_EYE
 from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.session.messages import window_words
 from heatlens.ui import probe, theme, widgets
@@ -193,11 +194,23 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
     tip = "Removes single pixels far brighter than their neighbours, a fault of path tracers."
     despike = widgets.check("take out bright grains", options.despike, tip=tip)
     options = replace(options, despike=despike)
+    if plate.attributes.get(FOR_THE_EYE):
+        options = _highlights(options)
     if not plate.views:
         return options
     return replace(
         options, eye=_named("eye", options.eye, plate.views, "The view of a stereo file.")
     )
+
+
+def _highlights(options: PlateOptions) -> PlateOptions:
+    """Draw by how many stops light that is clipped at white is lifted."""
+    more = {float(stops): f"{stops} stops brighter" for stops in range(2, 7)}
+    words = {0.0: "stay at white", 1.0: "1 stop brighter"} | more
+    stops = options.lift_highlights_stops
+    words.setdefault(stops, f"{stops:g} stops brighter")
+    tip = "Light that the picture clips at white; lifted, its lamps glow out of focus."
+    return replace(options, lift_highlights_stops=widgets.pick("highlights", stops, words, tip))
 
 
 def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
