@@ -73,7 +73,11 @@ def test_workers_with_different_drivers_are_named(strict):
 
 
 def run(*words: object) -> "subprocess.CompletedProcess[str]":
-    line = [*HEATLENS, "export", *map(str, words)]
+    return run_words("export", *words)
+
+
+def run_words(*words: object) -> "subprocess.CompletedProcess[str]":
+    line = [*HEATLENS, *map(str, words)]
     return subprocess.run(line, capture_output=True, text=True, check=False, timeout=120)
 
 
@@ -101,3 +105,13 @@ def test_a_device_that_is_not_there(shot_file, tmp_path, words, expected):
     assert done.returncode == 2 and expected in done.stderr and "Traceback" not in done.stderr
     assert not list(tmp_path.glob(".heatlens-*"))
     assert "GLCONTEXT_DEVICE_INDEX" not in os.environ
+
+
+@pytest.mark.parametrize("command", ["render", "study", "bench", "serve"])
+def test_every_command_without_a_window_takes_a_device(tmp_path, command):
+    """With a number that no machine has, each says so before it works."""
+    words = {"render": ("demo", "-o", tmp_path / "a.exr"), "study": ("demo", "-o", tmp_path / "r")}
+    done = run_words(command, *words.get(command, ()), "--device", "99")
+    assert done.returncode == 2 and "--device counts the devices of EGL from 0" in done.stderr
+    done = run_words(command, *words.get(command, ()), "--device", "0,1")
+    assert done.returncode == 2 and "--device names 2 devices: give one." in done.stderr

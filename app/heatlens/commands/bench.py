@@ -17,6 +17,7 @@ from heatlens.commands.bench_scene import (
     level_sentences,
     run_scene,
 )
+from heatlens.commands.options.device_option import add_device_option, use_device
 from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import refuse_given, refuse_unused
 from heatlens.commands.options.scene_options import size_of
@@ -76,6 +77,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="WxH",
         help=f"pixels across and down (default {_SIZE[0]}x{_SIZE[1]})",
     )
+    add_device_option(parser)
     add_blur_options(parser)
     _add_measure_options(parser)
 
@@ -160,6 +162,7 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the requested measurements; progress goes to stderr, results to stdout."""
+    use_device(args)
     settings = settings_of(args)
     if not args.methods:  # else every method is measured with its own options
         refuse_unused(args, method=settings.method)

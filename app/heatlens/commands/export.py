@@ -13,8 +13,9 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.camera.ring_samples import sample_of_shot
 from heatlens.commands.export_options import add_export_options, job_of, part_of
+from heatlens.commands.options.device_option import use_device
 from heatlens.commands.options.display_options import say_seen_through
-from heatlens.commands.options.farm_options import renderer_of, use_device
+from heatlens.commands.options.farm_options import renderer_of
 from heatlens.commands.options.field_options import fill_fields
 from heatlens.commands.output.export_progress import failure_reported, progress_of
 from heatlens.commands.output.plate_words import (

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.color.color_config import load_color_config
+from heatlens.commands.options.device_option import add_device_option, use_device
 from heatlens.commands.options.display_options import (
     add_display_options,
     color_header,
@@ -95,6 +96,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--compression", choices=COMPRESSIONS, help="for EXR (default: as in the plate, or zip)"
     )
     add_keep_option(parser)
+    add_device_option(parser)
     parser.add_argument("--stats", action="store_true", help="print the time of each step")
     add_display_options(parser)
 
@@ -121,6 +123,7 @@ def _render(args: argparse.Namespace) -> None:
     refuse_unused(args, str(args.plate), settings.method)
     wanted = _kept_names(args, settings)
     look = _look(args)
+    use_device(args)
     renderer = headless_renderer()
     renderer.stopwatch.on = args.stats
     shot, frame = commands_for(args.plate).load(args, renderer, settings)

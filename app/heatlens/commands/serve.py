@@ -5,6 +5,7 @@ from threading import Event
 
 from heatlens.base.paths import preferences_dir, rendered_frames_dir
 from heatlens.base.stopping import StopSignals
+from heatlens.commands.options.device_option import add_device_option, use_device
 from heatlens.commands.output.say import say
 from heatlens.commands.view import (
     add_share_options,
@@ -47,6 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="what to open, as for `heatlens view`: a plate, a sequence, a scene or a shot "
         "(default: the demo)",
     )
+    add_device_option(parser)
     parser.add_argument(
         "--address",
         default="",
@@ -60,6 +62,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl-C."""
+    use_device(args)
     if not args.plate and args.listen is None:
         args.demo = True
     return open_with(args, lambda start: _serve(args, start))

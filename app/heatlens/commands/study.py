@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.commands.options.device_option import add_device_option, use_device
 from heatlens.commands.options.field_options import add_fields, settings_of
 from heatlens.commands.options.frame_command import add_frame_options, take_one_frame
 from heatlens.commands.options.given_options import refuse_unused
@@ -64,6 +65,7 @@ def _add_study_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="FOLDER", help="folder of the report"
     )
+    add_device_option(parser)
     group = parser.add_argument_group("what is compared")
     group.add_argument(
         "--truth", type=Path, metavar="TRUTH.exr", help="the picture that a perfect lens makes"
@@ -136,6 +138,7 @@ def _subject(args: argparse.Namespace) -> Subject:
     settings = settings_of(args)
     refuse_unused(args, str(args.plate))
     _check_truth(args, settings.views)
+    use_device(args)
     renderer = headless_renderer()
     shot, frame = commands_for(args.plate).load(args, renderer, settings)
     return Subject(args.plate.name, renderer, shot, frame)

@@ -11,7 +11,7 @@ from typing import Any
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.stopping import temporary_folder
 from heatlens.commands.export_options import job_of
-from heatlens.commands.options.farm_options import add_device_option, use_device
+from heatlens.commands.options.device_option import add_device_option, use_device
 from heatlens.commands.options.value_types import whole
 from heatlens.commands.output.say import say
 from heatlens.export.job import ExportJob
@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--processes", type=whole, default=1, metavar="N", help="work with N processes (default 1)"
     )
-    add_device_option(parser)
+    add_device_option(parser, has_processes=True)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -9,10 +9,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from heatlens.base.errors import GpuError, InputError
-from heatlens.commands.options.value_types import whole, wholes
+from heatlens.commands.options.device_option import add_device_option
+from heatlens.commands.options.value_types import whole
 from heatlens.commands.output.say import say
 from heatlens.export.plan import ExportPlan
-from heatlens.gpu.context import choose_device, headless_context, is_software
+from heatlens.gpu.context import headless_context, is_software
 from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.version import __version__
 
@@ -57,26 +58,6 @@ def _add_job_options(group: "argparse._ArgumentGroup") -> None:
     group.add_argument("--gpus", type=whole, metavar="N", help="GPUs of each task (default 0)")
 
 
-def add_device_option(group: "argparse._ActionsContainer") -> None:
-    """Add which GPU draws."""
-    group.add_argument(
-        "--device",
-        type=wholes,
-        default=(),
-        metavar="N[,N]",
-        help="GPU to render with, as EGL counts them from 0; several share the --processes",
-    )
-
-
-def use_device(args: argparse.Namespace) -> None:
-    """Render with the first of --device. Raises InputError if there are more than processes."""
-    count = len(args.device)
-    if count > (args.processes or 1):
-        raise InputError(f"--device names {count} devices: give --processes {count} or more.")
-    if args.device:
-        choose_device(args.device[0])
-
-
 def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
     """Add who makes the frames now, and which of them."""
     group.add_argument(
@@ -85,7 +66,7 @@ def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
         metavar="N",
         help="render with N processes on this machine, which uses many processors better",
     )
-    add_device_option(group)
+    add_device_option(group, has_processes=True)
     group.add_argument(
         "--cluster",
         metavar="tcp://HOST:8786",
