@@ -50,7 +50,8 @@ def add_scene_options(parser: argparse.ArgumentParser, group: "argparse._Argumen
         nargs="?",
         metavar="SCENE",
         help="with --methods: measure the mean FLIP of every method over frames of this scene, or "
-        "of the scene of a shot file, and print it as a row of the table in README; --truth-views "
+        "of the scene of a shot file, and of flat plates of it, as in the table of README; "
+        "--truth-views "
         f"and --size (default {_SIZE[0]}x{_SIZE[1]}) then apply to its pictures",
     )
     group.add_argument(
