@@ -1,9 +1,12 @@
 """Call a function in a separate process, for libraries that crash on damaged files.
 
 Run as a module, this calls the function that its arguments name with the pickled value of standard
-input, and writes the pickled result to standard output for the calling process. `limits` bounds its
-time and memory, because a few thousand bytes can describe a scene of a billion objects. It never
-outlives the calling process.
+input, and answers the calling process with its result. `limits` bounds its time and memory, because
+a few thousand bytes can describe a scene of a billion objects. It never outlives the calling
+process.
+
+The answer has the pipe of standard output for itself. Libraries print there, names from the file
+among the words, and what they print goes to standard error instead.
 """
 
 import atexit
@@ -13,22 +16,24 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import local
-from typing import TypeVar
+from threading import Thread, local
+from typing import BinaryIO, TypeVar, cast
 
 import heatlens
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.faults import told_error
 from heatlens.base.stopping import end_with
 from heatlens.files import limits
+from heatlens.files.answers import AnswerError, packed, unpacked
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 
 _FAILED = 1  # exit code of Python for an uncaught error
 _NO_MEMORY = 71  # EX_OSERR of sysexits.h, a system error
+_SAID_BYTES = 65536
 
 _running: set["subprocess.Popen[bytes]"] = set()
 _of_thread = local()  # holds `stop` in threads that can be stopped
@@ -83,15 +88,46 @@ def called_apart(read: Callable[[Argument], Result], argument: Argument, what: s
     if hasattr(_of_thread, "stop"):
         _of_thread.stop.add(process)
     try:
-        written, said = process.communicate(pickle.dumps(argument))
+        written, said = _exchanged(process, pickle.dumps(argument))
     finally:
         _running.discard(process)
         process.kill()
     _check_end(process.returncode, said, what)
-    outcome: Result | HeatlensError = pickle.loads(written)
+    try:
+        outcome = unpacked(written)
+    except AnswerError as error:
+        raise InputError(f"{what} cannot be read: {error}.") from error
     if isinstance(outcome, HeatlensError):
         raise outcome
-    return outcome
+    return cast(Result, outcome)
+
+
+def _exchanged(process: "subprocess.Popen[bytes]", asked: bytes) -> tuple[bytes, bytes]:
+    """Return the answer of `process` and the end of what it printed.
+
+    A library may print without end, so only the last bytes are kept.
+    """
+    assert process.stdin is not None and process.stdout is not None
+    said = bytearray()
+    listener = Thread(target=_listen, args=(process, said), daemon=True)
+    listener.start()
+    with process:
+        with suppress(BrokenPipeError):  # it ended early: its exit code tells why
+            process.stdin.write(asked)
+        with suppress(BrokenPipeError):
+            process.stdin.close()
+        written = process.stdout.read()
+        process.wait()
+        listener.join()
+    return written, bytes(said)
+
+
+def _listen(process: "subprocess.Popen[bytes]", said: bytearray) -> None:
+    """Keep the last bytes that the process prints; runs on a thread."""
+    assert process.stderr is not None
+    while part := os.read(process.stderr.fileno(), _SAID_BYTES):
+        said += part
+        del said[:-_SAID_BYTES]
 
 
 @atexit.register
@@ -146,14 +182,27 @@ def _outcome(module: str, name: str, what: str) -> object:
         return told_error(error, f"{what} could not be read")
 
 
-def _written(outcome: object) -> bytes:
+def _answer_line() -> BinaryIO:
+    """Return the pipe of standard output, and let all later output go to standard error.
+
+    The descriptor changes, not only `sys.stdout`: libraries of C print too.
+    """
+    line = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    return line
+
+
+def _answer(line: BinaryIO, outcome: object) -> None:
+    """Send the answer."""
     try:
-        return pickle.dumps(outcome)
+        with line:
+            line.write(packed(outcome))
     except MemoryError:
         raise SystemExit(_NO_MEMORY) from None
 
 
 if __name__ == "__main__":
     end_with(int(sys.argv[1]))
+    answers = _answer_line()
     limits.bound_this_process()
-    sys.stdout.buffer.write(_written(_outcome(*sys.argv[2:])))
+    _answer(answers, _outcome(*sys.argv[2:]))
