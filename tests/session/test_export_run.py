@@ -57,7 +57,7 @@ print('{"event": "begin", "frames": 3}')
 print('{"done": 1, "frames": 3}{"done": 2, "frames": 3}')
 print('{a brace}')
 print('[1]')
-print('{"done": 3, "frames": 3}')
+print('{"event": "frame", "done": 3, "frames": 3}')
 """
 
 

@@ -4,7 +4,6 @@ A word of a command line is a tuple of texts, places and FRAMES, so that every e
 own names where paths differ between machines, and quote texts by its own rules.
 """
 
-import json
 import math
 import os
 import subprocess
@@ -18,6 +17,7 @@ from typing import Literal
 
 from heatlens.base.errors import InputError
 from heatlens.base.stopping import temporary_folder
+from heatlens.farm.events import Event, event_in
 from heatlens.sequence.names import frames_text
 
 _GIB = 1 << 30
@@ -181,12 +181,13 @@ def measured(job: FarmJob, name: str, frames: Sequence[int]) -> Measured:
         begin = time.monotonic()
         with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
             assert process.stdout is not None
-            told = [(time.monotonic() - begin, json.loads(row)) for row in process.stdout]
+            rows = ((time.monotonic() - begin, event_in(row)) for row in process.stdout)
+            told = [(at_s, event) for at_s, event in rows if event is not None]
             usage = os.wait4(process.pid, 0)[2]
     return _cost(told, usage.ru_maxrss * _UNIT_BYTES)
 
 
-def _cost(told: Sequence[tuple[float, dict[str, object]]], memory_bytes: int) -> Measured:
+def _cost(told: Sequence[tuple[float, Event]], memory_bytes: int) -> Measured:
     ends_s = [at_s for at_s, event in told if event["event"] == "frame"]
     last = told[-1][1] if told else {}
     if not ends_s or last["event"] != "end":

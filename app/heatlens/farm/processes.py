@@ -1,6 +1,5 @@
 """Hand the frames of an export to processes on this machine, and follow them until they stop."""
 
-import json
 import os
 import queue
 import signal
@@ -9,11 +8,11 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from threading import Thread, current_thread, main_thread
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.run import FrameDone
+from heatlens.farm.events import Event, Said, event_in
 from heatlens.sequence.names import frames_text
 
 _TOLD = ("--progress=json", "--quiet")
@@ -39,7 +38,7 @@ class ProcessMaker:
         self._words = words
         self._count = count
         self._say = say
-        self._news: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+        self._news: queue.SimpleQueue[Event] = queue.SimpleQueue()
 
     def __call__(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
         """Yield the frames as they are finished. Raises InputError where a process fails."""
@@ -68,14 +67,15 @@ class ProcessMaker:
     def _read(self, process: "subprocess.Popen[str]") -> None:
         """Pass on the events of a process, and its end; runs on a thread."""
         assert process.stdout is not None
-        assert process.stderr is not None
+        said = Said(process)
         for line in process.stdout:
-            self._news.put(json.loads(line))
-        why = process.stderr.read().strip().removeprefix("heatlens: ")
+            if (event := event_in(line)) is not None:
+                self._news.put(event)
+        why = said.text().rpartition("heatlens: ")[2]
         if process.wait() != 0:
             self._news.put({"event": "exit", "why": why or f"exit code {process.returncode}"})
 
-    def _has_ended(self, news: dict[str, Any]) -> bool:
+    def _has_ended(self, news: Event) -> bool:
         """Return True if a process has succeeded. Raises InputError if it has failed."""
         if news["event"] == "end" and "told" in news:
             self._say(news["told"])

@@ -59,11 +59,17 @@ _threads_inside = 0
 
 
 def protect_output() -> None:
-    """Give Python's stdout and stderr descriptors of their own, which are never muted."""
+    """Give Python's stdout and stderr descriptors of their own, which are never muted.
+
+    What drivers and libraries print on the process's stdout then goes to stderr: programs read the
+    results of a command on stdout, a picture among them.
+    """
     for name, number in (("stdout", 1), ("stderr", 2)):
         stream = getattr(sys, name)
         if _is_process_stream(stream, number):
             setattr(sys, name, _duplicate(stream, number))
+    with contextlib.suppress(OSError):  # started without a stderr
+        os.dup2(2, 1)
 
 
 def _duplicate(stream: TextIO, number: int) -> TextIO:

@@ -3,7 +3,6 @@
 A separate process has its own OpenGL, does not block the window, and leaves whole files if stopped.
 """
 
-import json
 import signal
 import subprocess
 import tempfile
@@ -19,6 +18,7 @@ from heatlens.base.faults import faults_reported, told_error
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.farm.cluster import LEAVE
+from heatlens.farm.events import event_in
 from heatlens.farm.processes import PATIENCE_S, started, stop
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.shot.shot import Shot
@@ -229,11 +229,8 @@ def _closing_sentence(code: int, state: ExportState) -> str:
 
 def _take(line: str, state: ExportState) -> None:
     """Take the event in a line of `--progress json`; keep other lines, such as those of a job."""
-    try:
-        event = json.loads(line)
-    except ValueError:
-        event = None
-    if not isinstance(event, dict):
+    event = event_in(line)
+    if event is None:
         state.printed.append(line)
         return
     state.frames = event.get("frames", state.frames)
